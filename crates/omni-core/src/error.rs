@@ -1,0 +1,90 @@
+//! One error for every configuration that cannot be built.
+
+use core::fmt;
+
+/// A configuration value outside its range: which parameter, where, what it was and what is allowed.
+///
+/// Everything is checked when a configuration is built; running code cannot fail.
+///
+/// ```
+/// use omni_core::{ConfigError, WheelLayout};
+/// let error = WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.0).unwrap_err();
+/// assert_eq!(error.parameter, "radius_m");
+/// assert_eq!(error.index, Some(0));
+/// assert_eq!(error.to_string(), "wheel 1: radius_m = 0, allowed: finite and > 0");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// Name of the parameter, with its unit.
+    pub parameter: &'static str,
+    /// Index of the wheel concerned, from 0; messages count from 1.
+    pub index: Option<usize>,
+    /// The value found.
+    pub value: f64,
+    /// The range that would have been accepted, in words.
+    pub allowed: &'static str,
+}
+
+impl ConfigError {
+    pub(crate) fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
+        Self {
+            parameter,
+            index: None,
+            value,
+            allowed,
+        }
+    }
+
+    pub(crate) fn at(self, index: usize) -> Self {
+        Self {
+            index: Some(index),
+            ..self
+        }
+    }
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(index) = self.index {
+            write!(f, "wheel {}: ", index + 1)?;
+        }
+        write!(
+            f,
+            "{} = {}, allowed: {}",
+            self.parameter, self.value, self.allowed
+        )
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+pub(crate) const POSITIVE: &str = "finite and > 0";
+pub(crate) const NOT_NEGATIVE: &str = "finite and >= 0";
+pub(crate) const FINITE: &str = "finite";
+
+/// `value` if it is finite and above zero.
+pub(crate) fn positive<R: crate::Real>(parameter: &'static str, value: R) -> Result<R, ConfigError> {
+    if value.is_finite_real() && value > R::zero() {
+        Ok(value)
+    } else {
+        Err(ConfigError::new(parameter, value.as_f64(), POSITIVE))
+    }
+}
+
+/// `value` if it is finite and not below zero.
+pub(crate) fn not_negative<R: crate::Real>(parameter: &'static str, value: R) -> Result<R, ConfigError> {
+    if value.is_finite_real() && value >= R::zero() {
+        Ok(value)
+    } else {
+        Err(ConfigError::new(parameter, value.as_f64(), NOT_NEGATIVE))
+    }
+}
+
+/// `value` if it is finite.
+pub(crate) fn finite<R: crate::Real>(parameter: &'static str, value: R) -> Result<R, ConfigError> {
+    if value.is_finite_real() {
+        Ok(value)
+    } else {
+        Err(ConfigError::new(parameter, value.as_f64(), FINITE))
+    }
+}
