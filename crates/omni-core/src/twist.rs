@@ -11,7 +11,7 @@ use crate::Real;
 /// let forward = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// assert_eq!(forward.vy_m_s, 0.0);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyTwist<R> {
     /// Forward velocity \[m/s\] (forward is +).
     pub vx_m_s: R,

@@ -1,1 +1,22 @@
+//! Simulation of omni-directional vehicles over steps.
+#![forbid(unsafe_code)]
 
+pub mod cli;
+pub mod config;
+pub mod controller;
+mod error;
+pub mod log;
+pub mod observation;
+mod outcome;
+mod run;
+mod simulation;
+mod trace;
+mod wheels;
+mod world;
+
+pub use error::Error;
+pub use outcome::Outcome;
+pub use run::{control_periods, record, run, run_watched};
+pub use simulation::Simulation;
+pub use trace::Trace;
+pub use wheels::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};

@@ -1,0 +1,152 @@
+//! The command line `omnistep`, also behind the Python package's console script.
+//!
+//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
+//! request was wrong.
+
+mod compare;
+mod wheels;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use omni_core::Coordination;
+
+use crate::Error;
+use crate::config::{Override, builtin_scenarios, builtin_vehicles};
+
+/// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
+#[derive(Parser)]
+#[command(name = "omnistep", version, max_term_width = 110)]
+struct Cli {
+    /// Without a command: compare step.
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs a scenario under every coordination policy, prints one table, writes one MCAP file a policy.
+    Compare(RunArgs),
+    /// Runs a scenario under the policy it names.
+    Run {
+        #[command(flatten)]
+        args: RunArgs,
+        /// Coordination policy instead of the scenario's: independent, paper, synchronised or load_sharing.
+        #[arg(long)]
+        policy: Option<String>,
+    },
+    /// Runs section 3.3 of the paper: three motors on dampers under three policies.
+    Wheels {
+        /// The built-in experiment or a .toml file.
+        #[arg(default_value = "wheels")]
+        experiment: String,
+        /// Replaces a key of the experiment, as friction_n_m_s_rad=2e-4; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Prints one JSON object a policy a line and nothing else.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Lists the built-in scenarios, vehicles and policies.
+    List,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    /// A built-in scenario or a .toml file.
+    #[arg(default_value = "step")]
+    scenario: String,
+    /// Replaces a key of the scenario or, behind "vehicle.", of its vehicle: terrain.friction=0.5,
+    /// vehicle.motor.stall_torque_n_m=1; repeat for more.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Seed of the scenario's perturbation.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Folder for the MCAP files; made if missing.
+    #[arg(long, default_value = "out")]
+    out: PathBuf,
+    /// Prints one JSON object a policy a line and nothing else.
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress bar.
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl RunArgs {
+    fn overrides(&self) -> Result<Vec<Override>, Error> {
+        let mut all = parse_overrides(&self.overrides)?;
+        if let Some(seed) = self.seed {
+            let seed = i64::try_from(seed).map_err(|_| Error::Argument {
+                name: "--seed",
+                value: seed.to_string(),
+                allowed: "0 to 9223372036854775807",
+            })?;
+            all.push(Override::new("seed", seed));
+        }
+        Ok(all)
+    }
+}
+
+fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {
+    texts.iter().map(|text| Override::parse(text)).collect()
+}
+
+/// Runs the command line `args` (the program's name first) and returns the exit code.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too, with exit code 0. A closed pipe is no reason to fail.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    let mut out = std::io::stdout().lock();
+    match run(cli, &mut out) {
+        Ok(()) => 0,
+        Err(error) => {
+            let _ = writeln!(std::io::stderr(), "error: {error}");
+            if error.is_bad_input() { 2 } else { 1 }
+        }
+    }
+}
+
+fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
+    let default = || {
+        Command::Compare(RunArgs {
+            scenario: "step".into(),
+            overrides: Vec::new(),
+            seed: None,
+            out: "out".into(),
+            json: false,
+            quiet: false,
+        })
+    };
+    match cli.command.unwrap_or_else(default) {
+        Command::Compare(args) => compare::compare(&args, &Coordination::<f64>::PRESETS.map(Some), out),
+        Command::Run { args, policy } => compare::compare(&args, &[policy.as_deref()], out),
+        Command::Wheels {
+            experiment,
+            overrides,
+            json,
+        } => wheels::wheels(&experiment, &overrides, json, out),
+        Command::List => {
+            print(out, &format!("scenarios: {}\n", builtin_scenarios().join(", ")));
+            print(out, &format!("vehicles:  {}\n", builtin_vehicles().join(", ")));
+            print(
+                out,
+                &format!("policies:  {}\n", Coordination::<f64>::PRESETS.join(", ")),
+            );
+            Ok(())
+        }
+    }
+}
+
+/// Writes to standard output; a reader that has gone away is no error of ours.
+fn print(out: &mut dyn Write, text: &str) {
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}

@@ -1,0 +1,137 @@
+//! `omnistep compare` and `omnistep run`.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use comfy_table::{CellAlignment, Table, presets};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::{RunArgs, print};
+use crate::config::{Scenario, Terrain};
+use crate::log::RunLog;
+use crate::{Error, Outcome, record};
+
+/// One line of `--json`, one row of the table.
+#[derive(Serialize)]
+struct Row {
+    policy: String,
+    #[serde(flatten)]
+    outcome: Outcome,
+    steps_per_s: f64,
+    realtime_factor: f64,
+    mcap: PathBuf,
+}
+
+/// Runs the scenario under each policy (`None`: the scenario's own).
+pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn Write) -> Result<(), Error> {
+    let scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
+    let runs = policies.iter().map(|policy| match policy {
+        Some(policy) => scenario.with_policy(policy),
+        None => Ok(scenario.clone()),
+    });
+    let runs = runs.collect::<Result<Vec<_>, _>>()?;
+    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
+        path: args.out.clone(),
+        source,
+    })?;
+
+    let bar = if args.quiet {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new(1000 * runs.len() as u64)
+    };
+    if let Ok(style) = ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3} % {eta:>4} left") {
+        bar.set_style(style);
+    }
+    let mut rows = Vec::new();
+    for (k, run) in runs.iter().enumerate() {
+        bar.set_message(run.control.policy.clone());
+        let row = one(run, &args.out, |part| {
+            bar.set_position(1000 * k as u64 + (1000.0 * part) as u64)
+        })?;
+        if args.json {
+            // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
+            let line = serde_json::to_string(&row).unwrap_or_default();
+            bar.suspend(|| print(out, &format!("{line}\n")));
+        }
+        rows.push(row);
+    }
+    bar.finish_and_clear();
+    if !args.json {
+        print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)));
+        for row in &rows {
+            print(out, &format!("{}\n", row.mcap.display()));
+        }
+    }
+    Ok(())
+}
+
+fn one(scenario: &Scenario, folder: &std::path::Path, progress: impl Fn(f64)) -> Result<Row, Error> {
+    let path = folder.join(format!("{}-{}.mcap", scenario.name, scenario.control.policy));
+    let start = Instant::now();
+    let log = RunLog::create(&path, scenario)?;
+    let (trace, outcome, mcap) = record(scenario, log, progress)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let simulated = trace.rows() as f64 * scenario.control.period_us as f64 * 1e-6;
+    Ok(Row {
+        policy: scenario.control.policy.clone(),
+        outcome,
+        steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
+        realtime_factor: simulated / seconds,
+        mcap,
+    })
+}
+
+fn headline(scenario: &Scenario) -> String {
+    let vehicle = &scenario.vehicle().name;
+    let command = &scenario.command;
+    let ground = match scenario.terrain {
+        Terrain::Flat { friction } => format!("on flat ground, friction {friction}"),
+        Terrain::Step {
+            friction, height_m, ..
+        } => {
+            format!("over a step of {:.1} cm, friction {friction}", 100.0 * height_m)
+        }
+    };
+    let torque = scenario.vehicle().motor.stall_torque_n_m;
+    format!(
+        "{vehicle} {ground}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
+        command.vx_m_s, command.vy_m_s, command.wz_rad_s
+    )
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header([
+        "policy",
+        "climbed",
+        "crossing [s]",
+        "pitch [deg]",
+        "slip rms",
+        "disturbed rms",
+        "spread rms",
+        "heat [N2m2s]",
+        "x real time",
+    ]);
+    for row in rows {
+        let o = &row.outcome;
+        table.add_row([
+            row.policy.clone(),
+            if o.climbed { "yes".into() } else { "no".into() },
+            o.crossing_s.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
+            format!("{:.2}", o.pitch_peak_deg),
+            format!("{:.3}", o.slip_rms),
+            format!("{:.3}", o.disturbed_rms),
+            format!("{:.3}", o.spread_rms),
+            format!("{:.1}", o.heat_n2m2s),
+            format!("{:.1}", row.realtime_factor),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

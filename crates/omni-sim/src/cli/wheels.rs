@@ -1,0 +1,57 @@
+//! `omnistep wheels`.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use super::{parse_overrides, print};
+use crate::config::WheelsExperiment;
+use crate::{Error, WHEEL_POLICIES, WheelsTrace, run_wheels};
+
+/// Times of the table \[s\]: before, between and after the loads of the paper.
+const TIMES_S: [f64; 9] = [4.0, 6.5, 13.0, 20.0, 30.0, 45.0, 54.0, 59.9, 64.0];
+
+pub(super) fn wheels(
+    experiment: &str,
+    overrides: &[String],
+    json: bool,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let experiment = WheelsExperiment::load(experiment, &parse_overrides(overrides)?)?;
+    let traces = WHEEL_POLICIES.map(|policy| run_wheels(&experiment, policy));
+    let traces = traces.into_iter().collect::<Result<Vec<_>, _>>()?;
+    if json {
+        for trace in &traces {
+            let line = serde_json::to_string(trace).unwrap_or_default();
+            print(out, &format!("{line}\n"));
+        }
+        return Ok(());
+    }
+    let friction = experiment.friction_n_m_s_rad;
+    print(
+        out,
+        &format!(
+            "speeds of wheels A / B / C [rpm], reference {} rpm, friction {friction} N.m.s/rad\n",
+            experiment.speed_rpm
+        ),
+    );
+    print(out, &format!("{}\n", table(&traces, experiment.duration_s)));
+    Ok(())
+}
+
+fn table(traces: &[WheelsTrace], duration_s: f64) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header(std::iter::once("t [s]".to_owned()).chain(traces.iter().map(|t| t.policy.clone())));
+    for time in TIMES_S.into_iter().filter(|t| *t <= duration_s) {
+        let cells = traces.iter().map(|trace| {
+            let [a, b, c] = trace.speeds_at(time);
+            format!("{a:.1} / {b:.1} / {c:.1}")
+        });
+        table.add_row(std::iter::once(time.to_string()).chain(cells));
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

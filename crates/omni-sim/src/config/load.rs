@@ -1,0 +1,268 @@
+//! From a name, a path or a text to a checked value.
+
+use std::path::{Path, PathBuf};
+
+use garde::Validate;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use crate::Error;
+
+/// Built-in files by name, in the order they are listed.
+type Builtin = &'static [(&'static str, &'static str)];
+
+const VEHICLES: Builtin = &[("chugo7", include_str!("../../assets/vehicles/chugo7.toml"))];
+const SCENARIOS: Builtin = &[
+    ("step", include_str!("../../assets/scenarios/step.toml")),
+    ("flat", include_str!("../../assets/scenarios/flat.toml")),
+];
+const WHEELS: Builtin = &[("wheels", include_str!("../../assets/scenarios/wheels.toml"))];
+
+/// Names of the built-in vehicles.
+#[must_use]
+pub fn builtin_vehicles() -> Vec<&'static str> {
+    VEHICLES.iter().map(|(name, _)| *name).collect()
+}
+
+/// Names of the built-in scenarios.
+#[must_use]
+pub fn builtin_scenarios() -> Vec<&'static str> {
+    SCENARIOS.iter().map(|(name, _)| *name).collect()
+}
+
+/// A text and where it came from.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The file, or `built-in NAME`: what messages call it.
+    pub file: String,
+    /// The TOML text.
+    pub text: String,
+    /// Folder that relative names inside are relative to.
+    folder: Option<PathBuf>,
+}
+
+impl Source {
+    /// A vehicle by built-in name or path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::Io`].
+    pub fn vehicle(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
+        Self::find("vehicle", VEHICLES, name, relative_to)
+    }
+
+    /// A scenario by built-in name or path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::Io`].
+    pub fn scenario(name: &str) -> Result<Self, Error> {
+        Self::find("scenario", SCENARIOS, name, None)
+    }
+
+    /// The experiment of section 3.3 by built-in name (`wheels`) or path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::Io`].
+    pub fn wheels(name: &str) -> Result<Self, Error> {
+        Self::find("wheels experiment", WHEELS, name, None)
+    }
+
+    /// A text that messages call `file`.
+    #[must_use]
+    pub fn text(file: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            text: text.into(),
+            folder: None,
+        }
+    }
+
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
+    }
+
+    fn find(
+        kind: &'static str,
+        builtin: Builtin,
+        name: &str,
+        relative_to: Option<&Path>,
+    ) -> Result<Self, Error> {
+        if let Some((_, text)) = builtin.iter().find(|(known, _)| *known == name) {
+            return Ok(Self::text(format!("built-in {name}"), *text));
+        }
+        let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
+        if path.is_file() || name.ends_with(".toml") {
+            let text = std::fs::read_to_string(&path).map_err(|source| Error::Io {
+                path: path.clone(),
+                source,
+            })?;
+            return Ok(Self {
+                file: path.display().to_string(),
+                text,
+                folder: path.parent().map(Path::to_path_buf),
+            });
+        }
+        let known = builtin
+            .iter()
+            .map(|(name, _)| *name)
+            .collect::<Vec<_>>()
+            .join(", ");
+        Err(Error::UnknownName {
+            kind,
+            name: name.into(),
+            known: format!("{known}, or the path of a .toml file"),
+        })
+    }
+
+    /// The text as a table of keys.
+    pub(crate) fn table(&self) -> Result<Table, Error> {
+        self.text.parse().map_err(|error: toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start.min(self.text.len()));
+            let line = 1 + self.text.bytes().take(start).filter(|b| *b == b'\n').count();
+            Error::Syntax {
+                file: self.file.clone(),
+                line,
+                message: one_line(error.message()),
+            }
+        })
+    }
+
+    pub(crate) fn refuse(&self, key: impl Into<String>, message: impl Into<String>) -> Error {
+        Error::Config {
+            file: self.file.clone(),
+            key: key.into(),
+            message: message.into(),
+        }
+    }
+}
+
+/// The value that a table describes, every range checked.
+pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
+    source: &Source,
+    table: Table,
+) -> Result<T, Error> {
+    let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
+        let path = error.path().to_string();
+        let key = if path == "." { "top level".into() } else { path };
+        source.refuse(key, one_line(error.inner().message()))
+    })?;
+    value.validate().map_err(|report| {
+        let mut lines = report
+            .iter()
+            .map(|(path, error)| (path.to_string(), error.to_string()));
+        let (key, message) = lines.next().unwrap_or_default();
+        let more = lines.count();
+        let more = if more == 0 {
+            String::new()
+        } else {
+            format!(" (and {more} more)")
+        };
+        source.refuse(key, format!("{message}{more}"))
+    })?;
+    Ok(value)
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
+/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel.0.radius_m=0.07` (elements count from 0).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Override {
+    key: String,
+    value: Value,
+}
+
+impl Override {
+    /// `value` for `key`.
+    pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
+        Self {
+            key: key.into(),
+            value: value.into(),
+        }
+    }
+
+    /// `key=value`, the value as in TOML; a bare word is a string.
+    ///
+    /// # Errors
+    /// [`Error::Override`] where there is no `=` or no key.
+    ///
+    /// ```
+    /// use omni_sim::config::Override;
+    /// assert_eq!(Override::parse("terrain.friction=0.5")?, Override::new("terrain.friction", 0.5));
+    /// assert_eq!(Override::parse("control.policy=paper")?, Override::new("control.policy", "paper"));
+    /// assert!(Override::parse("friction").is_err());
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let malformed = |message: &str| Error::Override {
+            text: text.into(),
+            message: message.into(),
+        };
+        let (key, value) = text
+            .split_once('=')
+            .ok_or_else(|| malformed("allowed: KEY=VALUE"))?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.is_empty() {
+            return Err(malformed("allowed: KEY=VALUE with a key"));
+        }
+        let parsed = format!("value = {value}")
+            .parse::<Table>()
+            .ok()
+            .and_then(|mut table| table.remove("value"));
+        Ok(Self {
+            key: key.into(),
+            value: parsed.unwrap_or_else(|| Value::String(value.into())),
+        })
+    }
+
+    /// The override without its leading `vehicle.`, if it has one and is not the vehicle's name itself.
+    pub(crate) fn of_vehicle(&self) -> Option<Self> {
+        self.key.strip_prefix("vehicle.").map(|key| Self {
+            key: key.into(),
+            value: self.value.clone(),
+        })
+    }
+
+    /// Puts the value in its place. An unknown key is put there too: reading the table then names it.
+    pub(crate) fn apply(&self, source: &Source, table: &mut Table) -> Result<(), Error> {
+        let (parents, last) = self
+            .key
+            .rsplit_once('.')
+            .map_or((None, self.key.as_str()), |(p, l)| (Some(p), l));
+        let refuse = |reason: String| source.refuse(self.key.clone(), reason);
+        let mut here: Option<&mut Value> = None;
+        for part in parents.into_iter().flat_map(|p| p.split('.')) {
+            here = Some(match here {
+                None => table.entry(part).or_insert_with(|| Value::Table(Table::new())),
+                Some(value) => child(value, part).map_err(refuse)?,
+            });
+        }
+        match here {
+            None => {
+                table.insert(last.into(), self.value.clone());
+            }
+            Some(Value::Table(inner)) => {
+                inner.insert(last.into(), self.value.clone());
+            }
+            Some(value) => *child(value, last).map_err(refuse)? = self.value.clone(),
+        }
+        Ok(())
+    }
+}
+
+fn child<'a>(value: &'a mut Value, part: &str) -> Result<&'a mut Value, String> {
+    match value {
+        Value::Table(table) => Ok(table.entry(part).or_insert_with(|| Value::Table(Table::new()))),
+        Value::Array(items) => {
+            let length = items.len();
+            let index = part.parse::<usize>().ok().filter(|i| *i < length);
+            index
+                .and_then(|i| items.get_mut(i))
+                .ok_or_else(|| format!("element {part:?}, allowed: 0 to {}", length.saturating_sub(1)))
+        }
+        _ => Err(format!(
+            "{part:?} is inside a plain value; allowed: a key of a table"
+        )),
+    }
+}

@@ -1,0 +1,18 @@
+//! Vehicles and scenarios as plain data from TOML, checked when they are loaded.
+//!
+//! Every key is checked: an unknown key, a missing one, a wrong type, a NaN or a value out of range is one line that
+//! names the file, the key, the value and what is allowed.
+
+mod check;
+mod load;
+mod scenario;
+mod vehicle;
+mod wheels;
+
+pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
+pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
+pub use vehicle::{Body, Gains, Hinge, Motor, Vehicle, WheelContact, WheelSpec};
+pub use wheels::{DamperLoad, WheelsExperiment};
+
+/// The version of the file format that this release reads.
+pub const SCHEMA_VERSION: u32 = 1;

@@ -1,0 +1,267 @@
+//! A scenario: a vehicle, the ground, a command, a controller, how finely to simulate.
+
+use garde::Validate;
+use omni_core::{BodyTwist, Coordination};
+use serde::{Deserialize, Serialize};
+
+use super::check::{between, finite, is_name, is_schema_version, not_negative, positive};
+use super::load::{Override, Source, read};
+use super::vehicle::Vehicle;
+use crate::Error;
+
+/// A scenario file, with its vehicle read in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Version of the file format, [`super::SCHEMA_VERSION`].
+    #[garde(custom(is_schema_version))]
+    pub schema_version: u32,
+    /// Name in logs and file names.
+    #[garde(custom(is_name))]
+    pub name: String,
+    /// Built-in name of the vehicle, or a path relative to this file.
+    #[serde(rename = "vehicle")]
+    #[garde(length(min = 1))]
+    pub vehicle_name: String,
+    /// The vehicle itself, read from where `vehicle` points.
+    #[serde(skip)]
+    #[garde(skip)]
+    vehicle: Option<Box<Vehicle>>,
+    /// Simulated time \[s\], 0.01 to 3600.
+    #[garde(custom(between(0.01, 3600.0)))]
+    pub duration_s: f64,
+    /// Seed of the perturbation.
+    #[serde(default)]
+    #[garde(skip)]
+    pub seed: u64,
+    /// The ground.
+    #[garde(dive)]
+    pub terrain: Terrain,
+    /// What the vehicle is told to do.
+    #[garde(dive)]
+    pub command: Command,
+    /// The controller.
+    #[garde(dive)]
+    pub control: Control,
+    /// Random differences between runs of different seeds; none by default.
+    #[serde(default)]
+    #[garde(dive)]
+    pub perturbation: Perturbation,
+    /// How finely to simulate.
+    #[garde(dive)]
+    pub physics: Physics,
+}
+
+/// The ground under the vehicle, which starts at x = 0 facing +x.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Terrain {
+    /// A plane.
+    Flat {
+        /// Coulomb friction coefficient between wheels and ground, 0 to 2.
+        #[garde(custom(between(0.0, 2.0)))]
+        friction: f64,
+    },
+    /// A plane and, from `at_m` on, a higher one.
+    Step {
+        /// Coulomb friction coefficient between wheels and ground, 0 to 2.
+        #[garde(custom(between(0.0, 2.0)))]
+        friction: f64,
+        /// Height of the step \[m\], > 0.
+        #[garde(custom(positive))]
+        height_m: f64,
+        /// World x of the riser \[m\], > 0.
+        #[garde(custom(positive))]
+        at_m: f64,
+    },
+}
+
+/// A constant body twist, reached on a ramp.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Command {
+    /// Forward \[m/s\].
+    #[garde(custom(finite))]
+    pub vx_m_s: f64,
+    /// Left \[m/s\].
+    #[garde(custom(finite))]
+    pub vy_m_s: f64,
+    /// Counter-clockwise \[rad/s\].
+    #[garde(custom(finite))]
+    pub wz_rad_s: f64,
+    /// Time from rest to the whole twist \[s\], >= 0.
+    #[garde(custom(not_negative))]
+    pub ramp_s: f64,
+}
+
+impl Command {
+    /// The twist commanded at a time \[s\].
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> BodyTwist<f64> {
+        let part = if self.ramp_s > 0.0 {
+            (time_s / self.ramp_s).min(1.0)
+        } else {
+            1.0
+        };
+        BodyTwist {
+            vx_m_s: part * self.vx_m_s,
+            vy_m_s: part * self.vy_m_s,
+            wz_rad_s: part * self.wz_rad_s,
+        }
+    }
+}
+
+/// The scalar that the controller computes in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// `f32`, as in firmware.
+    F32,
+    /// `f64`.
+    #[default]
+    F64,
+}
+
+/// The controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Control {
+    /// Name of a coordination preset.
+    #[garde(custom(known_policy))]
+    pub policy: String,
+    /// Control period \[us\], a multiple of the physics step, 1 to 100000.
+    #[garde(custom(microseconds))]
+    pub period_us: u64,
+    /// Scalar of the controller.
+    #[serde(default)]
+    #[garde(skip)]
+    pub precision: Precision,
+}
+
+/// Uniform random differences, plus or minus the amplitude given; all zero by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct Perturbation {
+    /// Heading at the start \[rad\], >= 0.
+    #[garde(custom(not_negative))]
+    pub yaw_rad: f64,
+    /// Place along x at the start \[m\], >= 0: the phase at which wheels meet the step.
+    #[garde(custom(not_negative))]
+    pub start_m: f64,
+}
+
+/// How finely to simulate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Physics {
+    /// Physics step \[us\], 1 to 100000.
+    #[garde(custom(microseconds))]
+    pub step_us: u64,
+    /// Solver iterations a step, 1 to 100; fewer than 8 change outcomes near the torque threshold.
+    #[garde(range(min = 1, max = 100))]
+    pub solver_iterations: usize,
+    /// Natural frequency of contacts \[Hz\], > 0.
+    #[garde(custom(positive))]
+    pub contact_hz: f64,
+    /// Damping ratio of contacts, > 0.
+    #[garde(custom(positive))]
+    pub contact_damping: f64,
+    /// Gravity \[m/s^2\], downwards, >= 0.
+    #[garde(custom(not_negative))]
+    pub gravity_m_s2: f64,
+}
+
+fn microseconds(value: &u64, _: &()) -> garde::Result {
+    if (1..=100_000).contains(value) {
+        Ok(())
+    } else {
+        Err(garde::Error::new(format!("{value}, allowed: 1 to 100000")))
+    }
+}
+
+fn known_policy(value: &str, _: &()) -> garde::Result {
+    match Coordination::<f64>::preset(value) {
+        Some(_) => Ok(()),
+        None => Err(garde::Error::new(format!(
+            "{value:?}, allowed: {}",
+            Coordination::<f64>::PRESETS.join(", ")
+        ))),
+    }
+}
+
+impl Scenario {
+    /// The built-in scenario or the file of that name, with some keys replaced.
+    ///
+    /// # Errors
+    /// What is wrong with it, in one line that names file, key, value and allowed range.
+    ///
+    /// ```
+    /// use omni_sim::config::{Override, Scenario, Terrain};
+    /// let low = Scenario::load("step", &[Override::parse("terrain.height_m=0.02")?])?;
+    /// assert!(matches!(low.terrain, Terrain::Step { height_m: 0.02, .. }));
+    /// let error = Scenario::load("step", &[Override::parse("terrain.friction=-1")?]).unwrap_err();
+    /// assert_eq!(error.to_string(), "built-in step: terrain.friction: -1, allowed: 0 to 2");
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
+        Self::from_source(&Source::scenario(name)?, overrides)
+    }
+
+    /// The scenario that a source describes, with some keys replaced.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
+        let mut table = source.table()?;
+        let (mut for_vehicle, mut own) = (Vec::new(), Vec::new());
+        for each in overrides {
+            match each.of_vehicle() {
+                Some(inner) => for_vehicle.push(inner),
+                None => own.push(each),
+            }
+        }
+        for each in own {
+            each.apply(source, &mut table)?;
+        }
+        let mut scenario: Self = read(source, table)?;
+        let Physics { step_us, .. } = scenario.physics;
+        if !scenario.control.period_us.is_multiple_of(step_us) {
+            let message = format!(
+                "{}, allowed: a multiple of physics.step_us, {step_us}",
+                scenario.control.period_us
+            );
+            return Err(source.refuse("control.period_us", message));
+        }
+        let vehicle = Source::vehicle(&scenario.vehicle_name, source.folder())?;
+        scenario.vehicle = Some(Box::new(Vehicle::from_source(&vehicle, &for_vehicle)?));
+        Ok(scenario)
+    }
+
+    /// The vehicle.
+    #[must_use]
+    #[expect(
+        clippy::expect_used,
+        reason = "set by from_source, the only way to make a Scenario outside this module"
+    )]
+    pub fn vehicle(&self) -> &Vehicle {
+        self.vehicle.as_deref().expect("read with the scenario")
+    }
+
+    /// The same scenario under another coordination preset.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {
+        if Coordination::<f64>::preset(policy).is_none() {
+            let known = Coordination::<f64>::PRESETS.join(", ");
+            return Err(Error::UnknownName {
+                kind: "policy",
+                name: policy.into(),
+                known,
+            });
+        }
+        let mut other = self.clone();
+        other.control.policy = policy.into();
+        Ok(other)
+    }
+}

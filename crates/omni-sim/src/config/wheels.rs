@@ -1,0 +1,95 @@
+//! The experiment of section 3.3: motors on dampers, no vehicle. Keys keep the units of the paper's tables.
+
+use garde::Validate;
+use serde::{Deserialize, Serialize};
+
+use super::check::{between, is_name, is_schema_version, not_negative, positive};
+use super::load::{Override, Source, read};
+use super::vehicle::Gains;
+use crate::Error;
+
+/// Three motors, each with an inertia, a friction and dampers that come and go.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct WheelsExperiment {
+    /// Version of the file format, [`super::SCHEMA_VERSION`].
+    #[garde(custom(is_schema_version))]
+    pub schema_version: u32,
+    /// Name in messages.
+    #[garde(custom(is_name))]
+    pub name: String,
+    /// Reference and initial velocity of every wheel \[rpm\], > 0.
+    #[garde(custom(positive))]
+    pub speed_rpm: f64,
+    /// Simulated time \[s\], 0.01 to 3600.
+    #[garde(custom(between(0.01, 3600.0)))]
+    pub duration_s: f64,
+    /// Control period \[us\], 1 to 100000.
+    #[garde(range(min = 1, max = 100_000))]
+    pub period_us: u64,
+    /// Inertia of a wheel \[kg.m^2\], > 0.
+    #[garde(custom(positive))]
+    pub inertia_kg_m2: f64,
+    /// Viscous friction of every wheel besides the loads \[N.m.s/rad\], >= 0.
+    #[garde(custom(not_negative))]
+    pub friction_n_m_s_rad: f64,
+    /// Gains of every wheel's loop.
+    #[garde(dive)]
+    pub gains: Gains,
+    /// The dampers.
+    #[garde(dive)]
+    pub load: Vec<DamperLoad>,
+}
+
+/// A damper on one wheel for a while.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct DamperLoad {
+    /// `A`, `B` or `C`.
+    #[garde(custom(wheel_letter))]
+    pub wheel: String,
+    /// Coefficient \[N.m.s/rad\], >= 0.
+    #[garde(custom(not_negative))]
+    pub damper_n_m_s_rad: f64,
+    /// Applied from this time \[s\], >= 0.
+    #[garde(custom(not_negative))]
+    pub from_s: f64,
+    /// Until this time \[s\], >= 0.
+    #[garde(custom(not_negative))]
+    pub until_s: f64,
+}
+
+/// The wheels' names, in order.
+pub(crate) const LETTERS: [&str; 3] = ["A", "B", "C"];
+
+fn wheel_letter(value: &str, _: &()) -> garde::Result {
+    if LETTERS.contains(&value) {
+        Ok(())
+    } else {
+        Err(garde::Error::new(format!("{value:?}, allowed: A, B, C")))
+    }
+}
+
+impl WheelsExperiment {
+    /// The built-in experiment (`wheels`) or the file of that name, with some keys replaced.
+    ///
+    /// # Errors
+    /// What is wrong with it, in one line.
+    pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
+        let source = Source::wheels(name)?;
+        let mut table = source.table()?;
+        for each in overrides {
+            each.apply(&source, &mut table)?;
+        }
+        read(&source, table)
+    }
+
+    /// Damper coefficients on the three wheels at a time \[s\], loads only \[N.m.s/rad\].
+    #[must_use]
+    pub fn loads_at(&self, time_s: f64) -> [f64; 3] {
+        LETTERS.map(|letter| {
+            let applies = |l: &&DamperLoad| l.wheel == letter && time_s >= l.from_s && time_s < l.until_s;
+            self.load.iter().filter(applies).map(|l| l.damper_n_m_s_rad).sum()
+        })
+    }
+}

@@ -1,0 +1,207 @@
+//! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
+
+use omni_core::{
+    BodyTwist, ConfigError, ControlState, Controller, Coordination, Kinematics, Real, WheelControlConfig,
+    WheelLayout,
+};
+
+use crate::Error;
+use crate::config::{Precision, Scenario, Vehicle};
+
+/// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlSample {
+    /// The command.
+    pub command: BodyTwist<f64>,
+    /// The twist that the measured velocities amount to.
+    pub estimated: BodyTwist<f64>,
+    /// Factor on all torques or all references, 0 to 1.
+    pub common_factor: f64,
+    /// One entry a wheel, in the vehicle's order.
+    pub wheels: Vec<WheelSignals>,
+}
+
+/// Signals of one wheel in one control step; velocities and torques are the actuator's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelSignals {
+    /// Reference as commanded \[rad/s\].
+    pub reference_rad_s: f64,
+    /// Measured velocity \[rad/s\].
+    pub measured_rad_s: f64,
+    /// Proportional term \[N.m\].
+    pub p_n_m: f64,
+    /// Integral term \[N.m\].
+    pub i_n_m: f64,
+    /// Derivative term \[N.m\].
+    pub d_n_m: f64,
+    /// Torque asked for with the whole reference \[N.m\].
+    pub requested_n_m: f64,
+    /// Torque applied \[N.m\].
+    pub applied_n_m: f64,
+    /// Lowest torque allowed \[N.m\], <= 0.
+    pub limit_lower_n_m: f64,
+    /// Highest torque allowed \[N.m\], >= 0.
+    pub limit_upper_n_m: f64,
+    /// The request is outside the limits.
+    pub saturated: bool,
+    /// Part of the measured velocity that no motion of the vehicle explains \[rad/s\].
+    pub residual_rad_s: f64,
+}
+
+impl Default for ControlSample {
+    fn default() -> Self {
+        Self {
+            command: BodyTwist::ZERO,
+            estimated: BodyTwist::ZERO,
+            common_factor: 1.0,
+            wheels: Vec::new(),
+        }
+    }
+}
+
+/// One control loop with its state.
+trait Loop: Send + Sync {
+    /// `measured` has one entry a wheel; `sample` is overwritten.
+    fn step(&mut self, command: &BodyTwist<f64>, measured: &[f64], sample: &mut ControlSample);
+    fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
+}
+
+struct Sized<R, const N: usize> {
+    controller: Controller<R, N>,
+    state: ControlState<R, N>,
+}
+
+fn scalar<R: Real>(t: &BodyTwist<f64>) -> BodyTwist<R> {
+    BodyTwist {
+        vx_m_s: R::of(t.vx_m_s),
+        vy_m_s: R::of(t.vy_m_s),
+        wz_rad_s: R::of(t.wz_rad_s),
+    }
+}
+
+fn double<R: Real>(t: &BodyTwist<R>) -> BodyTwist<f64> {
+    BodyTwist {
+        vx_m_s: t.vx_m_s.as_f64(),
+        vy_m_s: t.vy_m_s.as_f64(),
+        wz_rad_s: t.wz_rad_s.as_f64(),
+    }
+}
+
+impl<R: Real, const N: usize> Loop for Sized<R, N> {
+    fn step(&mut self, command: &BodyTwist<f64>, measured: &[f64], sample: &mut ControlSample) {
+        let mut velocities = [R::of(0.0); N];
+        for (v, m) in velocities.iter_mut().zip(measured) {
+            *v = R::of(*m);
+        }
+        let s = self
+            .controller
+            .step(&mut self.state, &scalar(command), &velocities);
+        sample.command = double(&s.command);
+        sample.estimated = double(&s.estimated);
+        sample.common_factor = s.wheels.common_factor.as_f64();
+        sample.wheels.clear();
+        sample.wheels.extend((0..N).map(|i| WheelSignals {
+            reference_rad_s: s.wheels.reference_rad_s[i].as_f64(),
+            measured_rad_s: s.wheels.measured_rad_s[i].as_f64(),
+            p_n_m: s.wheels.p_n_m[i].as_f64(),
+            i_n_m: s.wheels.i_n_m[i].as_f64(),
+            d_n_m: s.wheels.d_n_m[i].as_f64(),
+            requested_n_m: s.wheels.requested_n_m[i].as_f64(),
+            applied_n_m: s.wheels.applied_n_m[i].as_f64(),
+            limit_lower_n_m: s.wheels.range[i].lower_n_m.as_f64(),
+            limit_upper_n_m: s.wheels.range[i].upper_n_m.as_f64(),
+            saturated: s.wheels.saturated[i],
+            residual_rad_s: s.residual_rad_s[i].as_f64(),
+        }));
+    }
+
+    fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
+        self.controller
+            .kinematics()
+            .inverse(&scalar(twist))
+            .iter()
+            .map(|v| v.as_f64())
+            .collect()
+    }
+}
+
+/// A controller for as many wheels as the vehicle has, in the precision the scenario names.
+pub struct AnyController(Box<dyn Loop>);
+
+impl AnyController {
+    /// The controller of a scenario, freshly started.
+    ///
+    /// # Errors
+    /// [`Error::Config`] where the vehicle and the control cannot be combined; a loaded scenario has been checked.
+    pub fn new(scenario: &Scenario) -> Result<Self, Error> {
+        let built = match scenario.control.precision {
+            Precision::F32 => build::<f32>(scenario),
+            Precision::F64 => build::<f64>(scenario),
+        };
+        built.map(Self).map_err(|error| Error::Config {
+            file: format!("vehicle {}", scenario.vehicle().name),
+            key: error.parameter.into(),
+            message: error.to_string(),
+        })
+    }
+
+    /// One control step; `measured_rad_s` has one actuator velocity a wheel.
+    pub fn step(&mut self, command: &BodyTwist<f64>, measured_rad_s: &[f64], sample: &mut ControlSample) {
+        self.0.step(command, measured_rad_s, sample);
+    }
+
+    /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
+    #[must_use]
+    pub fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
+        self.0.inverse(twist)
+    }
+}
+
+/// Calls `$f::<N>` for the vehicle's wheel count. Vehicle files allow 3 to 8 wheels.
+macro_rules! for_wheel_count {
+    ($vehicle:expr, $f:ident [$($r:ty)?], $arg:expr) => {
+        match $vehicle.wheel.len() {
+            3 => $f::<$($r,)? 3>($arg),
+            4 => $f::<$($r,)? 4>($arg),
+            5 => $f::<$($r,)? 5>($arg),
+            6 => $f::<$($r,)? 6>($arg),
+            7 => $f::<$($r,)? 7>($arg),
+            8 => $f::<$($r,)? 8>($arg),
+            n => Err(ConfigError { parameter: "wheel count", index: None, value: n as f64, allowed: "3 to 8" }),
+        }
+    };
+}
+
+fn build<R: Real>(scenario: &Scenario) -> Result<Box<dyn Loop>, ConfigError> {
+    for_wheel_count!(scenario.vehicle(), build_sized[R], scenario)
+}
+
+fn build_sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, ConfigError> {
+    let vehicle = scenario.vehicle();
+    let coordination = Coordination::preset(&scenario.control.policy).ok_or(ConfigError {
+        parameter: "control.policy",
+        index: None,
+        value: f64::NAN,
+        allowed: "a coordination preset",
+    })?;
+    let config = WheelControlConfig {
+        gains: vehicle.gains.pid(),
+        period_s: R::of(scenario.control.period_us as f64 * 1e-6),
+        limits: [vehicle.motor.limit()?; N],
+        coordination,
+    };
+    let layout: WheelLayout<R, N> = vehicle.layout()?;
+    Ok(Box::new(Sized {
+        controller: Controller::new(&layout, config)?,
+        state: ControlState::default(),
+    }))
+}
+
+/// Can these wheels move a vehicle in three directions?
+pub(crate) fn check_layout(vehicle: &Vehicle) -> Result<(), ConfigError> {
+    for_wheel_count!(vehicle, check_sized[], vehicle)
+}
+
+fn check_sized<const N: usize>(vehicle: &Vehicle) -> Result<(), ConfigError> {
+    Kinematics::new(&vehicle.layout::<f64, N>()?).map(|_| ())
+}

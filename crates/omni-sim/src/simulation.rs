@@ -1,0 +1,120 @@
+//! Controller and plant in one loop, one control period at a time.
+
+use omni_core::BodyTwist;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use crate::Error;
+use crate::config::Scenario;
+use crate::controller::{AnyController, ControlSample};
+use crate::observation::Observation;
+use crate::world::World;
+
+/// A scenario being simulated.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario};
+/// use omni_core::BodyTwist;
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// for _ in 0..500 {
+///     simulation.step(&BodyTwist { vx_m_s: 0.2, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
+/// }
+/// assert!((simulation.observation().twist.vx_m_s - 0.2).abs() < 0.02);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub struct Simulation {
+    world: World,
+    controller: AnyController,
+    sample: ControlSample,
+    observation: Observation,
+    measured: Vec<f64>,
+    torques: Vec<f64>,
+}
+
+impl Simulation {
+    /// The scenario at its start, at rest.
+    ///
+    /// # Errors
+    /// As [`AnyController::new`].
+    pub fn new(scenario: &Scenario) -> Result<Self, Error> {
+        let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
+        // 53 bits: uniform in -1..1.
+        let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
+        let yaw_rad = scenario.perturbation.yaw_rad * uniform();
+        let x_m = scenario.perturbation.start_m * uniform();
+        let world = World::new(scenario, x_m, yaw_rad);
+        let mut observation = Observation::of(scenario.vehicle());
+        world.observe(&mut observation);
+        let controller = AnyController::new(scenario)?;
+        Ok(Self {
+            world,
+            controller,
+            sample: ControlSample::default(),
+            observation,
+            measured: Vec::new(),
+            torques: Vec::new(),
+        })
+    }
+
+    /// One control period: measures, controls, holds the torques while the physics advance.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
+    /// physics fail.
+    pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
+        for (name, value) in [
+            ("vx_m_s", command.vx_m_s),
+            ("vy_m_s", command.vy_m_s),
+            ("wz_rad_s", command.wz_rad_s),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Argument {
+                    name,
+                    value: value.to_string(),
+                    allowed: "finite",
+                });
+            }
+        }
+        self.world.measure(&mut self.measured);
+        self.controller.step(command, &self.measured, &mut self.sample);
+        self.torques.clear();
+        self.torques
+            .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
+        self.world.step(&self.torques, &mut self.observation)
+    }
+
+    /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`].
+    pub fn step_torques(&mut self, torques_n_m: &[f64]) -> Result<(), Error> {
+        let bad = torques_n_m.iter().find(|t| !t.is_finite());
+        if torques_n_m.len() != self.observation.wheels.len() || bad.is_some() {
+            let value = bad.map_or_else(|| format!("{} values", torques_n_m.len()), f64::to_string);
+            return Err(Error::Argument {
+                name: "torques_n_m",
+                value,
+                allowed: "one finite torque a wheel",
+            });
+        }
+        self.world.step(torques_n_m, &mut self.observation)
+    }
+
+    /// What the controller did in the last [`Simulation::step`].
+    #[must_use]
+    pub fn sample(&self) -> &ControlSample {
+        &self.sample
+    }
+
+    /// The vehicle after the last step.
+    #[must_use]
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// Simulated time since the start \[ns\].
+    #[must_use]
+    pub fn time_ns(&self) -> u64 {
+        self.world.time_ns()
+    }
+}

@@ -1,0 +1,242 @@
+//! A run as columns, one row a control period.
+
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, SLIP_FLOOR_M_S, disturbed_ratio, slip_ratio};
+
+use crate::config::Vehicle;
+use crate::controller::{ControlSample, WheelSignals};
+use crate::observation::{Observation, WheelObservation};
+
+/// Columns that every vehicle has, in order.
+const COMMON: [&str; 22] = [
+    "time_s",
+    "command_vx_m_s",
+    "command_vy_m_s",
+    "command_wz_rad_s",
+    "estimated_vx_m_s",
+    "estimated_vy_m_s",
+    "estimated_wz_rad_s",
+    "common_factor",
+    "pose_x_m",
+    "pose_y_m",
+    "pose_z_m",
+    "pose_qx",
+    "pose_qy",
+    "pose_qz",
+    "pose_qw",
+    "pose_yaw_rad",
+    "twist_vx_m_s",
+    "twist_vy_m_s",
+    "twist_wz_rad_s",
+    "force_x_n",
+    "force_y_n",
+    "force_z_n",
+];
+
+/// A signal of each wheel: its column is `wheel_NAME_SIGNAL`.
+type WheelColumn = (&'static str, fn(&WheelSignals, &WheelObservation) -> f64);
+
+const WHEEL: [WheelColumn; 23] = [
+    ("reference_rad_s", |s, _| s.reference_rad_s),
+    ("measured_rad_s", |s, _| s.measured_rad_s),
+    ("p_n_m", |s, _| s.p_n_m),
+    ("i_n_m", |s, _| s.i_n_m),
+    ("d_n_m", |s, _| s.d_n_m),
+    ("requested_n_m", |s, _| s.requested_n_m),
+    ("applied_n_m", |s, _| s.applied_n_m),
+    ("limit_lower_n_m", |s, _| s.limit_lower_n_m),
+    ("limit_upper_n_m", |s, _| s.limit_upper_n_m),
+    ("saturated", |s, _| f64::from(u8::from(s.saturated))),
+    ("residual_rad_s", |s, _| s.residual_rad_s),
+    ("disturbed_ratio", |s, _| {
+        disturbed_ratio(s.reference_rad_s, s.measured_rad_s, DISTURBED_FLOOR_RAD_S)
+    }),
+    ("slip_ratio", |_, o| {
+        if o.touches() {
+            slip_ratio(o.rim_m_s, o.along_m_s, SLIP_FLOOR_M_S)
+        } else {
+            0.0
+        }
+    }),
+    ("rim_m_s", |_, o| o.rim_m_s),
+    ("along_m_s", |_, o| o.along_m_s),
+    ("force_normal_n", |_, o| o.force_normal_n),
+    ("force_along_n", |_, o| o.force_along_n),
+    ("normal_x", |_, o| o.normal[0]),
+    ("normal_y", |_, o| o.normal[1]),
+    ("normal_z", |_, o| o.normal[2]),
+    ("x_m", |_, o| o.centre_m[0]),
+    ("y_m", |_, o| o.centre_m[1]),
+    ("z_m", |_, o| o.centre_m[2]),
+];
+
+/// A run as named columns of `f64`, all in one block: column after column, one row a control period.
+///
+/// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
+/// the encoders, `common_factor`, pose, twist and total ground force of the base; `body_NAME_nose_up_rad`;
+/// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; and for each signal of [`Trace::wheel_signals`] one column a wheel,
+/// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
+///
+/// ```
+/// use omni_sim::{config::Scenario, run};
+/// let trace = run(&Scenario::load("flat", &[])?)?;
+/// assert_eq!(trace.rows(), 4000); // 4 s at 1 kHz
+/// assert_eq!(trace.column("time_s").map(|t| t[3999]), Some(4.0));
+/// assert!(trace.wheel("measured_rad_s", 2).is_some_and(|w| w[3999] < -4.5)); // wheel 3, on the left
+/// assert!(trace.column("speed").is_none());
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    names: Vec<String>,
+    rows: usize,
+    data: Vec<f64>,
+    wheel_names: Vec<String>,
+    first_wheel_column: usize,
+}
+
+impl Trace {
+    /// Rows: control periods.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Names of the columns, in order.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Names of the wheels, in order.
+    #[must_use]
+    pub fn wheel_names(&self) -> &[String] {
+        &self.wheel_names
+    }
+
+    /// Names of the signals that every wheel has.
+    pub fn wheel_signals() -> impl Iterator<Item = &'static str> {
+        WHEEL.iter().map(|(name, _)| *name)
+    }
+
+    /// A column by name.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.names
+            .iter()
+            .position(|n| n == name)
+            .map(|index| self.column_at(index))
+    }
+
+    /// A signal of the wheel with index `wheel`, from 0.
+    #[must_use]
+    pub fn wheel(&self, signal: &str, wheel: usize) -> Option<&[f64]> {
+        let all = self.wheels(signal)?;
+        all.chunks_exact(self.rows.max(1)).nth(wheel)
+    }
+
+    /// A signal of all wheels: one wheel's column after the other.
+    #[must_use]
+    pub fn wheels(&self, signal: &str) -> Option<&[f64]> {
+        let index = WHEEL.iter().position(|(name, _)| *name == signal)?;
+        let wheels = self.wheel_names.len();
+        let start = (self.first_wheel_column + index * wheels) * self.rows;
+        self.data.get(start..start + wheels * self.rows)
+    }
+
+    /// A column by its place in [`Trace::names`].
+    ///
+    /// # Panics
+    /// Where there is no such column.
+    #[must_use]
+    pub fn column_at(&self, index: usize) -> &[f64] {
+        &self.data[index * self.rows..(index + 1) * self.rows]
+    }
+}
+
+/// Grows row by row and is turned into columns at the end.
+pub(crate) struct TraceBuilder {
+    names: Vec<String>,
+    wheel_names: Vec<String>,
+    first_wheel_column: usize,
+    rows: Vec<f64>,
+}
+
+impl TraceBuilder {
+    pub(crate) fn new(vehicle: &Vehicle) -> Self {
+        let mut names: Vec<String> = COMMON.map(String::from).into();
+        names.extend(
+            vehicle
+                .body
+                .iter()
+                .map(|b| format!("body_{}_nose_up_rad", b.name)),
+        );
+        for hinge in &vehicle.hinge {
+            names.extend([
+                format!("hinge_{}_angle_rad", hinge.name),
+                format!("hinge_{}_rate_rad_s", hinge.name),
+            ]);
+        }
+        let first_wheel_column = names.len();
+        for (signal, _) in &WHEEL {
+            names.extend(vehicle.wheel.iter().map(|w| format!("wheel_{}_{signal}", w.name)));
+        }
+        let wheel_names = vehicle.wheel.iter().map(|w| w.name.clone()).collect();
+        Self {
+            names,
+            wheel_names,
+            first_wheel_column,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds what the controller did and what came of it.
+    pub(crate) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+        let mut force = [0.0; 3];
+        for wheel in &seen.wheels {
+            for k in 0..3 {
+                force[k] += wheel.force_n[k];
+            }
+        }
+        let rows = &mut self.rows;
+        rows.push(seen.time_ns as f64 * 1e-9);
+        rows.extend(sample.command.to_array());
+        rows.extend(sample.estimated.to_array());
+        rows.push(sample.common_factor);
+        rows.extend(seen.pose.position_m);
+        rows.extend(seen.pose.rotation_xyzw);
+        rows.push(seen.pose.yaw_rad());
+        rows.extend(seen.twist.to_array());
+        rows.extend(force);
+        rows.extend(&seen.body_nose_up_rad);
+        for hinge in &seen.hinges {
+            rows.extend([hinge.angle_rad, hinge.rate_rad_s]);
+        }
+        for (_, signal) in &WHEEL {
+            rows.extend(sample.wheels.iter().zip(&seen.wheels).map(|(s, o)| signal(s, o)));
+        }
+    }
+
+    pub(crate) fn finish(self) -> Trace {
+        let columns = self.names.len();
+        let rows = self.rows.len() / columns;
+        let mut data = vec![0.0; rows * columns];
+        for (r, row) in self.rows.chunks_exact(columns).enumerate() {
+            for (c, value) in row.iter().enumerate() {
+                data[c * rows + r] = *value;
+            }
+        }
+        let Self {
+            names,
+            wheel_names,
+            first_wheel_column,
+            ..
+        } = self;
+        Trace {
+            names,
+            rows,
+            data,
+            wheel_names,
+            first_wheel_column,
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Section 3.3 of the paper: three motors on dampers under a coordination policy. No vehicle, no rapier.
+
+use omni_core::{ControlState, Coordination, TorqueLimit, WheelControlConfig, WheelController};
+use serde::Serialize;
+
+use crate::Error;
+use crate::config::WheelsExperiment;
+
+/// The policies that make sense without a vehicle: `load_sharing` needs one.
+pub const WHEEL_POLICIES: [&str; 3] = ["independent", "paper", "synchronised"];
+
+/// rad/s per rpm.
+const RPM: f64 = std::f64::consts::PI / 30.0;
+
+/// Time between recorded rows \[us\].
+const RECORD_US: u64 = 100_000;
+
+/// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WheelsTrace {
+    /// The coordination policy.
+    pub policy: String,
+    /// Time \[s\].
+    pub t_s: Vec<f64>,
+    /// Velocities \[rpm\], the unit of the paper's figure 8.
+    pub speed_rpm: ByWheel,
+    /// Applied torques \[N.m\].
+    pub torque_n_m: ByWheel,
+    /// Dampers applied \[N.m.s/rad\].
+    pub load_n_m_s_rad: ByWheel,
+    /// Common factor of the policy, 0 to 1.
+    pub common_factor: Vec<f64>,
+}
+
+/// One series a wheel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ByWheel {
+    /// Wheel A.
+    #[serde(rename = "A")]
+    pub a: Vec<f64>,
+    /// Wheel B.
+    #[serde(rename = "B")]
+    pub b: Vec<f64>,
+    /// Wheel C.
+    #[serde(rename = "C")]
+    pub c: Vec<f64>,
+}
+
+impl ByWheel {
+    fn push(&mut self, [a, b, c]: [f64; 3]) {
+        self.a.push(a);
+        self.b.push(b);
+        self.c.push(c);
+    }
+
+    /// The values of the three wheels in one row.
+    #[must_use]
+    pub fn row(&self, index: usize) -> [f64; 3] {
+        [self.a[index], self.b[index], self.c[index]]
+    }
+}
+
+impl WheelsTrace {
+    /// Speeds \[rpm\] of A, B, C in the row nearest to a time \[s\].
+    ///
+    /// # Panics
+    /// Where the trace is empty, which an experiment's is not.
+    #[must_use]
+    pub fn speeds_at(&self, time_s: f64) -> [f64; 3] {
+        let nearest = |a: &usize, b: &usize| {
+            (self.t_s[*a] - time_s)
+                .abs()
+                .total_cmp(&(self.t_s[*b] - time_s).abs())
+        };
+        self.speed_rpm
+            .row((0..self.t_s.len()).min_by(nearest).unwrap_or(0))
+    }
+}
+
+/// Runs the experiment under a policy, torque limited by eq. (13) in four quadrants.
+///
+/// # Errors
+/// [`Error::UnknownName`] for a policy that is not one of [`WHEEL_POLICIES`]; [`Error::Config`] for gains that are out
+/// of range.
+///
+/// ```
+/// use omni_sim::{config::WheelsExperiment, run_wheels};
+/// let trace = run_wheels(&WheelsExperiment::load("wheels", &[])?, "synchronised")?;
+/// let [a, b, c] = trace.speeds_at(20.0); // load B alone is too much: all slow down to what B can keep
+/// assert!([a, b, c].iter().all(|speed| (speed - 92.0).abs() < 0.2));
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsTrace, Error> {
+    let coordination = Coordination::preset(policy).filter(|_| WHEEL_POLICIES.contains(&policy));
+    let known = || WHEEL_POLICIES.join(", ");
+    let coordination = coordination.ok_or_else(|| Error::UnknownName {
+        kind: "policy",
+        name: policy.into(),
+        known: known(),
+    })?;
+    let period_s = experiment.period_us as f64 * 1e-6;
+    let config = WheelControlConfig {
+        gains: experiment.gains.pid(),
+        period_s,
+        limits: [TorqueLimit::chugo(); 3],
+        coordination,
+    };
+    let controller = WheelController::<f64, 3>::new(config).map_err(|error| Error::Config {
+        file: experiment.name.clone(),
+        key: error.parameter.into(),
+        message: error.to_string(),
+    })?;
+
+    let reference = [experiment.speed_rpm * RPM; 3];
+    let mut velocity = reference;
+    let mut state = ControlState::default();
+    let mut trace = WheelsTrace {
+        policy: policy.into(),
+        t_s: Vec::new(),
+        speed_rpm: ByWheel::default(),
+        torque_n_m: ByWheel::default(),
+        load_n_m_s_rad: ByWheel::default(),
+        common_factor: Vec::new(),
+    };
+    let periods = (experiment.duration_s / period_s).round() as u64;
+    let every = (RECORD_US / experiment.period_us).max(1);
+    for k in 0..=periods {
+        let time_us = k * experiment.period_us;
+        let sample = controller.step(&mut state, &reference, &velocity);
+        let loads = experiment.loads_at(time_us as f64 / 1e6);
+        if k % every == 0 {
+            trace.t_s.push(time_us as f64 / 1e6);
+            trace.speed_rpm.push(velocity.map(|v| v / RPM));
+            trace.torque_n_m.push(sample.applied_n_m);
+            trace.load_n_m_s_rad.push(loads);
+            trace.common_factor.push(sample.common_factor);
+        }
+        // J v' = tau - d v by implicit Euler: stable at any period, exact where the wheel settles.
+        for i in 0..3 {
+            let per_inertia = period_s / experiment.inertia_kg_m2;
+            let damper = experiment.friction_n_m_s_rad + loads[i];
+            velocity[i] = (velocity[i] + per_inertia * sample.applied_n_m[i]) / (1.0 + per_inertia * damper);
+        }
+    }
+    Ok(trace)
+}

@@ -1,0 +1,111 @@
+//! The plant: bodies, hinges, wheels and ground in rapier. The only room that names rapier.
+
+mod contact;
+mod terrain;
+mod vehicle;
+mod wheel;
+
+use rapier3d_f64::prelude::*;
+
+use crate::Error;
+use crate::config::Scenario;
+use crate::observation::{Observation, Pose3};
+use vehicle::VehicleBodies;
+
+/// A vehicle on the ground, without a controller.
+pub(crate) struct World {
+    physics: PhysicsWorld,
+    vehicle: VehicleBodies,
+    steps_per_period: u64,
+    time_ns: u64,
+    step_ns: u64,
+}
+
+impl World {
+    /// The scenario's vehicle at its start, at rest, `yaw_rad` and `x_m` off the nominal pose.
+    pub(crate) fn new(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Self {
+        let mut physics = PhysicsWorld::new();
+        let settings = &scenario.physics;
+        physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
+        let p = &mut physics.integration_parameters;
+        p.dt = settings.step_us as f64 * 1e-6;
+        p.num_solver_iterations = settings.solver_iterations;
+        p.contact_softness = SpringCoefficients::new(settings.contact_hz, settings.contact_damping);
+        p.static_contact_softness = p.contact_softness;
+        p.friction_model = FrictionModel::Coulomb;
+        // Without these, joints and contacts lag behind the load: see docs/physics.md.
+        p.warmstart_joints = true;
+        p.contact_recycling = false;
+        p.normalized_prediction_distance = 0.002;
+        p.normalized_allowed_linear_error = 0.0005;
+        p.max_ccd_substeps = 0;
+        terrain::insert(&mut physics, &scenario.terrain);
+        let start = Pose::new(Vector::new(x_m, 0.0, 0.0), AngVector::new(0.0, 0.0, yaw_rad));
+        let vehicle = VehicleBodies::insert(&mut physics, scenario.vehicle(), start);
+        Self {
+            physics,
+            vehicle,
+            steps_per_period: scenario.control.period_us / settings.step_us,
+            time_ns: 0,
+            step_ns: settings.step_us * 1000,
+        }
+    }
+
+    /// Actuator velocities as ideal encoders see them \[rad/s\], one a wheel.
+    pub(crate) fn measure(&self, velocities_rad_s: &mut Vec<f64>) {
+        velocities_rad_s.clear();
+        velocities_rad_s.extend(
+            self.vehicle
+                .wheels
+                .iter()
+                .map(|wheel| wheel.actuator_velocity(&self.physics)),
+        );
+    }
+
+    /// Holds actuator torques \[N.m\], one a wheel, for one control period; contact forces are averaged over it.
+    pub(crate) fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
+        observation
+            .wheels
+            .iter_mut()
+            .for_each(|wheel| wheel.start_period());
+        for _ in 0..self.steps_per_period {
+            self.vehicle.apply(&mut self.physics, torques_n_m);
+            self.physics.step();
+            self.time_ns += self.step_ns;
+            if let Some(handle) = self.physics.quarantine().bodies().first() {
+                let body = self.vehicle.name_of(*handle).to_owned();
+                return Err(Error::Diverged {
+                    time_s: self.time_ns as f64 * 1e-9,
+                    body,
+                });
+            }
+            contact::accumulate(
+                &self.physics,
+                &self.vehicle,
+                1.0 / self.steps_per_period as f64,
+                observation,
+            );
+        }
+        self.observe(observation);
+        Ok(())
+    }
+
+    /// Writes the present poses and velocities; leaves the contact averages alone.
+    pub(crate) fn observe(&self, observation: &mut Observation) {
+        observation.time_ns = self.time_ns;
+        self.vehicle.observe(&self.physics, observation);
+    }
+
+    /// Nanoseconds since the start.
+    pub(crate) fn time_ns(&self) -> u64 {
+        self.time_ns
+    }
+}
+
+fn pose3(pose: &Pose) -> Pose3 {
+    let (t, q) = (pose.translation, pose.rotation);
+    Pose3 {
+        position_m: t.into(),
+        rotation_xyzw: [q.x, q.y, q.z, q.w],
+    }
+}
