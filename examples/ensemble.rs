@@ -11,7 +11,9 @@ use omni_sim::{Error, Outcome, run};
 fn main() -> Result<(), Error> {
     let mut args = std::env::args().skip(1);
     let runs: u64 = args.next().and_then(|n| n.parse().ok()).unwrap_or(12);
-    let mut overrides = args.map(|text| Override::parse(&text)).collect::<Result<Vec<_>, _>>()?;
+    let mut overrides = args
+        .map(|text| Override::parse(&text))
+        .collect::<Result<Vec<_>, _>>()?;
     // Heading and phase of the step as a person would place the vehicle.
     overrides.push(Override::parse("perturbation.yaw_rad=0.03")?);
     overrides.push(Override::parse("perturbation.start_m=0.02")?);
@@ -28,7 +30,11 @@ fn main() -> Result<(), Error> {
             spread += outcome.spread_rms / runs as f64;
             heat += outcome.heat_n2m2s / runs as f64;
         }
-        let mean = if climbed > 0.0 { format!("{:.2}", crossing / climbed) } else { "-".into() };
+        let mean = if climbed > 0.0 {
+            format!("{:.2}", crossing / climbed)
+        } else {
+            "-".into()
+        };
         println!("{policy:13} {climbed:4}/{runs:<4} {mean:>12}  {slip:.3}  {spread:.3}   {heat:.1}");
     }
     Ok(())

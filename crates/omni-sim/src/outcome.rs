@@ -71,7 +71,9 @@ impl Outcome {
             .fold(0.0_f64, |m, a| m.max(*a));
         Self {
             climbed: crossing.climbed,
-            crossing_s: crossing.climbed.then(|| ((last - first) as u64 * scenario.control.period_us) as f64 / 1e6),
+            crossing_s: crossing
+                .climbed
+                .then(|| ((last - first) as u64 * scenario.control.period_us) as f64 / 1e6),
             pitch_peak_deg: peak.to_degrees(),
             slip_rms: slip.root(),
             disturbed_rms: disturbed.root(),

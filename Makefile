@@ -1,0 +1,17 @@
+# Each target is one line that calls a script; .ci/run calls the same.
+.PHONY: run test test-full bench lint
+
+run:            ## the paper's experiment: every policy over the step
+	cargo run --release -- compare step
+
+test:           ## every Rust and Python test; makes its own virtual environment in .venv
+	scripts/test.sh
+
+test-full:      ## test, then the long checks: ensembles and benchmarks
+	scripts/test-full.sh
+
+bench:          ## ratios of control and simulation cost
+	cargo bench
+
+lint:           ## formatting and lints of Rust and Python
+	scripts/lint.sh

@@ -1,0 +1,354 @@
+//! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// Runs `omnistep` in a folder.
+fn omnistep(folder: &Path, args: &[&str]) -> Output {
+    Command::cargo_bin("omnistep")
+        .unwrap()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// The one line on standard error of a refused request: exit code 2, nothing on standard output.
+fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = omnistep(folder, args);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+    assert!(output.stdout.is_empty(), "{args:?}");
+    assert_eq!(said.lines().count(), 1, "{args:?}: {said}");
+    assert!(!said.contains("panicked"), "{said}");
+    said
+}
+
+#[test]
+fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["compare", "step", "--json"]);
+    assert!(output.status.success());
+    let rows: Vec<Value> = stdout(&output)
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let policies: Vec<_> = rows.iter().map(|row| row["policy"].as_str().unwrap()).collect();
+    assert_eq!(policies, ["independent", "paper", "synchronised", "load_sharing"]);
+    let keys = [
+        "policy",
+        "climbed",
+        "crossing_s",
+        "pitch_peak_deg",
+        "slip_rms",
+        "disturbed_rms",
+        "spread_rms",
+        "heat_n2m2s",
+        "steps_per_s",
+        "realtime_factor",
+        "mcap",
+    ];
+    for row in &rows {
+        let object = row.as_object().unwrap();
+        assert_eq!(object.len(), keys.len(), "{row}");
+        assert!(keys.iter().all(|key| object.contains_key(*key)), "{row}");
+        assert!(folder.path().join(row["mcap"].as_str().unwrap()).is_file());
+    }
+    assert_eq!(rows[0]["climbed"], true, "independent climbs at 2 N.m");
+    // Pictures of the paper's Fig. 9 show the front row up and the middle down: asin(0.05 / 0.30) = 9.594 degrees.
+    assert!((rows[0]["pitch_peak_deg"].as_f64().unwrap() - 9.594).abs() < 0.5);
+    assert_eq!(
+        fs::read_dir(folder.path().join("out")).unwrap().count(),
+        4,
+        "no half-written files"
+    );
+}
+
+#[test]
+fn without_arguments_it_compares_the_policies_on_the_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &[]);
+    assert!(output.status.success());
+    let table = stdout(&output);
+    for word in [
+        "chugo7",
+        "5.0 cm",
+        "independent",
+        "paper",
+        "synchronised",
+        "load_sharing",
+        "x real time",
+    ] {
+        assert!(table.contains(word), "{word} is missing:\n{table}");
+    }
+    assert!(folder.path().join("out/step-synchronised.mcap").is_file());
+}
+
+#[test]
+fn same_scenario_and_seed_write_the_same_bytes() {
+    let run = || {
+        let folder = tempfile::tempdir().unwrap();
+        let args = [
+            "run",
+            "step",
+            "--seed",
+            "7",
+            "--set",
+            "perturbation.yaw_rad=0.05",
+            "--set",
+            "duration_s=2.5",
+            "--quiet",
+        ];
+        assert!(omnistep(folder.path(), &args).status.success());
+        fs::read(folder.path().join("out/step-synchronised.mcap")).unwrap()
+    };
+    let (one, two) = (run(), run());
+    assert!(
+        one.len() > 100_000,
+        "2.5 s at 1 kHz are more than {} bytes",
+        one.len()
+    );
+    assert!(one == two, "the files differ");
+}
+
+#[test]
+fn wheels_json_has_the_times_of_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["wheels", "--json"]);
+    let rows: Vec<Value> = stdout(&output)
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(
+        rows.iter()
+            .map(|r| r["policy"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        ["independent", "paper", "synchronised"]
+    );
+    for row in rows {
+        let times: Vec<f64> = row["t_s"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|t| t.as_f64().unwrap())
+            .collect();
+        for time in [4.0, 6.5, 13.0, 20.0, 30.0, 45.0, 54.0, 59.9, 64.0] {
+            assert!(times.contains(&time), "{time} s exactly");
+        }
+        for wheel in ["A", "B", "C"] {
+            assert_eq!(row["speed_rpm"][wheel].as_array().unwrap().len(), times.len());
+        }
+    }
+}
+
+/// The built-in vehicle and step with one text replaced, as files `v.toml` and `s.toml`; refused with this message.
+fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let vehicle = fs::read_to_string(assets.join("vehicles/chugo7.toml")).unwrap();
+    let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
+    let scenario = scenario.replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"");
+    let change = |text: &str, name: &str| {
+        if name == file {
+            assert!(text.contains(from), "{name} has no {from:?}");
+            text.replacen(from, to, 1)
+        } else {
+            text.to_owned()
+        }
+    };
+    fs::write(folder.path().join("v.toml"), change(&vehicle, "v.toml")).unwrap();
+    fs::write(folder.path().join("s.toml"), change(&scenario, "s.toml")).unwrap();
+    let said = refused(folder.path(), &["compare", "s.toml"]);
+    assert!(said.contains(file), "names the file: {said}");
+    assert!(said.contains(expected), "expected {expected:?} in: {said}");
+    assert!(!folder.path().join("out").exists(), "nothing is written");
+}
+
+#[test]
+fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
+    refused_file(
+        "s.toml",
+        "height_m =",
+        "hight_m =",
+        "terrain: unknown field `hight_m`, expected one of",
+    );
+    refused_file(
+        "v.toml",
+        "\nradius_m = 0.066",
+        "\nradios_m = 0.066",
+        "wheel[0].radios_m: unknown field `radios_m`, expected one of",
+    );
+}
+
+#[test]
+fn a_missing_field_is_named() {
+    refused_file("s.toml", "duration_s = 6.0", "", "missing field `duration_s`");
+    refused_file("v.toml", "mass_kg = 6.0", "", "body[1]: missing field `mass_kg`");
+}
+
+#[test]
+fn a_wrong_type_is_named_with_its_key() {
+    refused_file("s.toml", "height_m = 0.05", "height_m = \"high\"", "terrain");
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = true",
+        "body[1].mass_kg: invalid type: boolean",
+    );
+}
+
+#[test]
+fn text_that_is_not_toml_is_refused_with_its_line() {
+    refused_file("s.toml", "name = \"step\"", "name = \"step", "s.toml:3: ");
+}
+
+#[test]
+fn values_out_of_range_are_named_with_the_range() {
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = nan",
+        "body[1].mass_kg: NaN, allowed: finite and > 0",
+    );
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = -6.0",
+        "body[1].mass_kg: -6, allowed: finite and > 0",
+    );
+    refused_file(
+        "v.toml",
+        "radius_m = 0.066",
+        "radius_m = 0.0",
+        "wheel[0].radius_m: 0, allowed: finite and > 0",
+    );
+    refused_file(
+        "v.toml",
+        "limit_rad = 0.9",
+        "limit_rad = 9.0",
+        "hinge[0].limit_rad: 9, allowed: 0 to 3",
+    );
+    refused_file(
+        "s.toml",
+        "friction = 0.7",
+        "friction = nan",
+        "terrain.friction: NaN, allowed: 0 to 2",
+    );
+    refused_file(
+        "s.toml",
+        "vx_m_s = 0.3",
+        "vx_m_s = inf",
+        "command.vx_m_s: inf, allowed: finite",
+    );
+    refused_file(
+        "s.toml",
+        "period_us = 1000",
+        "period_us = 750",
+        "control.period_us: 750, allowed: a multiple of physics.step_us, 500",
+    );
+    refused_file(
+        "s.toml",
+        "schema_version = 1",
+        "schema_version = 2",
+        "schema_version: 2, allowed: 1",
+    );
+}
+
+#[test]
+fn wheels_that_cannot_move_the_vehicle_three_ways_are_refused() {
+    // Every wheel rolling along x: forward and yaw only.
+    let folder = tempfile::tempdir().unwrap();
+    let sets = (0..7)
+        .map(|i| format!("vehicle.wheel.{i}.rolling_direction=[1,0]"))
+        .collect::<Vec<_>>();
+    let args = ["compare"]
+        .into_iter()
+        .chain(sets.iter().flat_map(|s| ["--set", s.as_str()]))
+        .collect::<Vec<_>>();
+    let said = refused(folder.path(), &args);
+    assert!(
+        said.contains(
+            "built-in chugo7: wheel: layout = 2, allowed: wheels that move the vehicle in 3 directions"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn references_to_bodies_that_are_not_there_are_refused() {
+    refused_file(
+        "v.toml",
+        "child = \"front\"",
+        "child = \"nose\"",
+        "hinge[0].child: \"nose\", allowed: middle, front, rear",
+    );
+    refused_file(
+        "v.toml",
+        "body = \"rear\"",
+        "body = \"tail\"",
+        "wheel[0].body: \"tail\", allowed: middle, front, rear",
+    );
+    refused_file(
+        "v.toml",
+        "name = \"rear\"",
+        "name = \"front\"",
+        "body[2].name: \"front\" twice",
+    );
+}
+
+#[test]
+fn unknown_names_are_refused_with_the_names_there_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = refused(folder.path(), &["compare", "stairway"]);
+    assert!(
+        said.contains("unknown scenario \"stairway\", allowed: step, flat, or the path of a .toml file"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
+    assert!(
+        said.contains("unknown policy \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
+    assert!(
+        said.contains("control.policy: \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["compare", "missing.toml"]);
+    assert!(said.contains("missing.toml"), "{said}");
+    let said = refused(folder.path(), &["compare", "--set", "terrain.friction"]);
+    assert!(
+        said.contains("terrain.friction") && said.contains("KEY=VALUE"),
+        "{said}"
+    );
+    let said = refused(
+        folder.path(),
+        &["compare", "--set", "vehicle.wheel.9.radius_m=0.1"],
+    );
+    assert!(said.contains("element \"9\", allowed: 0 to 6"), "{said}");
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "nothing is written"
+    );
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("taken"), "a file, not a folder").unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "taken"]).contains("taken"));
+    assert!(refused(folder.path(), &["compare", "--out", "taken/inside"]).contains("taken/inside"));
+    // A folder stands where the log would grow.
+    fs::create_dir_all(folder.path().join("logs/step-independent.mcap.part")).unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "logs"]).contains("step-independent.mcap"));
+}

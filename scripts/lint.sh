@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Formatting and lints, warnings as errors.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cargo fmt --all --check
+cargo clippy --locked --workspace --all-targets -- -D warnings
+scripts/venv.sh
+.venv/bin/ruff check python scripts
+.venv/bin/ruff format --check python scripts
+.venv/bin/mypy

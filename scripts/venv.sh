@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Makes the virtual environment .venv with the extension built from this tree and everything the Python tests need.
+# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+python=${PYTHON:-python3}
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+    { echo "Python 3.11 or newer is needed; name one with PYTHON=... (found: $("$python" --version 2>&1))" >&2; exit 1; }
+if [ ! -x .venv/bin/python ]; then
+    echo "making .venv"
+    "$python" -m venv .venv ||
+        { echo "no virtual environment can be made; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
+fi
+echo "building the extension and installing the test tools (the first time takes some minutes)"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[test]"
