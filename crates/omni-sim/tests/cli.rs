@@ -179,7 +179,7 @@ fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
         "s.toml",
         "height_m =",
         "hight_m =",
-        "terrain: unknown field `hight_m`, expected one of",
+        "terrain: hight_m: unknown field `hight_m`, expected one of",
     );
     refused_file(
         "v.toml",
@@ -197,7 +197,19 @@ fn a_missing_field_is_named() {
 
 #[test]
 fn a_wrong_type_is_named_with_its_key() {
-    refused_file("s.toml", "height_m = 0.05", "height_m = \"high\"", "terrain");
+    refused_file(
+        "s.toml",
+        "height_m = 0.05",
+        "height_m = \"high\"",
+        "terrain: height_m: invalid type: string",
+    );
+    refused_file(
+        "s.toml",
+        "kind = \"step\"",
+        "kind = \"steps\"",
+        "unknown variant `steps`, expected `flat` or `step`",
+    );
+    refused_file("s.toml", "kind = \"step\"", "", "missing field `kind`");
     refused_file(
         "v.toml",
         "mass_kg = 6.0",

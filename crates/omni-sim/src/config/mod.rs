@@ -6,6 +6,7 @@
 mod check;
 mod load;
 mod scenario;
+mod tagged;
 mod vehicle;
 mod wheels;
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{between, finite, is_name, is_schema_version, not_negative, positive};
 use super::load::{Override, Source, read};
+use super::tagged::deserialize_by_kind;
 use super::vehicle::Vehicle;
 use crate::Error;
 
@@ -53,8 +54,8 @@ pub struct Scenario {
 }
 
 /// The ground under the vehicle, which starts at x = 0 facing +x.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Terrain {
     /// A plane.
     Flat {
@@ -75,6 +76,14 @@ pub enum Terrain {
         at_m: f64,
     },
 }
+
+#[derive(Deserialize)]
+#[serde(remote = "Terrain", rename_all = "snake_case", deny_unknown_fields)]
+enum TerrainByKind {
+    Flat { friction: f64 },
+    Step { friction: f64, height_m: f64, at_m: f64 },
+}
+deserialize_by_kind!(Terrain, TerrainByKind);
 
 /// A constant body twist, reached on a ramp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]

@@ -8,6 +8,7 @@ use super::check::{
     between, direction, finite_all, is_name, is_schema_version, not_negative, positive, positive_all,
 };
 use super::load::{Override, Source, read};
+use super::tagged::deserialize_by_kind;
 use crate::Error;
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
@@ -85,8 +86,8 @@ pub struct Hinge {
 }
 
 /// What of a wheel touches the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum WheelContact {
     /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
     Ball {},
@@ -98,6 +99,14 @@ pub enum WheelContact {
         radius_m: f64,
     },
 }
+
+#[derive(Deserialize)]
+#[serde(remote = "WheelContact", rename_all = "snake_case", deny_unknown_fields)]
+enum ContactByKind {
+    Ball {},
+    Roller { radius_m: f64 },
+}
+deserialize_by_kind!(WheelContact, ContactByKind);
 
 /// A driven wheel with free rollers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
