@@ -1,5 +1,6 @@
 //! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
 
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
 use omni_core::{
     BodyTwist, ConfigError, ControlState, Controller, Coordination, Kinematics, Real, WheelControlConfig,
     WheelLayout,
@@ -46,6 +47,14 @@ pub struct WheelSignals {
     pub saturated: bool,
     /// Part of the measured velocity that no motion of the vehicle explains \[rad/s\].
     pub residual_rad_s: f64,
+}
+
+impl WheelSignals {
+    /// Disturbed ratio, the safe form of eq. (14), within -2..=2 (behind its reference is +).
+    #[must_use]
+    pub fn disturbed_ratio(&self) -> f64 {
+        disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
+    }
 }
 
 impl Default for ControlSample {

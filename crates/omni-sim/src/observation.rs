@@ -1,6 +1,7 @@
 //! What can be seen of a simulated vehicle after a control period.
 
 use omni_core::BodyTwist;
+use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};
 
 use crate::config::Vehicle;
 
@@ -95,6 +96,16 @@ impl WheelObservation {
     #[must_use]
     pub fn touches(&self) -> bool {
         self.force_normal_n > 0.0
+    }
+
+    /// Slip ratio, the safe form of eq. (15), within -2..=2 (faster than it moves is +); 0 in the air.
+    #[must_use]
+    pub fn slip_ratio(&self) -> f64 {
+        if self.touches() {
+            slip_ratio(self.rim_m_s, self.along_m_s, SLIP_FLOOR_M_S)
+        } else {
+            0.0
+        }
     }
 
     pub(crate) fn start_period(&mut self) {

@@ -1,7 +1,5 @@
 //! A run as columns, one row a control period.
 
-use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, SLIP_FLOOR_M_S, disturbed_ratio, slip_ratio};
-
 use crate::config::Vehicle;
 use crate::controller::{ControlSample, WheelSignals};
 use crate::observation::{Observation, WheelObservation};
@@ -47,16 +45,8 @@ const WHEEL: [WheelColumn; 23] = [
     ("limit_upper_n_m", |s, _| s.limit_upper_n_m),
     ("saturated", |s, _| f64::from(u8::from(s.saturated))),
     ("residual_rad_s", |s, _| s.residual_rad_s),
-    ("disturbed_ratio", |s, _| {
-        disturbed_ratio(s.reference_rad_s, s.measured_rad_s, DISTURBED_FLOOR_RAD_S)
-    }),
-    ("slip_ratio", |_, o| {
-        if o.touches() {
-            slip_ratio(o.rim_m_s, o.along_m_s, SLIP_FLOOR_M_S)
-        } else {
-            0.0
-        }
-    }),
+    ("disturbed_ratio", |s, _| s.disturbed_ratio()),
+    ("slip_ratio", |_, o| o.slip_ratio()),
     ("rim_m_s", |_, o| o.rim_m_s),
     ("along_m_s", |_, o| o.along_m_s),
     ("force_normal_n", |_, o| o.force_normal_n),

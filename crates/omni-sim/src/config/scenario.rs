@@ -3,6 +3,7 @@
 use garde::Validate;
 use omni_core::{BodyTwist, Coordination};
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
 use super::check::{between, finite, is_name, is_schema_version, not_negative, positive};
 use super::load::{Override, Source, read};
@@ -10,7 +11,7 @@ use super::tagged::deserialize_by_kind;
 use super::vehicle::Vehicle;
 use crate::Error;
 
-/// A scenario file, with its vehicle read in.
+/// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -20,14 +21,9 @@ pub struct Scenario {
     /// Name in logs and file names.
     #[garde(custom(is_name))]
     pub name: String,
-    /// Built-in name of the vehicle, or a path relative to this file.
-    #[serde(rename = "vehicle")]
-    #[garde(length(min = 1))]
-    pub vehicle_name: String,
-    /// The vehicle itself, read from where `vehicle` points.
-    #[serde(skip)]
-    #[garde(skip)]
-    vehicle: Option<Box<Vehicle>>,
+    /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
+    #[garde(skip)] // checked with its own source, before it is put here
+    vehicle: Vehicle,
     /// Simulated time \[s\], 0.01 to 3600.
     #[garde(custom(between(0.01, 3600.0)))]
     pub duration_s: f64,
@@ -232,7 +228,21 @@ impl Scenario {
         for each in own {
             each.apply(source, &mut table)?;
         }
-        let mut scenario: Self = read(source, table)?;
+        let vehicle = match table.remove("vehicle") {
+            Some(Value::String(name)) => {
+                Vehicle::from_source(&Source::vehicle(&name, source.folder())?, &for_vehicle)?
+            }
+            Some(Value::Table(inline)) => Vehicle::from_table(source, inline, &for_vehicle)?,
+            Some(other) => {
+                return Err(source.refuse("vehicle", format!("{other}, allowed: a name, a path or a table")));
+            }
+            None => return Err(source.refuse("top level", "missing field `vehicle`")),
+        };
+        // Plain data read from TOML: it can be written as TOML.
+        let inline =
+            Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
+        table.insert("vehicle".into(), inline);
+        let scenario: Self = read(source, table)?;
         let Physics { step_us, .. } = scenario.physics;
         if !scenario.control.period_us.is_multiple_of(step_us) {
             let message = format!(
@@ -241,19 +251,13 @@ impl Scenario {
             );
             return Err(source.refuse("control.period_us", message));
         }
-        let vehicle = Source::vehicle(&scenario.vehicle_name, source.folder())?;
-        scenario.vehicle = Some(Box::new(Vehicle::from_source(&vehicle, &for_vehicle)?));
         Ok(scenario)
     }
 
     /// The vehicle.
     #[must_use]
-    #[expect(
-        clippy::expect_used,
-        reason = "set by from_source, the only way to make a Scenario outside this module"
-    )]
     pub fn vehicle(&self) -> &Vehicle {
-        self.vehicle.as_deref().expect("read with the scenario")
+        &self.vehicle
     }
 
     /// The same scenario under another coordination preset.

@@ -3,6 +3,7 @@
 use garde::Validate;
 use omni_core::{PidGains, TorqueLimit, Wheel, WheelLayout};
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use super::check::{
     between, direction, finite_all, is_name, is_schema_version, not_negative, positive, positive_all,
@@ -217,7 +218,15 @@ impl Vehicle {
     /// # Errors
     /// What is wrong with it, in one line.
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
-        let mut table = source.table()?;
+        Self::from_table(source, source.table()?, overrides)
+    }
+
+    /// The vehicle that a table of a source describes.
+    pub(crate) fn from_table(
+        source: &Source,
+        mut table: Table,
+        overrides: &[Override],
+    ) -> Result<Self, Error> {
         for each in overrides {
             each.apply(source, &mut table)?;
         }
@@ -229,10 +238,7 @@ impl Vehicle {
     /// The wheels as the controller knows them.
     ///
     /// # Errors
-    /// As [`WheelLayout::new`].
-    ///
-    /// # Panics
-    /// Never: `N` is the number of wheels of a loaded vehicle, else the error says so.
+    /// As [`WheelLayout::new`]; parameter `wheel count` where `N` is not the number of wheels.
     pub fn layout<R: omni_core::Real, const N: usize>(
         &self,
     ) -> Result<WheelLayout<R, N>, omni_core::ConfigError> {

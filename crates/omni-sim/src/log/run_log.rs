@@ -8,13 +8,12 @@
 //! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: the true pose and twist, no estimate |
 //! | `/cmd_vel` | `geometry_msgs/msg/TwistStamped` | 50 Hz |
 //!
-//! The scenario and the vehicle, as resolved, are attachments; policy, seed and version are the metadata `run`.
+//! The scenario as resolved, its vehicle inside, is the attachment `scenario.toml`; policy, seed and version are the metadata `run`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use omni_core::BodyTwist;
-use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, SLIP_FLOOR_M_S, disturbed_ratio, slip_ratio};
 
 use super::ros2::{
     Header, JointState, Odometry, Point, Pose, PoseWithCovariance, Quaternion, TfMessage, Transform,
@@ -63,18 +62,9 @@ impl RunLog {
             ("seed", scenario.seed.to_string()),
         ];
         writer.metadata("run", facts.map(|(k, v)| (k.to_owned(), v)).into())?;
-        // Plain data read from TOML: it can be written as TOML.
-        let text = |value: Result<String, toml::ser::Error>| value.unwrap_or_default();
-        writer.attachment(
-            "scenario.toml",
-            "application/toml",
-            text(toml::to_string(scenario)).as_bytes(),
-        )?;
-        writer.attachment(
-            "vehicle.toml",
-            "application/toml",
-            text(toml::to_string(vehicle)).as_bytes(),
-        )?;
+        // Whole, with the vehicle inside. Plain data read from TOML: it can be written as TOML.
+        let text = toml::to_string(scenario).unwrap_or_default();
+        writer.attachment("scenario.toml", "application/toml", text.as_bytes())?;
         Ok(Self {
             vehicle_state: writer.channel("/vehicle_state")?,
             tf: writer.channel("/tf")?,
@@ -172,16 +162,8 @@ impl RunLog {
                     limit_lower_n_m: s.limit_lower_n_m,
                     limit_upper_n_m: s.limit_upper_n_m,
                     saturated: s.saturated,
-                    slip_ratio: if o.touches() {
-                        slip_ratio(o.rim_m_s, o.along_m_s, SLIP_FLOOR_M_S)
-                    } else {
-                        0.0
-                    },
-                    disturbed_ratio: disturbed_ratio(
-                        s.reference_rad_s,
-                        s.measured_rad_s,
-                        DISTURBED_FLOOR_RAD_S,
-                    ),
+                    slip_ratio: o.slip_ratio(),
+                    disturbed_ratio: s.disturbed_ratio(),
                     contact_normal_n: o.force_normal_n,
                     contact_along_n: o.force_along_n,
                 })
@@ -317,7 +299,7 @@ fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::Simulation;
-    use crate::config::{Source, Vehicle};
+    use crate::config::{Override, Source};
 
     #[test]
     fn a_turn_about_an_axis_follows_the_right_hand_rule() {
@@ -373,13 +355,10 @@ mod tests {
     }
 
     #[test]
-    fn a_logged_scenario_and_vehicle_read_back_as_they_were() {
-        let scenario = Scenario::load("step", &[]).expect("built-in");
-        let vehicle = toml::to_string(scenario.vehicle()).expect("plain data");
-        assert_eq!(
-            &Vehicle::from_source(&Source::text("log", vehicle), &[]).expect("valid"),
-            scenario.vehicle()
-        );
+    fn a_logged_scenario_reads_back_as_it_was_with_its_overrides() {
+        let stronger = Override::new("vehicle.motor.stall_torque_n_m", 2.5);
+        let scenario = Scenario::load("step", &[stronger]).expect("built-in");
+        assert_eq!(scenario.vehicle().motor.stall_torque_n_m, 2.5);
         let text = toml::to_string(&scenario).expect("plain data");
         assert_eq!(
             Scenario::from_source(&Source::text("log", text), &[]).expect("valid"),
