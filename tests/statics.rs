@@ -106,8 +106,10 @@ fn ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_
 fn vehicle_at_rest_settles_by_micrometres_and_then_stays() {
     let mut simulation = at_rest();
     let settled = simulation.observation().pose.position_m;
-    // Contacts give by some micrometres under 20 kg, which turns the frames by 1e-4 rad about axles 66 mm up.
-    assert!(settled.iter().all(|x| x.abs() < 2e-5), "{settled:?}");
+    // Contacts of 200 Hz give by 42 um under wheel 4 (softer ones by half a millimetre), which turns the frames by
+    // 1e-4 rad about axles 66 mm up: some micrometres along the ground.
+    assert!(settled[2].abs() < 1e-4, "sinks by {} m", settled[2]);
+    assert!(settled[0].abs() < 2e-5 && settled[1].abs() < 2e-5, "{settled:?}");
     for _ in 0..2000 {
         simulation.step(&BodyTwist::ZERO).expect("finite");
     }

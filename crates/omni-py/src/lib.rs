@@ -1,1 +1,35 @@
+//! Python bindings of omnistep: the module `omnistep._omnistep` and nothing else.
 
+mod cli;
+mod error;
+mod run;
+mod sample;
+mod scenario;
+mod simulation;
+mod trace;
+mod wheels;
+
+/// Control and simulation of omni-directional vehicles that climb steps.
+#[pyo3::pymodule]
+mod _omnistep {
+    #[pymodule_export]
+    use crate::cli::cli;
+    #[pymodule_export]
+    use crate::run::run;
+    #[pymodule_export]
+    use crate::sample::Sample;
+    #[pymodule_export]
+    use crate::scenario::{policies, scenarios, vehicles};
+    #[pymodule_export]
+    use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::trace::{Outcome, Trace};
+    #[pymodule_export]
+    use crate::wheels::{WheelsTrace, wheels};
+
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        use pyo3::types::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -16,7 +16,7 @@ mod world;
 
 pub use error::Error;
 pub use outcome::Outcome;
-pub use run::{control_periods, record, run, run_watched};
+pub use run::{Record, control_periods, record, run, run_watched};
 pub use simulation::Simulation;
 pub use trace::Trace;
 pub use wheels::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};

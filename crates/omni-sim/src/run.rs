@@ -36,24 +36,40 @@ pub fn run_watched<E: From<Error>>(
     Ok(trace.finish())
 }
 
-/// Runs a scenario into a log, calling `progress` with the part done, 0 to 1; returns the trace, its figures and the
-/// log's path. The log carries its final name only if the run went to its end.
+/// A finished run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Every signal of every control period.
+    pub trace: Trace,
+    /// Its figures.
+    pub outcome: Outcome,
+    /// The log, if one was asked for.
+    pub mcap: Option<PathBuf>,
+}
+
+/// Runs a scenario from start to end, into a log if there is one, calling `watch` after every control period with the
+/// part done, 0 to 1. An error of `watch` ends the run; the log carries its final name only if the run went to its end.
 ///
 /// # Errors
-/// As [`run`], and [`Error::Log`] where the log cannot be written.
-pub fn record(
+/// As [`run`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
+pub fn record<E: From<Error>>(
     scenario: &Scenario,
-    mut log: RunLog,
-    progress: impl Fn(f64),
-) -> Result<(Trace, Outcome, PathBuf), Error> {
+    mut log: Option<RunLog>,
+    mut watch: impl FnMut(f64) -> Result<(), E>,
+) -> Result<Record, E> {
     let trace = run_watched(scenario, |simulation, part| {
-        log.push(simulation.sample(), simulation.observation())?;
-        progress(part);
-        Ok::<(), Error>(())
+        if let Some(log) = &mut log {
+            log.push(simulation.sample(), simulation.observation())
+                .map_err(Error::from)?;
+        }
+        watch(part)
     })?;
     let outcome = Outcome::of(scenario, &trace);
-    let path = log.finish(&outcome)?;
-    Ok((trace, outcome, path))
+    let mcap = log
+        .map(|log| log.finish(&outcome))
+        .transpose()
+        .map_err(Error::from)?;
+    Ok(Record { trace, outcome, mcap })
 }
 
 /// Control periods in a scenario.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{RunArgs, print};
 use crate::config::{Scenario, Terrain};
 use crate::log::RunLog;
-use crate::{Error, Outcome, record};
+use crate::{Error, Outcome, Record, record};
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -72,7 +72,10 @@ fn one(scenario: &Scenario, folder: &std::path::Path, progress: impl Fn(f64)) ->
     let path = folder.join(format!("{}-{}.mcap", scenario.name, scenario.control.policy));
     let start = Instant::now();
     let log = RunLog::create(&path, scenario)?;
-    let (trace, outcome, mcap) = record(scenario, log, progress)?;
+    let Record { trace, outcome, mcap } = record(scenario, Some(log), |part| {
+        progress(part);
+        Ok::<(), Error>(())
+    })?;
     let seconds = start.elapsed().as_secs_f64();
     let simulated = trace.rows() as f64 * scenario.control.period_us as f64 * 1e-6;
     Ok(Row {
@@ -80,7 +83,7 @@ fn one(scenario: &Scenario, folder: &std::path::Path, progress: impl Fn(f64)) ->
         outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,
-        mcap,
+        mcap: mcap.unwrap_or(path),
     })
 }
 

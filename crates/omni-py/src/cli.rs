@@ -1,0 +1,11 @@
+//! The command line, for the console script.
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+
+/// Runs the command line `argv` (the program's name first); returns the exit code.
+#[pyfunction]
+pub(crate) fn cli(py: Python<'_>, argv: Vec<OsString>) -> u8 {
+    py.detach(|| omni_sim::cli::main(argv))
+}

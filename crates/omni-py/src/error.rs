@@ -1,0 +1,54 @@
+//! Errors of the simulation as the exceptions of `omnistep.errors`, with the key and the file they concern.
+
+use omni_sim::Error;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The Python exception for an error.
+pub(crate) fn exception(error: &Error) -> PyErr {
+    Python::attach(|py| build(py, error).unwrap_or_else(|failed| failed))
+}
+
+fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
+    let (class, key, file) = match error {
+        Error::Config { file, key, .. } => ("ConfigError", Some(key.as_str()), Some(file.as_str())),
+        Error::Syntax { file, .. } => ("ConfigError", None, Some(file.as_str())),
+        Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
+        Error::UnknownName { kind, .. } => ("ConfigError", Some(*kind), None),
+        Error::Override { text, .. } => ("ConfigError", Some(text.as_str()), None),
+        Error::Io { .. } | Error::Log(_) => ("LogError", None, None),
+        _ => ("SimulationError", None, None),
+    };
+    let class = py.import("omnistep.errors")?.getattr(class)?;
+    let kwargs = PyDict::new(py);
+    if let Some(key) = key {
+        kwargs.set_item("key", key)?;
+    }
+    if let Some(file) = file {
+        kwargs.set_item("file", file)?;
+    }
+    Ok(PyErr::from_value(
+        class.call((error.to_string(),), Some(&kwargs))?,
+    ))
+}
+
+/// What ends a run early: its own error, or a signal such as Ctrl-C.
+pub(crate) enum Stop {
+    Failed(Error),
+    Interrupted(PyErr),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl From<Stop> for PyErr {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Failed(error) => exception(&error),
+            Stop::Interrupted(error) => error,
+        }
+    }
+}

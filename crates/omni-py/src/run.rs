@@ -1,0 +1,45 @@
+//! Whole runs, outside the interpreter's lock.
+
+use std::path::PathBuf;
+
+use omni_sim::log::RunLog;
+use omni_sim::{Error, Record};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::Stop;
+use crate::scenario::load;
+use crate::trace::Trace;
+
+/// Control periods between two looks at Ctrl-C: some milliseconds.
+const PERIODS_PER_LOOK: u32 = 64;
+
+/// Runs a scenario from start to end.
+#[pyfunction]
+#[pyo3(signature = (scenario = PathBuf::from("step"), *, policy = None, overrides = None, seed = None, mcap = None))]
+pub(crate) fn run(
+    py: Python<'_>,
+    scenario: PathBuf,
+    policy: Option<&str>,
+    overrides: Option<&Bound<'_, PyDict>>,
+    seed: Option<u64>,
+    mcap: Option<PathBuf>,
+) -> PyResult<Trace> {
+    let scenario = load(scenario, policy, overrides, seed)?;
+    let recorded: Result<Record, Stop> = py.detach(|| {
+        let log = mcap
+            .map(|path| RunLog::create(path, &scenario))
+            .transpose()
+            .map_err(Error::from)?;
+        let mut periods = 0;
+        omni_sim::record(&scenario, log, |_| {
+            periods += 1;
+            if periods % PERIODS_PER_LOOK == 0 {
+                Python::attach(|py| py.check_signals()).map_err(Stop::Interrupted)?;
+            }
+            Ok(())
+        })
+    });
+    let Record { trace, outcome, .. } = recorded?;
+    Ok(Trace::new(scenario, trace, outcome))
+}

@@ -1,0 +1,167 @@
+//! What one control period did and what came of it.
+
+use numpy::PyArray1;
+use omni_sim::config::Vehicle;
+use omni_sim::controller::{ControlSample, WheelSignals};
+use omni_sim::observation::{Observation, WheelObservation};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Floats<'py> = Bound<'py, PyArray1<f64>>;
+
+/// One control period.
+#[pyclass(frozen, module = "omnistep")]
+pub(crate) struct Sample {
+    body_names: Vec<String>,
+    hinge_names: Vec<String>,
+    control: ControlSample,
+    seen: Observation,
+}
+
+impl Sample {
+    pub(crate) fn new(vehicle: &Vehicle, control: ControlSample, seen: Observation) -> Self {
+        Self {
+            body_names: vehicle.body.iter().map(|body| body.name.clone()).collect(),
+            hinge_names: vehicle.hinge.iter().map(|hinge| hinge.name.clone()).collect(),
+            control,
+            seen,
+        }
+    }
+
+    fn signal<'py>(&self, py: Python<'py>, get: impl Fn(&WheelSignals) -> f64) -> Floats<'py> {
+        PyArray1::from_iter(py, self.control.wheels.iter().map(get))
+    }
+
+    fn wheel<'py>(&self, py: Python<'py>, get: impl Fn(&WheelObservation) -> f64) -> Floats<'py> {
+        PyArray1::from_iter(py, self.seen.wheels.iter().map(get))
+    }
+}
+
+fn by_name<'py>(
+    py: Python<'py>,
+    names: &[String],
+    values: impl Iterator<Item = f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, value) in names.iter().zip(values) {
+        dict.set_item(name, value)?;
+    }
+    Ok(dict)
+}
+
+/// Getters of one array over the wheels each.
+macro_rules! wheel_arrays {
+    ($($name:ident = $from:ident $get:expr;)*) => {
+        #[pymethods]
+        impl Sample {
+            /// End of the control period [s].
+            #[getter]
+            fn time_s(&self) -> f64 {
+                self.seen.time_ns as f64 * 1e-9
+            }
+
+            /// The command (vx, vy, wz).
+            #[getter]
+            fn command(&self) -> (f64, f64, f64) {
+                self.control.command.to_array().into()
+            }
+
+            /// The twist estimated from the encoders (vx, vy, wz).
+            #[getter]
+            fn estimated(&self) -> (f64, f64, f64) {
+                self.control.estimated.to_array().into()
+            }
+
+            /// The true twist (vx, vy, wz).
+            #[getter]
+            fn twist(&self) -> (f64, f64, f64) {
+                self.seen.twist.to_array().into()
+            }
+
+            /// Factor of the policy on all torques or references, 0 to 1.
+            #[getter]
+            fn common_factor(&self) -> f64 {
+                self.control.common_factor
+            }
+
+            /// Position of the base [m], x, y, z.
+            #[getter]
+            fn position_m<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                PyArray1::from_slice(py, &self.seen.pose.position_m)
+            }
+
+            /// Orientation of the base, unit quaternion x, y, z, w.
+            #[getter]
+            fn rotation_xyzw<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                PyArray1::from_slice(py, &self.seen.pose.rotation_xyzw)
+            }
+
+            /// Heading of the base [rad].
+            #[getter]
+            fn yaw_rad(&self) -> f64 {
+                self.seen.pose.yaw_rad()
+            }
+
+            /// Nose-up angle of each body [rad].
+            #[getter]
+            fn body_nose_up_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                by_name(py, &self.body_names, self.seen.body_nose_up_rad.iter().copied())
+            }
+
+            /// Angle of each hinge [rad].
+            #[getter]
+            fn hinge_angle_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                by_name(py, &self.hinge_names, self.seen.hinges.iter().map(|hinge| hinge.angle_rad))
+            }
+
+            /// Rate of each hinge [rad/s].
+            #[getter]
+            fn hinge_rate_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                by_name(py, &self.hinge_names, self.seen.hinges.iter().map(|hinge| hinge.rate_rad_s))
+            }
+
+            /// Which requests were outside the limits (N,).
+            #[getter]
+            fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+                PyArray1::from_iter(py, self.control.wheels.iter().map(|wheel| wheel.saturated))
+            }
+
+            /// Which wheels touched the ground (N,).
+            #[getter]
+            fn touches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+                PyArray1::from_iter(py, self.seen.wheels.iter().map(WheelObservation::touches))
+            }
+
+            fn __repr__(&self) -> String {
+                let [vx, vy, wz] = self.seen.twist.to_array();
+                format!("<omnistep.Sample at {:.3} s: twist ({vx:.3}, {vy:.3}, {wz:.3})>", self.time_s())
+            }
+
+            $(
+                #[getter]
+                fn $name<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                    self.$from(py, $get)
+                }
+            )*
+        }
+    };
+}
+
+wheel_arrays! {
+    reference_rad_s = signal |w| w.reference_rad_s;
+    measured_rad_s = signal |w| w.measured_rad_s;
+    p_n_m = signal |w| w.p_n_m;
+    i_n_m = signal |w| w.i_n_m;
+    d_n_m = signal |w| w.d_n_m;
+    requested_n_m = signal |w| w.requested_n_m;
+    applied_n_m = signal |w| w.applied_n_m;
+    limit_lower_n_m = signal |w| w.limit_lower_n_m;
+    limit_upper_n_m = signal |w| w.limit_upper_n_m;
+    residual_rad_s = signal |w| w.residual_rad_s;
+    disturbed_ratio = signal WheelSignals::disturbed_ratio;
+    slip_ratio = wheel WheelObservation::slip_ratio;
+    rim_m_s = wheel |w| w.rim_m_s;
+    along_m_s = wheel |w| w.along_m_s;
+    force_normal_n = wheel |w| w.force_normal_n;
+    force_along_n = wheel |w| w.force_along_n;
+}

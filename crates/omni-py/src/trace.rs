@@ -1,0 +1,266 @@
+//! A run's columns as NumPy arrays on the trace's own memory.
+
+use numpy::ndarray::{ArrayView1, ArrayView2, Dimension, ViewRepr};
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
+use omni_sim::config::{Scenario, Terrain};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A finished run.
+#[pyclass(frozen, module = "omnistep")]
+pub(crate) struct Trace {
+    scenario: Scenario,
+    trace: omni_sim::Trace,
+    outcome: Outcome,
+}
+
+impl Trace {
+    pub(crate) fn new(scenario: Scenario, trace: omni_sim::Trace, outcome: omni_sim::Outcome) -> Self {
+        Self {
+            scenario,
+            trace,
+            outcome: Outcome { inner: outcome },
+        }
+    }
+}
+
+/// An array on memory that `owner` keeps; it cannot be written to.
+fn borrow<'py, D: Dimension>(
+    owner: &Bound<'py, Trace>,
+    view: &numpy::ndarray::ArrayBase<ViewRepr<&f64>, D>,
+) -> Bound<'py, PyArray<f64, D>> {
+    #[expect(unsafe_code, reason = "the one zero-copy borrow")]
+    // SAFETY: the view is of the frozen owner's data, which is never changed, moved or freed before the owner, and the
+    // array holds a reference to the owner.
+    let array = unsafe { PyArray::borrow_from_array(view, owner.clone().into_any()) };
+    array.readwrite().make_nonwriteable();
+    array
+}
+
+#[pymethods]
+impl Trace {
+    /// Names of the columns.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.trace.names().to_vec()
+    }
+
+    /// Names of the wheels.
+    #[getter]
+    fn wheel_names(&self) -> Vec<String> {
+        self.trace.wheel_names().to_vec()
+    }
+
+    /// Names of the signals that `wheels` takes.
+    #[getter]
+    fn wheel_signals(&self) -> Vec<&'static str> {
+        omni_sim::Trace::wheel_signals().collect()
+    }
+
+    /// Rolling radii of the wheels [m].
+    #[getter]
+    fn wheel_radius_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(
+            py,
+            self.scenario.vehicle().wheel.iter().map(|wheel| wheel.radius_m),
+        )
+    }
+
+    /// The ground: `kind`, `friction`, and for a step `height_m` and `at_m`.
+    #[getter]
+    fn terrain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        match self.scenario.terrain {
+            Terrain::Flat { friction } => {
+                dict.set_item("kind", "flat")?;
+                dict.set_item("friction", friction)?;
+            }
+            Terrain::Step {
+                friction,
+                height_m,
+                at_m,
+            } => {
+                dict.set_item("kind", "step")?;
+                dict.set_item("friction", friction)?;
+                dict.set_item("height_m", height_m)?;
+                dict.set_item("at_m", at_m)?;
+            }
+        }
+        Ok(dict)
+    }
+
+    /// Name of the scenario.
+    #[getter]
+    fn scenario(&self) -> &str {
+        &self.scenario.name
+    }
+
+    /// Name of the vehicle.
+    #[getter]
+    fn vehicle(&self) -> &str {
+        &self.scenario.vehicle().name
+    }
+
+    /// Name of the coordination policy.
+    #[getter]
+    fn policy(&self) -> &str {
+        &self.scenario.control.policy
+    }
+
+    /// Seed of the perturbation.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.scenario.seed
+    }
+
+    /// The figures of the run.
+    #[getter]
+    fn outcome(&self) -> Outcome {
+        self.outcome.clone()
+    }
+
+    /// A signal of all wheels, (T, N), on the trace's own memory.
+    fn wheels<'py>(slf: &Bound<'py, Self>, signal: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let trace = &slf.get().trace;
+        let shape = (trace.wheel_names().len(), trace.rows());
+        let view = trace
+            .wheels(signal)
+            .and_then(|data| ArrayView2::from_shape(shape, data).ok());
+        let view = view.ok_or_else(|| unknown(slf.py(), "signal", signal, &slf.get().wheel_signals()))?;
+        Ok(borrow(slf, &view.reversed_axes()))
+    }
+
+    /// Every column by name.
+    fn columns<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(slf.py());
+        for name in slf.get().trace.names() {
+            dict.set_item(name, Self::__getitem__(slf, name)?)?;
+        }
+        Ok(dict)
+    }
+
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let trace = &slf.get().trace;
+        let column = trace
+            .column(name)
+            .ok_or_else(|| unknown(slf.py(), "column", name, trace.names()))?;
+        Ok(borrow(slf, &ArrayView1::from(column)))
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.trace.column(name).is_some()
+    }
+
+    fn __len__(&self) -> usize {
+        self.trace.rows()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.names().into_pyobject(py)?.call_method0("__iter__")
+    }
+
+    fn __repr__(&self) -> String {
+        let (rows, columns) = (self.trace.rows(), self.trace.names().len());
+        let (scenario, policy) = (self.scenario(), self.policy());
+        format!(
+            "<omnistep.Trace of {scenario}, {policy}: {rows} rows, {columns} columns, {}>",
+            self.outcome.summary()
+        )
+    }
+}
+
+/// A `KeyError` that suggests the nearest names.
+fn unknown(py: Python<'_>, kind: &str, name: &str, known: &[impl AsRef<str>]) -> PyErr {
+    let near = || -> PyResult<Vec<String>> {
+        let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+        py.import("difflib")?
+            .call_method1("get_close_matches", (name, known))?
+            .extract()
+    };
+    let hint = match near() {
+        Ok(near) if !near.is_empty() => format!("; did you mean {}?", near.join(", ")),
+        _ => String::new(),
+    };
+    PyKeyError::new_err(format!("no {kind} {name:?}{hint}"))
+}
+
+/// Figures of a run.
+#[pyclass(frozen, module = "omnistep")]
+#[derive(Clone)]
+pub(crate) struct Outcome {
+    inner: omni_sim::Outcome,
+}
+
+impl Outcome {
+    fn summary(&self) -> String {
+        match self.inner.crossing_s {
+            Some(seconds) => format!("climbed in {seconds:.2} s"),
+            None => "not climbed".into(),
+        }
+    }
+}
+
+#[pymethods]
+impl Outcome {
+    #[getter]
+    fn climbed(&self) -> bool {
+        self.inner.climbed
+    }
+
+    #[getter]
+    fn crossing_s(&self) -> Option<f64> {
+        self.inner.crossing_s
+    }
+
+    #[getter]
+    fn pitch_peak_deg(&self) -> f64 {
+        self.inner.pitch_peak_deg
+    }
+
+    #[getter]
+    fn slip_rms(&self) -> f64 {
+        self.inner.slip_rms
+    }
+
+    #[getter]
+    fn disturbed_rms(&self) -> f64 {
+        self.inner.disturbed_rms
+    }
+
+    #[getter]
+    fn spread_rms(&self) -> f64 {
+        self.inner.spread_rms
+    }
+
+    #[getter]
+    fn heat_n2m2s(&self) -> f64 {
+        self.inner.heat_n2m2s
+    }
+
+    /// The figures by name.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("climbed", self.inner.climbed)?;
+        dict.set_item("crossing_s", self.inner.crossing_s)?;
+        dict.set_item("pitch_peak_deg", self.inner.pitch_peak_deg)?;
+        dict.set_item("slip_rms", self.inner.slip_rms)?;
+        dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;
+        dict.set_item("spread_rms", self.inner.spread_rms)?;
+        dict.set_item("heat_n2m2s", self.inner.heat_n2m2s)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        let o = &self.inner;
+        format!(
+            "<omnistep.Outcome: {}, pitch {:.2} deg, slip {:.3}, disturbed {:.3}, spread {:.3}, heat {:.1} N2m2s>",
+            self.summary(),
+            o.pitch_peak_deg,
+            o.slip_rms,
+            o.disturbed_rms,
+            o.spread_rms,
+            o.heat_n2m2s
+        )
+    }
+}

@@ -1,0 +1,88 @@
+//! Section 3.3 of the paper: three motors on dampers.
+
+use numpy::{PyArray1, PyArray2};
+use omni_sim::ByWheel;
+use omni_sim::config::WheelsExperiment;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::exception;
+use crate::scenario::from_dict;
+
+/// Speeds and loads of wheels A, B and C.
+#[pyclass(frozen, module = "omnistep")]
+pub(crate) struct WheelsTrace {
+    inner: omni_sim::WheelsTrace,
+}
+
+fn columns<'py>(py: Python<'py>, series: &ByWheel) -> Bound<'py, PyArray2<f64>> {
+    let array =
+        numpy::ndarray::Array2::from_shape_fn((series.a.len(), 3), |(row, wheel)| series.row(row)[wheel]);
+    PyArray2::from_owned_array(py, array)
+}
+
+#[pymethods]
+impl WheelsTrace {
+    /// Name of the coordination policy.
+    #[getter]
+    fn policy(&self) -> &str {
+        &self.inner.policy
+    }
+
+    /// Time [s], (T,).
+    #[getter]
+    fn t_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.inner.t_s)
+    }
+
+    /// Velocities of A, B, C [rpm], (T, 3).
+    #[getter]
+    fn speed_rpm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        columns(py, &self.inner.speed_rpm)
+    }
+
+    /// Applied torques [N.m], (T, 3).
+    #[getter]
+    fn torque_n_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        columns(py, &self.inner.torque_n_m)
+    }
+
+    /// Dampers applied [N.m.s/rad], (T, 3).
+    #[getter]
+    fn load_n_m_s_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        columns(py, &self.inner.load_n_m_s_rad)
+    }
+
+    /// Common factor of the policy, (T,).
+    #[getter]
+    fn common_factor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.inner.common_factor)
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.t_s.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<omnistep.WheelsTrace of {}: {} rows>",
+            self.inner.policy,
+            self.inner.t_s.len()
+        )
+    }
+}
+
+/// Runs section 3.3 under a policy.
+#[pyfunction]
+#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = "wheels"))]
+pub(crate) fn wheels(
+    py: Python<'_>,
+    policy: &str,
+    overrides: Option<&Bound<'_, PyDict>>,
+    experiment: &str,
+) -> PyResult<WheelsTrace> {
+    let overrides = from_dict(overrides)?;
+    let run = || omni_sim::run_wheels(&WheelsExperiment::load(experiment, &overrides)?, policy);
+    let inner = py.detach(run).map_err(|error| exception(&error))?;
+    Ok(WheelsTrace { inner })
+}

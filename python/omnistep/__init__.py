@@ -1,0 +1,76 @@
+"""Control and simulation of omni-directional vehicles that climb steps.
+
+>>> import omnistep
+>>> trace = omnistep.run("step", policy="synchronised")
+>>> trace.outcome.climbed
+True
+"""
+
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from typing import Any
+
+from omnistep import plot
+from omnistep._omnistep import (
+    Outcome,
+    Sample,
+    Simulation,
+    Trace,
+    WheelsTrace,
+    __version__,
+    policies,
+    run,
+    scenarios,
+    vehicles,
+    wheels,
+)
+from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError
+
+__all__ = [
+    "ConfigError",
+    "LogError",
+    "OmnistepError",
+    "Outcome",
+    "Sample",
+    "Simulation",
+    "SimulationError",
+    "Trace",
+    "WheelsTrace",
+    "__version__",
+    "compare",
+    "plot",
+    "policies",
+    "run",
+    "scenarios",
+    "vehicles",
+    "wheels",
+]
+
+
+def compare(
+    scenario: str | PathLike[str] = "step",
+    *,
+    policies: Iterable[str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+) -> dict[str, Trace]:
+    """Run a scenario under several coordination policies.
+
+    Args:
+        scenario: a built-in name or the path of a .toml file.
+        policies: names of policies; all of them by default.
+        overrides: keys to replace, as in :func:`run`.
+        seed: seed of the scenario's perturbation.
+
+    Returns:
+        The trace of each policy by name, in the order given.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+    names = list(policies) if policies is not None else _all_policies()
+    given = dict(overrides) if overrides is not None else None
+    return {name: run(scenario, policy=name, overrides=given, seed=seed) for name in names}
+
+
+_all_policies = policies

@@ -1,0 +1,27 @@
+"""The exceptions of omnistep. Each message is one line that names what is wrong, where, and what is allowed."""
+
+
+class OmnistepError(Exception):
+    """Whatever omnistep raises of its own.
+
+    Attributes:
+        key: the key or argument concerned, as ``wheel[2].radius_m``; None where there is none.
+        file: the file concerned, or ``built-in NAME``; None where there is none.
+    """
+
+    def __init__(self, message: str, *, key: str | None = None, file: str | None = None) -> None:
+        super().__init__(message)
+        self.key = key
+        self.file = file
+
+
+class ConfigError(OmnistepError, ValueError):
+    """A name, key, value or argument is wrong. Nothing was run."""
+
+
+class SimulationError(OmnistepError):
+    """The physics left the finite numbers."""
+
+
+class LogError(OmnistepError, OSError):
+    """A file could not be read or written."""
