@@ -98,6 +98,7 @@ def check_rosbags(path: Path):
 
 
 def main() -> int:
+    """Check the log named on the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("log", type=Path)
     parser.add_argument("--require", nargs="*", default=[], metavar="TOPIC", help="topics that must have messages")
@@ -111,7 +112,7 @@ def main() -> int:
             raise ValueError(f"the readers disagree: {dict(counts)} and {dict(bag_counts)}")
         if missing := [topic for topic in arguments.require if not counts[topic]]:
             raise ValueError(f"no messages on {', '.join(missing)}")
-    except Exception as error:  # noqa: BLE001 - whatever a reader raises is a fault of the file
+    except Exception as error:  # whatever a reader raises is a fault of the file
         print(f"{arguments.log}: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     print("records:", dict(kinds))

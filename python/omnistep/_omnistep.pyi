@@ -10,6 +10,21 @@ from numpy.typing import NDArray
 _Floats: TypeAlias = NDArray[np.float64]
 _Bools: TypeAlias = NDArray[np.bool_]
 
+__all__ = [
+    "Outcome",
+    "Sample",
+    "Simulation",
+    "Trace",
+    "WheelsTrace",
+    "__version__",
+    "cli",
+    "policies",
+    "run",
+    "scenarios",
+    "vehicles",
+    "wheels",
+]
+
 __version__: str
 
 def run(

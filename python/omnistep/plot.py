@@ -116,9 +116,7 @@ def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes
     return ax
 
 
-def wheels(
-    traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] | None = None
-) -> NDArray[Any]:
+def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] | None = None) -> NDArray[Any]:
     """Draw the velocities of wheels A, B and C and the loads on them, like figure 8 of the paper.
 
     Args:

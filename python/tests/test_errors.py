@@ -1,0 +1,99 @@
+"""What is said of bad input: one line, the key, the file, what is allowed."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import omnistep
+
+
+def refused(call, *args, **kwargs):
+    with pytest.raises(omnistep.ConfigError) as caught:
+        call(*args, **kwargs)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "allowed" in message or "expected" in message
+    return caught.value
+
+
+def test_exceptions_form_a_tree_that_python_programs_can_catch():
+    assert issubclass(omnistep.ConfigError, omnistep.OmnistepError)
+    assert issubclass(omnistep.ConfigError, ValueError)
+    assert issubclass(omnistep.LogError, OSError)
+    assert issubclass(omnistep.SimulationError, omnistep.OmnistepError)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        ({"terrain.friction": float("nan")}, "terrain.friction"),
+        ({"vehicle.wheel.2.radius_m": 0.0}, "wheel[2].radius_m"),
+        ({"vehicle.body.0.mass_kg": -1}, "body[0].mass_kg"),
+        ({"control.policy": "papier"}, "control.policy"),
+        ({"control.period_us": 750}, "control.period_us"),
+        ({"command.vx": 0.3}, "command.vx"),
+    ],
+)
+def test_a_bad_override_is_refused_with_its_key_and_file(overrides, key):
+    error = refused(omnistep.run, "step", overrides=overrides)
+    assert error.key == key
+    assert error.file in ("built-in step", "built-in chugo7")
+
+
+def test_unknown_names_come_with_the_names_there_are():
+    assert "step, flat" in str(refused(omnistep.run, "stairway"))
+    assert "load_sharing" in str(refused(omnistep.run, "step", policy="papier"))
+    assert "independent, paper, synchronised" in str(refused(omnistep.wheels, "load_sharing"))
+
+
+def test_a_file_with_a_typo_is_named(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('schema_version = 1\nname = "mine\nvehicle = "chugo7"\n')
+    with pytest.raises(omnistep.ConfigError, match=r"mine\.toml:2: ") as caught:
+        omnistep.run(path)
+    assert caught.value.file == str(path)
+
+
+def test_a_command_that_is_not_finite_is_refused_and_nothing_happens():
+    sim, twin = omnistep.Simulation("flat"), omnistep.Simulation("flat")
+    for bad in [(np.nan, 0.0, 0.0), (0.0, np.inf, 0.0)]:
+        assert refused(sim.step, bad).key in ("vx_m_s", "vy_m_s")
+    assert "one finite torque a wheel" in str(refused(sim.step_torques, [0.0] * 6))
+    assert sim.time_s == 0.0
+    a, b = sim.step((0.1, 0.0, 0.0)), twin.step((0.1, 0.0, 0.0))
+    np.testing.assert_array_equal(a.applied_n_m, b.applied_n_m)
+
+
+def test_arguments_of_the_wrong_kind_are_type_errors():
+    sim = omnistep.Simulation("flat")
+    with pytest.raises(ValueError, match="expected a sequence of length 3"):
+        sim.step((0.1, 0.0))
+    with pytest.raises(TypeError):
+        sim.step(0.3)
+    with pytest.raises(TypeError, match="allowed: a number"):
+        omnistep.run("flat", overrides={"terrain.friction": object()})
+
+
+def test_a_log_that_cannot_be_written_is_named(tmp_path):
+    with pytest.raises(omnistep.LogError, match="missing"):
+        omnistep.run("flat", mcap=tmp_path / "missing" / "x.mcap")
+
+
+def test_ctrl_c_stops_a_run_within_a_fraction_of_a_second_and_leaves_no_log(tmp_path):
+    pressed = []
+
+    def press():
+        pressed.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, press)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        omnistep.run("flat", overrides={"duration_s": 3600.0}, mcap=tmp_path / "x.mcap")
+    # 64 control periods are some milliseconds; two seconds allow for a busy machine, an hour was asked for.
+    assert time.monotonic() - pressed[0] < 2.0
+    assert list(tmp_path.iterdir()) == []

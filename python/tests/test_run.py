@@ -1,0 +1,122 @@
+"""Runs, traces and the user's own loop."""
+
+import gc
+import threading
+
+import numpy as np
+import pytest
+
+import omnistep
+
+
+def test_columns_share_the_memory_of_the_trace_and_cannot_be_written(climb):
+    time = climb["time_s"]
+    assert time.dtype == np.float64
+    assert time.shape == (len(climb),) == (6000,)
+    assert time.base is climb
+    assert time.__array_interface__["data"] == (climb["time_s"].__array_interface__["data"][0], True)
+    with pytest.raises(ValueError, match="read-only"):
+        time[0] = 1.0
+    speeds = climb.wheels("measured_rad_s")
+    assert speeds.shape == (6000, 7)
+    assert np.shares_memory(speeds, climb["wheel_5_measured_rad_s"])
+    np.testing.assert_array_equal(speeds[:, 4], climb["wheel_5_measured_rad_s"])
+    assert all(np.shares_memory(climb[name], column) for name, column in climb.columns().items())
+
+
+def test_arrays_keep_the_trace_alive():
+    time = omnistep.run("flat", overrides={"duration_s": 0.05})["time_s"]
+    gc.collect()
+    np.testing.assert_allclose(time, np.arange(1, 51) * 1e-3, rtol=0, atol=1e-15)
+
+
+def test_names_are_what_can_be_read(climb):
+    assert list(climb) == climb.names
+    assert "pose_x_m" in climb
+    assert "pose_x" not in climb
+    with pytest.raises(KeyError, match=r"did you mean .*pose_x_m"):
+        climb["pose_x"]
+    with pytest.raises(KeyError, match=r"did you mean .*measured_rad_s"):
+        climb.wheels("measured")
+    assert {name.split("_", 2)[2] for name in climb.names if name.startswith("wheel_")} == set(climb.wheel_signals)
+    assert climb.wheel_names == list("1234567")
+    assert climb.terrain == {"kind": "step", "friction": 0.7, "height_m": 0.05, "at_m": 0.7}
+    assert (climb.scenario, climb.vehicle, climb.policy, climb.seed) == ("step", "chugo7", "synchronised", 0)
+    np.testing.assert_array_equal(climb.wheel_radius_m, np.full(7, 0.066))
+
+
+def test_the_step_is_climbed_with_the_pitch_that_geometry_asks_for(climb):
+    outcome = climb.outcome
+    assert outcome.climbed
+    assert outcome.crossing_s == pytest.approx(2.5, abs=0.3)  # 0.66 m at 0.3 m/s, and some tenths for the bumps
+    assert outcome.pitch_peak_deg == pytest.approx(np.degrees(np.arcsin(0.05 / 0.30)), abs=0.5)
+    assert outcome.to_dict()["heat_n2m2s"] == outcome.heat_n2m2s
+    assert "climbed in" in repr(climb)
+
+
+def test_one_newton_metre_stalls_and_says_so():
+    trace = omnistep.run(policy="independent", overrides={"vehicle.motor.stall_torque_n_m": 1.0})
+    assert not trace.outcome.climbed
+    assert trace.outcome.crossing_s is None
+
+
+def test_compare_runs_the_policies_named_in_order():
+    traces = omnistep.compare("flat", policies=["paper", "independent"], overrides={"duration_s": 0.1})
+    assert list(traces) == ["paper", "independent"]
+    assert traces["paper"].policy == "paper"
+    assert list(omnistep.compare("flat", overrides={"duration_s": 0.01})) == omnistep.policies()
+
+
+def test_a_user_s_own_loop_with_the_scenario_s_command_is_the_run_bit_for_bit(climb):
+    sim = omnistep.Simulation("step", policy="synchronised")
+    assert sim.period_s == 0.001
+    for row in range(2000):  # past the first bump
+        sample = sim.step(sim.command_at(sim.time_s))
+        assert sample.time_s == climb["time_s"][row]
+        np.testing.assert_array_equal(sample.measured_rad_s, climb.wheels("measured_rad_s")[row])
+        np.testing.assert_array_equal(sample.applied_n_m, climb.wheels("applied_n_m")[row])
+    assert sample.twist == tuple(climb[f"twist_{axis}"][1999] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))
+    assert sample.body_nose_up_rad["front"] == climb["body_front_nose_up_rad"][1999]
+    assert sample.hinge_angle_rad["pitch"] == climb["hinge_pitch_angle_rad"][1999]
+    np.testing.assert_array_equal(sample.force_normal_n, climb.wheels("force_normal_n")[1999])
+    np.testing.assert_array_equal(sample.slip_ratio, climb.wheels("slip_ratio")[1999])
+    np.testing.assert_array_equal(sample.position_m, [climb[f"pose_{a}_m"][1999] for a in "xyz"])
+
+
+@pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.5), (0.2, -0.1, 0.3)])
+def test_flat_ground_twist_is_the_command_within_a_thousandth(command):
+    sim = omnistep.Simulation("flat")
+    twists = [sim.step(command).twist for _ in range(4000)][3000:]
+    np.testing.assert_allclose(np.mean(twists, axis=0), command, rtol=1e-3, atol=3e-4)
+
+
+def test_torques_past_the_controller_accelerate_the_vehicle():
+    sim = omnistep.Simulation("flat")
+    forward = np.array([1, 0, -1, 1, 1, 0, -1]) * 0.3
+    for _ in range(500):
+        sample = sim.step_torques(forward)
+    np.testing.assert_array_equal(sample.applied_n_m, forward)
+    # (m + 7 I / r^2) v' = 5 tau / r: the ball model turns wheels 2 and 6 too. Wheels of 1 kg: I / r^2 = 0.5 kg.
+    assert sample.twist[0] == pytest.approx(0.5 * 5 * 0.3 / 0.066 / (20 + 3.5), rel=0.01)
+
+
+def test_same_seed_same_run_other_seed_other_run():
+    overrides = {"perturbation.yaw_rad": 0.05, "duration_s": 0.2}
+    one, again, other = (omnistep.run("step", overrides=overrides, seed=seed) for seed in (1, 1, 2))
+    for name in one:
+        np.testing.assert_array_equal(one[name], again[name])
+    assert one["pose_yaw_rad"][-1] != other["pose_yaw_rad"][-1]
+
+
+def test_two_threads_run_at_once_and_agree():
+    results = {}
+
+    def work(key):
+        results[key] = omnistep.run("flat", overrides={"duration_s": 0.5})["pose_x_m"][-1]
+
+    threads = [threading.Thread(target=work, args=(key,)) for key in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results[1] == results[2]
