@@ -97,7 +97,7 @@ def test_torques_past_the_controller_accelerate_the_vehicle():
         sample = sim.step_torques(forward)
     np.testing.assert_array_equal(sample.applied_n_m, forward)
     # (m + 7 I / r^2) v' = 5 tau / r: the ball model turns wheels 2 and 6 too. Wheels of 1 kg: I / r^2 = 0.5 kg.
-    assert sample.twist[0] == pytest.approx(0.5 * 5 * 0.3 / 0.066 / (20 + 3.5), rel=0.01)
+    assert sample.twist[0] == pytest.approx(0.5 * 5 * 0.3 / 0.066 / (20 + 3.5), rel=1e-3)
 
 
 def test_same_seed_same_run_other_seed_other_run():
