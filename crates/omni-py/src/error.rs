@@ -1,6 +1,9 @@
 //! Errors of the simulation as the exceptions of `omnistep.errors`, with the key and the file they concern.
 
+use std::path::Path;
+
 use omni_sim::Error;
+use omni_sim::log::LogError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -14,9 +17,12 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Config { file, key, .. } => ("ConfigError", Some(key.as_str()), Some(file.as_str())),
         Error::Syntax { file, .. } => ("ConfigError", None, Some(file.as_str())),
         Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
-        Error::UnknownName { kind, .. } => ("ConfigError", Some(*kind), None),
+        // The experiment of section 3.3 is an argument of that name.
+        Error::UnknownName { kind, .. } => ("ConfigError", Some(kind.trim_start_matches("wheels ")), None),
         Error::Override { text, .. } => ("ConfigError", Some(text.as_str()), None),
-        Error::Io { .. } | Error::Log(_) => ("LogError", None, None),
+        // Only scenarios, vehicles and experiments are read: logs have errors of their own.
+        Error::Io { path, .. } => ("ConfigError", None, path.to_str()),
+        Error::Log(error) => ("LogError", None, log_path(error).to_str()),
         _ => ("SimulationError", None, None),
     };
     let class = py.import("omnistep.errors")?.getattr(class)?;
@@ -30,6 +36,14 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     Ok(PyErr::from_value(
         class.call((error.to_string(),), Some(&kwargs))?,
     ))
+}
+
+fn log_path(error: &LogError) -> &Path {
+    match error {
+        LogError::Create { path, .. }
+        | LogError::Io { path, .. }
+@@
+    }
 }
 
 /// What ends a run early: its own error, or a signal such as Ctrl-C.

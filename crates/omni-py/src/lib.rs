@@ -1,4 +1,5 @@
 //! Python bindings of omnistep: the module `omnistep._omnistep` and nothing else.
+#![deny(unsafe_code)] // but for the one zero-copy borrow, in trace.rs
 
 mod cli;
 mod error;

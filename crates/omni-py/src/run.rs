@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use omni_sim::log::RunLog;
 use omni_sim::{Error, Record};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 
 use crate::error::Stop;
 use crate::scenario::load;
@@ -21,8 +21,8 @@ pub(crate) fn run(
     py: Python<'_>,
     scenario: PathBuf,
     policy: Option<&str>,
-    overrides: Option<&Bound<'_, PyDict>>,
-    seed: Option<u64>,
+    overrides: Option<&Bound<'_, PyMapping>>,
+    seed: Option<&Bound<'_, PyAny>>,
     mcap: Option<PathBuf>,
 ) -> PyResult<Trace> {
     let scenario = load(scenario, policy, overrides, seed)?;

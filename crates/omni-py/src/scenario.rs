@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use omni_sim::Error;
 use omni_sim::config::{self, Override, Scenario};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 use toml::Value;
 
 use crate::error::exception;
@@ -15,11 +15,12 @@ use crate::error::exception;
 pub(crate) fn load(
     scenario: PathBuf,
     policy: Option<&str>,
-    overrides: Option<&Bound<'_, PyDict>>,
-    seed: Option<u64>,
+    overrides: Option<&Bound<'_, PyMapping>>,
+    seed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Scenario> {
     let name = scenario.to_string_lossy();
-    let overrides = from_dict(overrides)?;
+    let overrides = from_mapping(overrides)?;
+    let seed = seed.map(checked_seed).transpose()?;
     let build = || -> Result<Scenario, Error> {
         let mut scenario = Scenario::load(&name, &overrides)?;
         if let Some(policy) = policy {
@@ -32,22 +33,47 @@ pub(crate) fn load(
 }
 
 /// `{"terrain.height_m": 0.03}` as overrides.
-pub(crate) fn from_dict(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Override>> {
+pub(crate) fn from_mapping(overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
     let Some(overrides) = overrides else {
         return Ok(Vec::new());
     };
     overrides
+        .items()?
         .iter()
-        .map(|(key, value)| Ok(Override::new(key.extract::<String>()?, to_toml(&key, &value)?)))
+        .map(|item| {
+            let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;
+            let value = to_toml(&key, &value)?;
+            Ok(Override::new(key, value))
+        })
         .collect()
 }
 
-fn to_toml(key: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// A seed that TOML can hold too: what a log says of its scenario must read back.
+fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
+    match seed.extract::<i64>().map(u64::try_from) {
+        Ok(Ok(seed)) => Ok(seed),
+        Err(error) if !error.is_instance_of::<PyOverflowError>(seed.py()) => Err(error),
+        _ => Err(exception(&Error::Argument {
+            name: "seed",
+            value: seed.to_string(),
+            allowed: "0 to 9223372036854775807",
+        })),
+    }
+}
+
+fn to_toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Value::Integer(value.extract()?));
+        let integer = value.extract().map_err(|_| {
+            exception(&Error::Config {
+                file: "overrides".into(),
+                key: key.into(),
+                message: format!("{value}, allowed: an integer of 64 bits"),
+            })
+        })?;
+        return Ok(Value::Integer(integer));
     }
     if value.is_instance_of::<PyString>() {
         return Ok(Value::String(value.extract()?));
@@ -59,7 +85,10 @@ fn to_toml(key: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> PyResult<Value> 
             .collect::<PyResult<_>>()
             .map(Value::Array);
     }
-    // Python floats, and NumPy scalars through __float__.
+    // NumPy's arrays and scalars know what they are in Python: an int64 stays an integer.
+    if value.hasattr("tolist")? {
+        return to_toml(key, &value.call_method0("tolist")?);
+    }
     if value.is_instance_of::<PyFloat>() || value.hasattr("__float__")? {
         return Ok(Value::Float(value.extract()?));
     }

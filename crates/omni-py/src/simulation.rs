@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use omni_core::BodyTwist;
 use omni_sim::config::Scenario;
+use omni_sim::Error;
+use omni_sim::controller::{ControlSample, WheelSignals};
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 
 use crate::error::exception;
 use crate::sample::Sample;
@@ -25,8 +28,8 @@ impl Simulation {
     fn new(
         scenario: PathBuf,
         policy: Option<&str>,
-        overrides: Option<&Bound<'_, PyDict>>,
-        seed: Option<u64>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, seed)?;
         let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(&error))?;
@@ -34,27 +37,28 @@ impl Simulation {
     }
 
     /// One control period with a command (vx [m/s], vy [m/s], wz [rad/s]).
-    fn step(&mut self, py: Python<'_>, command: [f64; 3]) -> PyResult<Sample> {
-        let command = BodyTwist::from_array(command);
+    fn step(&mut self, py: Python<'_>, command: &Bound<'_, PyAny>) -> PyResult<Sample> {
+        const ALLOWED: &str = "three finite numbers, vx [m/s], vy [m/s], wz [rad/s]";
+        let components = numbers("command", command, ALLOWED)?;
+        let components: [f64; 3] = components.try_into().map_err(|components: Vec<f64>| {
+            exception(&Error::Argument {
+                name: "command",
+                value: format!("{} values", components.len()),
+                allowed: ALLOWED,
+            })
+        })?;
+        let command = BodyTwist::from_array(components);
         py.detach(|| self.inner.step(&command))
             .map_err(|error| exception(&error))?;
         Ok(self.sample(self.inner.sample().clone()))
     }
 
     /// One control period with actuator torques [N.m] past the controller.
-    fn step_torques(&mut self, py: Python<'_>, torques_n_m: Vec<f64>) -> PyResult<Sample> {
+    fn step_torques(&mut self, py: Python<'_>, torques_n_m: &Bound<'_, PyAny>) -> PyResult<Sample> {
+        let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque a wheel")?;
         py.detach(|| self.inner.step_torques(&torques_n_m))
             .map_err(|error| exception(&error))?;
-        // The controller had no part in it: only what was applied is known of the wheels' signals.
-        let signals = |applied_n_m: &f64| omni_sim::controller::WheelSignals {
-            applied_n_m: *applied_n_m,
-            ..Default::default()
-        };
-        let wheels = torques_n_m.iter().map(signals).collect();
-        Ok(self.sample(omni_sim::controller::ControlSample {
-            wheels,
-            ..Default::default()
-        }))
+        Ok(self.sample(past_the_controller(&torques_n_m)))
     }
 
     /// The scenario's own command at a time [s].
@@ -101,8 +105,48 @@ impl Simulation {
 }
 
 impl Simulation {
-    fn sample(&self, control: omni_sim::controller::ControlSample) -> Sample {
+    fn sample(&self, control: ControlSample) -> Sample {
         let vehicle = self.scenario.vehicle();
         Sample::new(vehicle, control, self.inner.observation().clone())
     }
+}
+
+/// The controller had no part in it: of its signals only the torque applied is known, and a zero would be taken for a
+/// measurement.
+fn past_the_controller(torques_n_m: &[f64]) -> ControlSample {
+    const UNKNOWN: f64 = f64::NAN;
+    let signals = |applied_n_m: &f64| WheelSignals {
+        reference_rad_s: UNKNOWN,
+        measured_rad_s: UNKNOWN,
+        p_n_m: UNKNOWN,
+        i_n_m: UNKNOWN,
+        d_n_m: UNKNOWN,
+        requested_n_m: UNKNOWN,
+        applied_n_m: *applied_n_m,
+        limit_lower_n_m: UNKNOWN,
+        limit_upper_n_m: UNKNOWN,
+        saturated: false,
+        residual_rad_s: UNKNOWN,
+    };
+    ControlSample {
+        command: BodyTwist::from_array([UNKNOWN; 3]),
+        estimated: BodyTwist::from_array([UNKNOWN; 3]),
+        common_factor: UNKNOWN,
+        wheels: torques_n_m.iter().map(signals).collect(),
+    }
+}
+
+/// A sequence or an array of numbers; the errors name the argument.
+fn numbers(name: &'static str, value: &Bound<'_, PyAny>, allowed: &'static str) -> PyResult<Vec<f64>> {
+    let py = value.py();
+    value.extract::<Vec<f64>>().map_err(|error| {
+        if error.is_instance_of::<PyTypeError>(py) {
+            PyTypeError::new_err(format!("{name}: {}, allowed: {allowed}", error.value(py)))
+        } else if error.is_instance_of::<PyOverflowError>(py) {
+            let value = "an integer beyond every float".into();
+            exception(&Error::Argument { name, value, allowed })
+        } else {
+            error
+        }
+    })
 }

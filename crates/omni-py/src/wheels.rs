@@ -1,13 +1,15 @@
 //! Section 3.3 of the paper: three motors on dampers.
 
+use std::path::PathBuf;
+
 use numpy::{PyArray1, PyArray2};
 use omni_sim::ByWheel;
 use omni_sim::config::WheelsExperiment;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 
 use crate::error::exception;
-use crate::scenario::from_dict;
+use crate::scenario::from_mapping;
 
 /// Speeds and loads of wheels A, B and C.
 #[pyclass(frozen, module = "omnistep")]
@@ -74,15 +76,16 @@ impl WheelsTrace {
 
 /// Runs section 3.3 under a policy.
 #[pyfunction]
-#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = "wheels"))]
+#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = PathBuf::from("wheels")))]
 pub(crate) fn wheels(
     py: Python<'_>,
     policy: &str,
-    overrides: Option<&Bound<'_, PyDict>>,
-    experiment: &str,
+    overrides: Option<&Bound<'_, PyMapping>>,
+    experiment: PathBuf,
 ) -> PyResult<WheelsTrace> {
-    let overrides = from_dict(overrides)?;
-    let run = || omni_sim::run_wheels(&WheelsExperiment::load(experiment, &overrides)?, policy);
+    let overrides = from_mapping(overrides)?;
+    let experiment = experiment.to_string_lossy();
+    let run = || omni_sim::run_wheels(&WheelsExperiment::load(&experiment, &overrides)?, policy);
     let inner = py.detach(run).map_err(|error| exception(&error))?;
     Ok(WheelsTrace { inner })
 }
