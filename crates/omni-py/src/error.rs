@@ -42,7 +42,11 @@ fn log_path(error: &LogError) -> &Path {
     match error {
         LogError::Create { path, .. }
         | LogError::Io { path, .. }
-@@
+        | LogError::Mcap { path, .. }
+        | LogError::Encode { path, .. }
+        | LogError::TopicType { path, .. }
+        | LogError::ForeignChannel { path, .. }
+        | LogError::Rename { path, .. } => path,
     }
 }
 

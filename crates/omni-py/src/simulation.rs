@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use omni_core::BodyTwist;
-use omni_sim::config::Scenario;
 use omni_sim::Error;
+use omni_sim::config::Scenario;
 use omni_sim::controller::{ControlSample, WheelSignals};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;

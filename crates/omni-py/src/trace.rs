@@ -150,7 +150,8 @@ impl Trace {
 
     fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
         // As in a dict: whatever is not a name is not in it.
-        name.extract::<&str>().is_ok_and(|name| self.trace.column(name).is_some())
+        name.extract::<&str>()
+            .is_ok_and(|name| self.trace.column(name).is_some())
     }
 
     fn __len__(&self) -> usize {
@@ -181,13 +182,20 @@ fn unknown(py: Python<'_>, kind: &str, name: &str, known: &[impl AsRef<str>]) ->
     };
     let hint = match near() {
         Ok(near) if !near.is_empty() => format!("; did you mean {}?", near.join(", ")),
-        _ => format!("; {kind} names are in trace.{}", if kind == "column" { "names" } else { "wheel_signals" }),
+        _ => format!(
+            "; {kind} names are in trace.{}",
+            if kind == "column" {
+                "names"
+            } else {
+                "wheel_signals"
+            }
+        ),
     };
     PyKeyError::new_err(format!("no {kind} {name:?}{hint}"))
 }
 
 /// Figures of a run.
-#[pyclass(frozen, eq, skip_from_py_object, module = "omnistep")]
+#[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {
     inner: omni_sim::Outcome,
