@@ -67,10 +67,13 @@ def compare(
 
     Raises:
         ConfigError: a name, key or value is wrong.
+        TypeError: ``policies`` is one string.
+        SimulationError: the physics left the finite numbers.
     """
+    if isinstance(policies, str):
+        raise TypeError(f"policies: the string {policies!r}, allowed: a list of names")
     names = list(policies) if policies is not None else _all_policies()
-    given = dict(overrides) if overrides is not None else None
-    return {name: run(scenario, policy=name, overrides=given, seed=seed) for name in names}
+    return {name: run(scenario, policy=name, overrides=overrides, seed=seed) for name in names}
 
 
 _all_policies = policies

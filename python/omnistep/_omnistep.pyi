@@ -1,6 +1,6 @@
 """The compiled part of omnistep."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, TypeAlias, final
 
@@ -31,7 +31,7 @@ def run(
     scenario: str | PathLike[str] = ...,
     *,
     policy: str | None = None,
-    overrides: dict[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     mcap: str | PathLike[str] | None = None,
 ) -> Trace:
@@ -44,28 +44,36 @@ def run(
         policy: coordination policy instead of the scenario's (see :func:`policies`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and the values to put there:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
-            ``"vehicle.wheel.0.radius_m"``.
-        seed: seed of the scenario's perturbation.
+            ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists or arrays of them.
+        seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
         mcap: path of an MCAP log to write; it has that name only when the run went to its end.
 
     Returns:
         Every signal of every control period.
 
     Raises:
-        ConfigError: a name, key or value is wrong; the message names it and what is allowed.
+        ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
+        TypeError: a value is none of what a key can hold.
         SimulationError: the physics left the finite numbers.
         LogError: the log could not be written.
+        KeyboardInterrupt: Ctrl-C was pressed; no log is left.
     """
 
 def wheels(
-    policy: str = "synchronised", *, overrides: dict[str, Any] | None = None, experiment: str = "wheels"
+    policy: str = "synchronised",
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    experiment: str | PathLike[str] = ...,
 ) -> WheelsTrace:
     """Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 
     Args:
         policy: ``independent``, ``paper`` or ``synchronised``.
         overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
-        experiment: the built-in ``wheels`` or the path of a .toml file.
+        experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+
+    Returns:
+        A row every 0.1 s, or every control period where that is longer.
 
     Raises:
         ConfigError: a name, key or value is wrong.
@@ -135,7 +143,7 @@ class Trace:
         Raises:
             KeyError: there is no such column; the message suggests the nearest.
         """
-    def __contains__(self, name: str, /) -> bool: ...
+    def __contains__(self, name: object, /) -> bool: ...
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[str]: ...
 
@@ -166,6 +174,8 @@ class Outcome:
         """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     def to_dict(self) -> dict[str, bool | float | None]:
         """The figures by name."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
 
 @final
 class Simulation:
@@ -186,7 +196,7 @@ class Simulation:
         scenario: str | PathLike[str] = ...,
         *,
         policy: str | None = None,
-        overrides: dict[str, Any] | None = None,
+        overrides: Mapping[str, Any] | None = None,
         seed: int | None = None,
     ) -> Simulation: ...
     def step(self, command: Sequence[float] | _Floats) -> Sample:
@@ -196,14 +206,22 @@ class Simulation:
             command: body twist (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise).
 
         Raises:
-            ConfigError: a component is not finite; nothing happened then.
+            ConfigError: not three components, or one is not finite; nothing happened then.
+            TypeError: not a sequence of numbers; nothing happened then.
             SimulationError: the physics left the finite numbers.
         """
     def step_torques(self, torques_n_m: Sequence[float] | _Floats) -> Sample:
-        """Hold actuator torques [N.m], (N,), for one control period, past the controller.
+        """Hold actuator torques for one control period, past the controller.
+
+        The sample's ``applied_n_m`` and all that is observed are as ever; the controller's other signals are NaN
+        (``saturated`` is False). The controller's integrals stay as they are.
+
+        Args:
+            torques_n_m: torque of every actuator [N.m], (N,).
 
         Raises:
             ConfigError: not one finite torque a wheel; nothing happened then.
+            TypeError: not a sequence of numbers; nothing happened then.
             SimulationError: the physics left the finite numbers.
         """
     def command_at(self, time_s: float) -> tuple[float, float, float]:

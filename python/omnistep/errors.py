@@ -16,7 +16,7 @@ class OmnistepError(Exception):
 
 
 class ConfigError(OmnistepError, ValueError):
-    """A name, key, value or argument is wrong. Nothing was run."""
+    """A name, key, value or argument is wrong, or a scenario cannot be read. Nothing was run."""
 
 
 class SimulationError(OmnistepError):
@@ -24,4 +24,4 @@ class SimulationError(OmnistepError):
 
 
 class LogError(OmnistepError, OSError):
-    """A file could not be read or written."""
+    """A log could not be written."""

@@ -77,10 +77,9 @@ def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes
     Returns:
         The axes.
     """
-    from matplotlib.patches import Circle
-
+    plt = _pyplot()
     if ax is None:
-        ax = _pyplot().subplots(figsize=(11, 2.3), layout="constrained")[1]
+        ax = plt.subplots(figsize=(11, 2.3), layout="constrained")[1]
     x, z = trace.wheels("x_m"), trace.wheels("z_m")
     _ground(ax, trace, float(x.min()) - 0.15, float(x.max()) + 0.15)
     rows = np.searchsorted(trace["time_s"], np.arange(0.0, trace["time_s"][-1] + 1e-9, every_s))
@@ -88,10 +87,10 @@ def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes
     middle = int(np.argmin(np.abs(x[0] - x[0].mean())))
     side = _one_a_row(x[0])
     drawings = rows[::3]
-    colours = _pyplot().get_cmap("viridis")(np.linspace(0.0, 0.9, len(drawings)))
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(drawings)))
     for row, colour in zip(drawings, colours, strict=True):
         for k in side:
-            circle = Circle((x[row, k], z[row, k]), trace.wheel_radius_m[k], facecolor=(*colour[:3], 0.12))
+            circle = plt.Circle((x[row, k], z[row, k]), trace.wheel_radius_m[k], facecolor=(*colour[:3], 0.12))
             circle.set_edgecolor(colour)
             ax.add_patch(circle)
         order = side[np.argsort(x[row, side])]
@@ -133,17 +132,18 @@ def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] 
     if not several:
         raise ValueError("traces = [], allowed: at least one run")
     drawn = _axes(axes, 4, height=8.0)
-    for k, letter in enumerate("ABC"):
+    for k, (panel, letter) in enumerate(zip("abc", "ABC", strict=True)):
         for trace, colour in zip(several, _COLOURS * len(several), strict=False):
             drawn[k].plot(trace.t_s, trace.speed_rpm[:, k], color=colour, linewidth=1.1, label=trace.policy)
-        drawn[k].set_ylabel(f"wheel {letter} [rpm]")
+        drawn[k].set_ylabel(f"({panel}) wheel {letter} [rpm]")
         drawn[k].set_ylim(bottom=0.0)
         loads = several[0].load_n_m_s_rad[:, k]
         drawn[3].plot(several[0].t_s, loads, color=_COLOURS[k], linewidth=1.1, label=f"load {letter}")
-    drawn[3].set_ylabel("load [N.m.s/rad]")
+    drawn[3].set_ylabel("(d) load [N.m.s/rad]")
+    drawn[3].set_ylim(0.0, 1.35 * max(float(several[0].load_n_m_s_rad.max()), 1e-3))  # room for the legend
     drawn[3].set_xlabel("time [s]")
-    for ax in (drawn[0], drawn[3]):
-        ax.legend(loc="best", fontsize="small", ncols=3)
+    drawn[0].legend(loc="lower left", fontsize="small", ncols=3)
+    drawn[3].legend(loc="upper left", fontsize="small", ncols=3)
     for ax in drawn:
         ax.grid(alpha=0.3)
     return drawn

@@ -36,6 +36,7 @@ def test_exceptions_form_a_tree_that_python_programs_can_catch():
         ({"control.policy": "papier"}, "control.policy"),
         ({"control.period_us": 750}, "control.period_us"),
         ({"command.vx": 0.3}, "command.vx"),
+        ({"terrain.height_m": -0.01}, "terrain.height_m"),
     ],
 )
 def test_a_bad_override_is_refused_with_its_key_and_file(overrides, key):
@@ -50,6 +51,19 @@ def test_unknown_names_come_with_the_names_there_are():
     assert "independent, paper, synchronised" in str(refused(omnistep.wheels, "load_sharing"))
 
 
+@pytest.mark.parametrize("seed", [-1, 2**63, 2**64])
+def test_a_seed_that_a_log_could_not_give_back_is_refused(seed):
+    assert refused(omnistep.run, "flat", seed=seed).key == "seed"
+    assert refused(omnistep.run, "flat", overrides={"seed": seed}).key == "seed"
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(omnistep.ConfigError, match=r"absent\.toml: ") as caught:
+        omnistep.Simulation(tmp_path / "absent.toml")
+    assert caught.value.file == str(tmp_path / "absent.toml")
+    assert refused(omnistep.wheels, experiment=tmp_path).key == "experiment"
+
+
 def test_a_file_with_a_typo_is_named(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('schema_version = 1\nname = "mine\nvehicle = "chugo7"\n')
@@ -62,6 +76,8 @@ def test_a_command_that_is_not_finite_is_refused_and_nothing_happens():
     sim, twin = omnistep.Simulation("flat"), omnistep.Simulation("flat")
     for bad in [(np.nan, 0.0, 0.0), (0.0, np.inf, 0.0)]:
         assert refused(sim.step, bad).key in ("vx_m_s", "vy_m_s")
+    for bad in [(0.1, 0.0), (0.1, 0.0, 0.0, 0.0), (), np.zeros(7), (10**400, 0, 0)]:
+        assert refused(sim.step, bad).key == "command"
     assert "one finite torque a wheel" in str(refused(sim.step_torques, [0.0] * 6))
     assert sim.time_s == 0.0
     a, b = sim.step((0.1, 0.0, 0.0)), twin.step((0.1, 0.0, 0.0))
@@ -70,17 +86,23 @@ def test_a_command_that_is_not_finite_is_refused_and_nothing_happens():
 
 def test_arguments_of_the_wrong_kind_are_type_errors():
     sim = omnistep.Simulation("flat")
-    with pytest.raises(ValueError, match="expected a sequence of length 3"):
-        sim.step((0.1, 0.0))
-    with pytest.raises(TypeError):
-        sim.step(0.3)
+    for bad in (0.3, None, "abc", ("0.3", 0, 0), [None, 0, 0], [1 + 1j, 0, 0]):
+        with pytest.raises(TypeError, match=r"^command: .*allowed: three finite numbers"):
+            sim.step(bad)
+        with pytest.raises(TypeError, match=r"^torques_n_m: .*allowed: one finite torque a wheel"):
+            sim.step_torques(bad)
+    with pytest.raises(TypeError, match="allowed: a list of names"):
+        omnistep.compare("flat", policies="paper")
+    assert sim.time_s == 0.0
     with pytest.raises(TypeError, match="allowed: a number"):
         omnistep.run("flat", overrides={"terrain.friction": object()})
 
 
 def test_a_log_that_cannot_be_written_is_named(tmp_path):
-    with pytest.raises(omnistep.LogError, match="missing"):
-        omnistep.run("flat", mcap=tmp_path / "missing" / "x.mcap")
+    path = tmp_path / "missing" / "x.mcap"
+    with pytest.raises(omnistep.LogError, match="missing") as caught:
+        omnistep.run("flat", mcap=path)
+    assert caught.value.file == f"{path}.part"  # the name it has until it is whole
 
 
 def test_ctrl_c_stops_a_run_within_a_fraction_of_a_second_and_leaves_no_log(tmp_path):

@@ -26,6 +26,24 @@ def test_the_console_script_is_the_same_command_line():
     assert wrong.stderr.startswith('error: unknown scenario "stairway"')
 
 
+def test_without_matplotlib_all_but_the_plots_works_and_they_say_what_to_install():
+    program = """
+import sys
+sys.modules["matplotlib"] = None
+import omnistep
+trace = omnistep.run("flat", overrides={"duration_s": 0.01})
+for plot in (omnistep.plot.climb, omnistep.plot.strip, lambda _: omnistep.plot.wheels(omnistep.wheels())):
+    try:
+        plot(trace)
+    except ImportError as error:
+        assert 'pip install "omnistep[plot]"' in str(error), error
+    else:
+        raise AssertionError(plot)
+"""
+    checked = command(sys.executable, "-c", program)
+    assert checked.returncode == 0, checked.stderr
+
+
 def test_the_stub_says_what_the_module_has():
     checked = command(sys.executable, "-m", "mypy.stubtest", "omnistep", "--concise")
     assert checked.returncode == 0, checked.stdout + checked.stderr
