@@ -105,6 +105,15 @@ def test_a_log_that_cannot_be_written_is_named(tmp_path):
     assert caught.value.file == f"{path}.part"  # the name it has until it is whole
 
 
+@pytest.fixture
+def interrupts():
+    """Python's own answer to Ctrl-C, also where the tests run in the background and it was switched off."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts")
 def test_ctrl_c_stops_a_run_within_a_fraction_of_a_second_and_leaves_no_log(tmp_path):
     pressed = []
 
