@@ -233,6 +233,9 @@ class Simulation:
     def period_s(self) -> float:
         """Control period [s]."""
     @property
+    def measured_rad_s(self) -> _Floats:
+        """Actuator velocities as the encoders see them now [rad/s], (N,): what a loop on `step_torques` measures."""
+    @property
     def wheel_names(self) -> list[str]:
         """Names of the N wheels."""
     @property

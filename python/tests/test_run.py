@@ -150,3 +150,12 @@ def test_two_threads_run_at_once_and_agree():
     for thread in threads:
         thread.join()
     assert results[1] == results[2]
+
+
+def test_a_torque_loop_of_one_s_own_reads_the_encoders_and_holds_the_speed():
+    sim = omnistep.Simulation("flat")
+    reference = np.array([1, 0, -1, 1, 1, 0, -1]) * 0.2 / 0.066
+    for _ in range(2000):
+        sample = sim.step_torques(np.clip(0.5 * (reference - sim.measured_rad_s), -2.0, 2.0))
+    # Proportional control alone; nothing resists on flat ground but the contacts.
+    assert sample.twist[0] == pytest.approx(0.2, rel=1e-3)

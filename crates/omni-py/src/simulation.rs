@@ -78,6 +78,12 @@ impl Simulation {
         self.scenario.control.period_us as f64 * 1e-6
     }
 
+    /// Actuator velocities as the encoders see them now [rad/s], (N,).
+    #[getter]
+    fn measured_rad_s<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
+        numpy::PyArray1::from_vec(py, self.inner.measured_rad_s())
+    }
+
     /// Names of the wheels.
     #[getter]
     fn wheel_names(&self) -> Vec<String> {

@@ -100,6 +100,14 @@ impl Simulation {
         self.world.step(torques_n_m, &mut self.observation)
     }
 
+    /// Actuator velocities as the encoders see them now \[rad/s\], one a wheel: what the next step's controller measures.
+    #[must_use]
+    pub fn measured_rad_s(&self) -> Vec<f64> {
+        let mut velocities = Vec::new();
+        self.world.measure(&mut velocities);
+        velocities
+    }
+
     /// What the controller did in the last [`Simulation::step`].
     #[must_use]
     pub fn sample(&self) -> &ControlSample {

@@ -360,7 +360,14 @@ fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
     fs::write(folder.path().join("taken"), "a file, not a folder").unwrap();
     assert!(refused(folder.path(), &["compare", "--out", "taken"]).contains("taken"));
     assert!(refused(folder.path(), &["compare", "--out", "taken/inside"]).contains("taken/inside"));
-    // A folder stands where the log would grow.
+    // A folder stands where the log would be, or where it would grow.
+    fs::create_dir_all(folder.path().join("runs/step-independent.mcap")).unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "runs"]).contains("step-independent.mcap"));
+    assert_eq!(
+        fs::read_dir(folder.path().join("runs")).unwrap().count(),
+        1,
+        "nothing half-written"
+    );
     fs::create_dir_all(folder.path().join("logs/step-independent.mcap.part")).unwrap();
     assert!(refused(folder.path(), &["compare", "--out", "logs"]).contains("step-independent.mcap"));
 }

@@ -100,11 +100,11 @@ pub struct Command {
 }
 
 impl Command {
-    /// The twist commanded at a time \[s\].
+    /// The twist commanded at a time \[s\]: at rest up to 0, the whole of it from `ramp_s` on.
     #[must_use]
     pub fn at(&self, time_s: f64) -> BodyTwist<f64> {
         let part = if self.ramp_s > 0.0 {
-            (time_s / self.ramp_s).min(1.0)
+            (time_s / self.ramp_s).clamp(0.0, 1.0)
         } else {
             1.0
         };

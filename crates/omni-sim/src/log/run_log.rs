@@ -52,7 +52,7 @@ impl RunLog {
     /// # Errors
     /// As [`LogWriter::create`] and [`LogWriter::metadata`].
     pub fn create(path: impl AsRef<Path>, scenario: &Scenario) -> Result<Self, LogError> {
-        let mut writer = LogWriter::create(path)?;
+        let mut writer = LogWriter::create(&path)?;
         let vehicle = scenario.vehicle();
         let facts = [
             ("omnistep", env!("CARGO_PKG_VERSION").to_owned()),
@@ -62,8 +62,11 @@ impl RunLog {
             ("seed", scenario.seed.to_string()),
         ];
         writer.metadata("run", facts.map(|(k, v)| (k.to_owned(), v)).into())?;
-        // Whole, with the vehicle inside. Plain data read from TOML: it can be written as TOML.
-        let text = toml::to_string(scenario).unwrap_or_default();
+        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
+        let text = toml::to_string(scenario).map_err(|error| LogError::Io {
+            path: path.as_ref().to_path_buf(),
+            source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),
+        })?;
         writer.attachment("scenario.toml", "application/toml", text.as_bytes())?;
         Ok(Self {
             vehicle_state: writer.channel("/vehicle_state")?,

@@ -150,6 +150,13 @@ impl LogWriter {
         let mut part = path.clone().into_os_string();
         part.push(".part");
         let part = PathBuf::from(part);
+        if path.is_dir() {
+            // Found now, not when the finished log is to take its name.
+            return Err(LogError::Create {
+                path,
+                source: io::ErrorKind::IsADirectory.into(),
+            });
+        }
         let file = File::create(&part).map_err(|source| LogError::Create {
             path: part.clone(),
             source,
