@@ -16,8 +16,8 @@ MACHINE = re.compile(r"(?<![\w.])/(?:root|home|Users|work)/\w")
 
 
 def tracked(*patterns: str) -> list[Path]:
-    """Files under version control, or about to be."""
-    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *patterns]
+    """Files under version control: whatever else lies about is not ours to judge."""
+    command = ["git", "ls-files", "--", *patterns]
     lines = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     return [ROOT / line for line in lines if (ROOT / line).is_file()]
 
