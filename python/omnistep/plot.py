@@ -76,7 +76,12 @@ def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes
 
     Returns:
         The axes.
+
+    Raises:
+        ValueError: the time is not positive.
     """
+    if not every_s > 0.0:
+        raise ValueError(f"every_s = {every_s}, allowed: > 0 [s]")
     plt = _pyplot()
     if ax is None:
         ax = plt.subplots(figsize=(11, 2.3), layout="constrained")[1]

@@ -52,6 +52,8 @@ def test_strip_marks_the_middle_joint_every_three_tenths(climb):
     assert len(points.get_xdata()) == 21  # 0 to 6 s
     np.testing.assert_array_equal(points.get_xdata()[1:], climb["wheel_4_x_m"][299::300])
     assert points.get_ydata()[-1] == pytest.approx(0.05 + 0.066, abs=1e-3)  # on the upper plane
+    with pytest.raises(ValueError, match="allowed: > 0"):
+        omnistep.plot.strip(climb, every_s=0.0)
 
 
 def test_wheels_draws_each_wheel_of_each_run_and_the_loads():

@@ -135,18 +135,27 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             json,
         } => wheels::wheels(&experiment, &overrides, json, out),
         Command::List => {
-            print(out, &format!("scenarios: {}\n", builtin_scenarios().join(", ")));
-            print(out, &format!("vehicles:  {}\n", builtin_vehicles().join(", ")));
-            print(
-                out,
-                &format!("policies:  {}\n", Coordination::<f64>::PRESETS.join(", ")),
-            );
+            let lists = [
+                ("scenarios:  ", builtin_scenarios()),
+                ("vehicles:   ", builtin_vehicles()),
+                ("policies:   ", Coordination::<f64>::PRESETS.to_vec()),
+                ("experiments:", vec!["wheels (run by `omnistep wheels`)"]),
+            ];
+            for (kind, names) in lists {
+                print(out, &format!("{kind} {}\n", names.join(", ")))?;
+            }
             Ok(())
         }
     }
 }
 
 /// Writes to standard output; a reader that has gone away is no error of ours.
-fn print(out: &mut dyn Write, text: &str) {
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Io {
+            path: "standard output".into(),
+            source,
+        }),
+        _ => Ok(()),
+    }
 }

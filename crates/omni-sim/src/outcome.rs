@@ -12,7 +12,8 @@ const UP_TOLERANCE_M: f64 = 0.005;
 /// Figures of a run.
 ///
 /// On a step, averages are over the *crossing*: from the moment the foremost wheel reaches the riser to the moment the
-/// last wheel stands on the upper plane, or the end of the run. On flat ground they are over the whole run.
+/// last wheel stands on the upper plane, or the end of the run. On flat ground they are over the whole run. Where the
+/// riser is never reached they are NaN: nothing was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Outcome {
     /// Every wheel stands on the upper plane; false on flat ground.
@@ -37,6 +38,7 @@ impl Outcome {
     pub fn of(scenario: &Scenario, trace: &Trace) -> Self {
         let crossing = Crossing::of(scenario, trace);
         let (first, last) = (crossing.first, crossing.last);
+        let measured = if first < last { 1.0 } else { f64::NAN };
         let wheels = trace.wheel_names().len();
         let signal = |name: &str, wheel: usize| trace.wheel(name, wheel).unwrap_or(&[]);
 
@@ -74,11 +76,11 @@ impl Outcome {
             crossing_s: crossing
                 .climbed
                 .then(|| ((last - first) as u64 * scenario.control.period_us) as f64 / 1e6),
-            pitch_peak_deg: peak.to_degrees(),
+            pitch_peak_deg: peak.to_degrees() * measured,
             slip_rms: slip.root(),
             disturbed_rms: disturbed.root(),
             spread_rms: spread.root(),
-            heat_n2m2s: heat,
+            heat_n2m2s: heat * measured,
         }
     }
 }
@@ -151,10 +153,6 @@ impl Mean {
     }
 
     fn root(&self) -> f64 {
-        if self.count > 0.0 {
-            (self.squares / self.count).sqrt()
-        } else {
-            0.0
-        }
+        (self.squares / self.count).sqrt() // NaN where there is nothing to average
     }
 }

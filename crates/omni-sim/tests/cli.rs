@@ -179,7 +179,7 @@ fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
         "s.toml",
         "height_m =",
         "hight_m =",
-        "terrain: hight_m: unknown field `hight_m`, expected one of",
+        "terrain.hight_m: unknown field `hight_m`, expected one of",
     );
     refused_file(
         "v.toml",
@@ -201,7 +201,7 @@ fn a_wrong_type_is_named_with_its_key() {
         "s.toml",
         "height_m = 0.05",
         "height_m = \"high\"",
-        "terrain: height_m: invalid type: string",
+        "terrain.height_m: invalid type: string",
     );
     refused_file(
         "s.toml",
@@ -276,6 +276,64 @@ fn values_out_of_range_are_named_with_the_range() {
 }
 
 #[test]
+fn more_that_no_single_key_shows_is_named() {
+    refused_file(
+        "s.toml",
+        "at_m = 0.7",
+        "at_m = 0.3",
+        "terrain.at_m: 0.3, allowed: more than 0.366",
+    );
+    refused_file(
+        "s.toml",
+        "solver_iterations = 8",
+        "solver_iterations = 0",
+        "solver_iterations: 0, allowed: 1 to 100",
+    );
+    refused_file(
+        "s.toml",
+        "v.toml",
+        "chugo8",
+        "s.toml: vehicle: \"chugo8\", allowed: chugo7",
+    );
+}
+
+#[test]
+fn figures_are_null_where_the_riser_was_never_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["run", "--json", "--set", "duration_s=0.5"]);
+    let row: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    for key in [
+        "crossing_s",
+        "pitch_peak_deg",
+        "slip_rms",
+        "disturbed_rms",
+        "spread_rms",
+        "heat_n2m2s",
+    ] {
+        assert!(row[key].is_null(), "{row}");
+    }
+    let table = stdout(&omnistep(folder.path(), &["run", "--set", "duration_s=0.5"]));
+    assert!(!table.contains("NaN") && !table.contains("0.000"), "{table}");
+}
+
+#[test]
+fn results_that_cannot_be_written_are_an_error() {
+    if Path::new("/dev/full").exists() {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_omnistep"));
+        let output = command.arg("list").stdout(full).output().unwrap();
+        assert_ne!(output.status.code(), Some(0));
+        assert!(
+            String::from_utf8(output.stderr)
+                .unwrap()
+                .contains("standard output")
+        );
+    } else {
+        eprintln!("skipped: this system has no /dev/full");
+    }
+}
+
+#[test]
 fn wheels_that_cannot_move_the_vehicle_three_ways_are_refused() {
     // Every wheel rolling along x: forward and yaw only.
     let folder = tempfile::tempdir().unwrap();
@@ -344,7 +402,7 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     );
     let said = refused(
         folder.path(),
-        &["compare", "--set", "vehicle.wheel.9.radius_m=0.1"],
+        &["compare", "--set", "vehicle.wheel[9].radius_m=0.1"],
     );
     assert!(said.contains("element \"9\", allowed: 0 to 6"), "{said}");
     assert_eq!(

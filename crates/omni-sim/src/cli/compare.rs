@@ -32,9 +32,15 @@ pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn W
         None => Ok(scenario.clone()),
     });
     let runs = runs.collect::<Result<Vec<_>, _>>()?;
-    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
-        path: args.out.clone(),
-        source,
+    std::fs::create_dir_all(&args.out).map_err(|source| {
+        let source = std::io::Error::new(
+            source.kind(),
+            format!("cannot make the folder of --out: {source}"),
+        );
+        Error::Io {
+            path: args.out.clone(),
+            source,
+        }
     })?;
 
     let bar = if args.quiet {
@@ -54,15 +60,15 @@ pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn W
         if args.json {
             // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
             let line = serde_json::to_string(&row).unwrap_or_default();
-            bar.suspend(|| print(out, &format!("{line}\n")));
+            bar.suspend(|| print(out, &format!("{line}\n")))?;
         }
         rows.push(row);
     }
     bar.finish_and_clear();
     if !args.json {
-        print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)));
+        print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)))?;
         for row in &rows {
-            print(out, &format!("{}\n", row.mcap.display()));
+            print(out, &format!("{}\n", row.mcap.display()))?;
         }
     }
     Ok(())
@@ -124,12 +130,12 @@ fn table(rows: &[Row]) -> Table {
         table.add_row([
             row.policy.clone(),
             if o.climbed { "yes".into() } else { "no".into() },
-            o.crossing_s.map_or_else(|| "-".into(), |s| format!("{s:.2}")),
-            format!("{:.2}", o.pitch_peak_deg),
-            format!("{:.3}", o.slip_rms),
-            format!("{:.3}", o.disturbed_rms),
-            format!("{:.3}", o.spread_rms),
-            format!("{:.1}", o.heat_n2m2s),
+            number(o.crossing_s.unwrap_or(f64::NAN), 2),
+            number(o.pitch_peak_deg, 2),
+            number(o.slip_rms, 3),
+            number(o.disturbed_rms, 3),
+            number(o.spread_rms, 3),
+            number(o.heat_n2m2s, 1),
             format!("{:.1}", row.realtime_factor),
         ]);
     }
@@ -137,4 +143,13 @@ fn table(rows: &[Row]) -> Table {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
+}
+
+/// A figure with so many decimals, `-` where nothing was measured.
+fn number(figure: f64, decimals: usize) -> String {
+    if figure.is_nan() {
+        "-".into()
+    } else {
+        format!("{figure:.decimals$}")
+    }
 }

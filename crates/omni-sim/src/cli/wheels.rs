@@ -23,7 +23,7 @@ pub(super) fn wheels(
     if json {
         for trace in &traces {
             let line = serde_json::to_string(trace).unwrap_or_default();
-            print(out, &format!("{line}\n"));
+            print(out, &format!("{line}\n"))?;
         }
         return Ok(());
     }
@@ -34,9 +34,8 @@ pub(super) fn wheels(
             "speeds of wheels A / B / C [rpm], reference {} rpm, friction {friction} N.m.s/rad\n",
             experiment.speed_rpm
         ),
-    );
-    print(out, &format!("{}\n", table(&traces, experiment.duration_s)));
-    Ok(())
+    )?;
+    print(out, &format!("{}\n", table(&traces, experiment.duration_s)))
 }
 
 fn table(traces: &[WheelsTrace], duration_s: f64) -> Table {

@@ -6,6 +6,7 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use super::tagged::INNER_KEY;
 use crate::Error;
 
 /// Built-in files by name, in the order they are listed.
@@ -142,8 +143,15 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
 ) -> Result<T, Error> {
     let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
         let path = error.path().to_string();
-        let key = if path == "." { "top level".into() } else { path };
-        source.refuse(key, one_line(error.inner().message()))
+        let message = one_line(error.inner().message());
+        let inside = message
+            .strip_prefix(INNER_KEY)
+            .and_then(|rest| rest.split_once(INNER_KEY));
+        match inside {
+            Some((inner, message)) => source.refuse(format!("{path}.{inner}"), message),
+            None if path == "." => source.refuse("top level", message),
+            None => source.refuse(path, message),
+        }
     })?;
     value.validate().map_err(|report| {
         let mut lines = report
@@ -161,12 +169,17 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     Ok(value)
 }
 
+/// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.
+fn dotted(key: &str) -> String {
+    key.replace('[', ".").replace(']', "")
+}
+
 fn one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
-/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel.0.radius_m=0.07` (elements count from 0).
+/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
     key: String,
@@ -177,7 +190,7 @@ impl Override {
     /// `value` for `key`.
     pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
         Self {
-            key: key.into(),
+            key: dotted(&key.into()),
             value: value.into(),
         }
     }
@@ -211,7 +224,7 @@ impl Override {
             .ok()
             .and_then(|mut table| table.remove("value"));
         Ok(Self {
-            key: key.into(),
+            key: dotted(key),
             value: parsed.unwrap_or_else(|| Value::String(value.into())),
         })
     }

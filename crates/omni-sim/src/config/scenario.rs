@@ -163,7 +163,7 @@ pub struct Physics {
     #[garde(custom(microseconds))]
     pub step_us: u64,
     /// Solver iterations a step, 1 to 100; fewer than 8 change outcomes near the torque threshold.
-    #[garde(range(min = 1, max = 100))]
+    #[garde(custom(iterations))]
     pub solver_iterations: usize,
     /// Natural frequency of contacts \[Hz\], > 0.
     #[garde(custom(positive))]
@@ -181,6 +181,14 @@ fn microseconds(value: &u64, _: &()) -> garde::Result {
         Ok(())
     } else {
         Err(garde::Error::new(format!("{value}, allowed: 1 to 100000")))
+    }
+}
+
+fn iterations(value: &usize, _: &()) -> garde::Result {
+    if (1..=100).contains(value) {
+        Ok(())
+    } else {
+        Err(garde::Error::new(format!("{value}, allowed: 1 to 100")))
     }
 }
 
@@ -230,7 +238,13 @@ impl Scenario {
         }
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
-                Vehicle::from_source(&Source::vehicle(&name, source.folder())?, &for_vehicle)?
+                let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
+                    Error::UnknownName { name, known, .. } => {
+                        source.refuse("vehicle", format!("{name:?}, allowed: {known}"))
+                    }
+                    other => other,
+                })?;
+                Vehicle::from_source(&vehicle, &for_vehicle)?
             }
             Some(Value::Table(inline)) => Vehicle::from_table(source, inline, &for_vehicle)?,
             Some(other) => {
@@ -251,7 +265,34 @@ impl Scenario {
             );
             return Err(source.refuse("control.period_us", message));
         }
+        scenario.check_start(source)?;
         Ok(scenario)
+    }
+
+    /// A riser starts ahead of every wheel, wherever the perturbation puts the vehicle.
+    fn check_start(&self, source: &Source) -> Result<(), Error> {
+        if let Terrain::Step { at_m, .. } = self.terrain {
+            let front = |w: &super::WheelSpec| {
+                w.position_m[0].hypot(w.position_m[1]).max(w.position_m[0]) + w.radius_m
+            };
+            let ahead = if self.perturbation.yaw_rad > 0.0 {
+                self.vehicle.wheel.iter().map(front).fold(0.0, f64::max)
+            } else {
+                self.vehicle
+                    .wheel
+                    .iter()
+                    .map(|w| w.position_m[0] + w.radius_m)
+                    .fold(0.0, f64::max)
+            };
+            let least = ahead + self.perturbation.start_m;
+            if at_m <= least {
+                let message = format!(
+                    "{at_m}, allowed: more than {least:.3}, where the foremost wheel may stand at the start"
+                );
+                return Err(source.refuse("terrain.at_m", message));
+            }
+        }
+        Ok(())
     }
 
     /// The vehicle.

@@ -3,6 +3,9 @@
 use serde::de::{Deserialize, Deserializer, Error};
 use toml::{Table, Value};
 
+/// Around the key inside, in an error's message: [`super::load`] joins it to the path of the table.
+pub(super) const INNER_KEY: char = '\u{1f}';
+
 /// Reads `{ kind = "x", ... }` by way of the externally tagged `{ x = { ... } }`, which `external` reads.
 pub(super) fn by_kind<'de, D, T>(
     deserializer: D,
@@ -28,7 +31,7 @@ where
         Error::custom(if key.is_empty() {
             message.to_owned()
         } else {
-            format!("{key}: {message}")
+            format!("{INNER_KEY}{key}{INNER_KEY}{message}")
         })
     })
 }

@@ -19,6 +19,8 @@ pub(crate) struct World {
     steps_per_period: u64,
     time_ns: u64,
     step_ns: u64,
+    /// Where the physics left the finite numbers; nothing is simulated after that.
+    diverged: Option<(f64, String)>,
 }
 
 impl World {
@@ -48,6 +50,7 @@ impl World {
             steps_per_period: scenario.control.period_us / settings.step_us,
             time_ns: 0,
             step_ns: settings.step_us * 1000,
+            diverged: None,
         }
     }
 
@@ -74,10 +77,8 @@ impl World {
             self.time_ns += self.step_ns;
             if let Some(handle) = self.physics.quarantine().bodies().first() {
                 let body = self.vehicle.name_of(*handle).to_owned();
-                return Err(Error::Diverged {
-                    time_s: self.time_ns as f64 * 1e-9,
-                    body,
-                });
+                self.diverged = Some((self.time_ns as f64 * 1e-9, body));
+                return self.check();
             }
             contact::accumulate(
                 &self.physics,
@@ -88,6 +89,17 @@ impl World {
         }
         self.observe(observation);
         Ok(())
+    }
+
+    /// The error of a world that has diverged.
+    fn check(&self) -> Result<(), Error> {
+        match &self.diverged {
+            None => Ok(()),
+            Some((time_s, body)) => Err(Error::Diverged {
+                time_s: *time_s,
+                body: body.clone(),
+            }),
+        }
     }
 
     /// Writes the present poses and velocities; leaves the contact averages alone.
