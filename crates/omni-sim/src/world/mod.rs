@@ -67,6 +67,7 @@ impl World {
 
     /// Holds actuator torques \[N.m\], one a wheel, for one control period; contact forces are averaged over it.
     pub(crate) fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
+        self.check()?;
         observation
             .wheels
             .iter_mut()
