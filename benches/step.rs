@@ -6,8 +6,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use omni_core::{
-    BodyTwist, ControlState, Controller, Coordination, PidGains, Real, TorqueLimit, WheelControlConfig,
-    WheelLayout,
+    BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
+    WheelControlConfig, WheelLayout, WheelVelocities,
 };
 use omni_sim::Simulation;
 use omni_sim::config::Scenario;
@@ -24,8 +24,7 @@ fn controller<R: Real>(policy: &str) -> Controller<R, 7> {
     Controller::new(
         &layout,
         WheelControlConfig {
-            gains,
-            period_s: R::of(1e-3),
+            pid: PidConfig::new(gains, R::of(1e-3)),
             limits,
             coordination,
         },
@@ -40,7 +39,15 @@ fn control<R: Real>(c: &mut Criterion, scalar: &str) {
         let command = BodyTwist::from_array([R::of(0.3), R::of(0.0), R::of(0.1)]);
         let mut state = ControlState::default();
         group.bench_function(policy, |b| {
-            b.iter(|| controller.step(&mut state, black_box(&command), black_box(&[R::of(1.0); 7])))
+            b.iter(|| {
+                controller.step(
+                    &mut state,
+                    black_box(&command),
+                    black_box(&WheelVelocities {
+                        rad_s: [R::of(1.0); 7],
+                    }),
+                )
+            })
         });
     }
     group.finish();

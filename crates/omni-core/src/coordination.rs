@@ -121,6 +121,34 @@ pub struct TorqueRange<R> {
 }
 
 impl<R: Real> TorqueRange<R> {
+    /// No limits at all: infinite.
+    #[must_use]
+    pub fn unlimited() -> Self {
+        let infinite = R::one() / R::zero();
+        Self {
+            lower_n_m: -infinite,
+            upper_n_m: infinite,
+        }
+    }
+
+    /// Nothing but 0: a wheel that is let go.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            lower_n_m: R::zero(),
+            upper_n_m: R::zero(),
+        }
+    }
+
+    /// The range with both ends brought within +-`torque_n_m` >= 0.
+    #[must_use]
+    pub fn capped(&self, torque_n_m: R) -> Self {
+        Self {
+            lower_n_m: self.lower_n_m.limited(-torque_n_m, torque_n_m),
+            upper_n_m: self.upper_n_m.limited(-torque_n_m, torque_n_m),
+        }
+    }
+
     /// Is `torque_n_m` outside?
     #[must_use]
     pub fn exceeded_by(&self, torque_n_m: R) -> bool {

@@ -11,7 +11,7 @@ use core::fmt;
 /// let error = WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.0).unwrap_err();
 /// assert_eq!(error.parameter, "radius_m");
 /// assert_eq!(error.index, Some(0));
-/// assert_eq!(error.to_string(), "wheel 1: radius_m = 0, allowed: finite and > 0");
+/// assert_eq!(error.to_string(), "wheel 1: radius_m = 0, allowed: 0.0001 to 100");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfigError {
@@ -57,6 +57,20 @@ impl fmt::Display for ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// `value` if it is in `range`, whose ends `allowed` names. NaN is in no range.
+pub(crate) fn within<R: crate::Real>(
+    parameter: &'static str,
+    value: R,
+    range: core::ops::RangeInclusive<f64>,
+    allowed: &'static str,
+) -> Result<R, ConfigError> {
+    if value >= R::of(*range.start()) && value <= R::of(*range.end()) {
+        Ok(value)
+    } else {
+        Err(ConfigError::new(parameter, value.as_f64(), allowed))
+    }
+}
 
 pub(crate) const POSITIVE: &str = "finite and > 0";
 pub(crate) const NOT_NEGATIVE: &str = "finite and >= 0";

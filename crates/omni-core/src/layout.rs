@@ -1,33 +1,99 @@
 //! Where the wheels are, which way they roll, how large they are: the geometry everything else follows from.
 
-use crate::error::{ConfigError, finite, positive};
+use crate::error::{ConfigError, finite, positive, within};
 use crate::{Kinematics, Real};
+
+/// Largest condition number of the inverse map that a layout may have: above it, wheel noise is amplified more than a
+/// hundredfold in some direction of motion. Yaw is measured at the wheels' mean lever first, so that metres and radians
+/// compare; 1 is the best there is.
+pub const CONDITION_LIMIT: f64 = 100.0;
 
 /// One driven wheel with free rollers on its rim.
 ///
 /// ```
 /// use omni_core::Wheel;
-/// let left = Wheel { position_m: [0.0, 0.23], rolling_direction: [1.0, 0.0], roller_angle_rad: 0.0, radius_m: 0.066, gear: 1.0 };
+/// let left = Wheel::omni([0.0_f64, 0.23], [1.0, 0.0], 0.066);
 /// // Rolling forward at 0.66 m/s turns it at 10 rad/s; turning left slows a wheel on the left.
-/// assert!((left.rates_per_twist()[0] * 0.66_f64 - 10.0).abs() < 1e-12);
+/// assert!((left.rates_per_twist()[0] * 0.66 - 10.0).abs() < 1e-12);
 /// assert!(left.rates_per_twist()[2] < 0.0);
+/// // Behind a 20:1 reduction, with the motor mounted the other way round:
+/// let geared = left.geared(0.05).with_reversed_motor();
+/// assert!((geared.rates_per_twist()[0] * 0.66 + 200.0).abs() < 1e-10);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel<R> {
-    /// Place of the contact point in the body frame \[m\]: x (forward is +), y (left is +).
+    /// Place of the contact point in the body frame \[m\]: x (forward is +), y (left is +), within +-1000 m.
     pub position_m: [R; 2],
     /// The way the vehicle moves when this wheel alone turns positively, in the body frame; any length but zero.
     pub rolling_direction: [R; 2],
     /// Angle \[rad\] from the rolling direction to the axis of the roller on the ground (counter-clockwise is +):
-    /// 0 for an omni wheel, +-pi/4 for a mecanum wheel. Never +-pi/2, where the wheel could push nothing.
+    /// 0 for an omni wheel, +-pi/4 for a mecanum wheel. Never +-pi/2: a roller whose axis lies along the axle lets the
+    /// ground slip away in the rolling direction, and the wheel pushes nothing.
     pub roller_angle_rad: R,
-    /// Rolling radius r \[m\], > 0.
+    /// Rolling radius r \[m\], 0.0001 to 100: the radius that turns velocity into path, not the largest one.
     pub radius_m: R,
-    /// Wheel velocity over actuator velocity, k of eq. (1), > 0: 1 for direct drive, 0.05 for a 20:1 reduction.
+    /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000: 1 for direct drive, 0.05 for a 20:1 reduction.
     pub gear: R,
+    /// The actuator turns the wheel backwards when it turns positively: the sign of the mounting.
+    pub reversed: bool,
 }
 
 impl<R: Real> Wheel<R> {
+    /// An omni wheel (rollers along the rim) at `position_m`, rolling along `rolling_direction`; direct drive.
+    ///
+    /// Checked when put into a [`WheelLayout`].
+    #[must_use]
+    pub fn omni(position_m: [R; 2], rolling_direction: [R; 2], radius_m: R) -> Self {
+        Self {
+            position_m,
+            rolling_direction,
+            roller_angle_rad: R::zero(),
+            radius_m,
+            gear: R::one(),
+            reversed: false,
+        }
+    }
+
+    /// A mecanum wheel at `position_m` rolling forward (+x), the axis of the roller on the ground at
+    /// `roller_angle_rad` from forward (counter-clockwise is +; usually +-pi/4); direct drive.
+    ///
+    /// Checked when put into a [`WheelLayout`].
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// let front_left = Wheel::mecanum([0.2, 0.15], -core::f64::consts::FRAC_PI_4, 0.05);
+    /// let [vx, vy, wz] = front_left.rates_per_twist(); // (vx - vy - (0.2 + 0.15) wz) / 0.05
+    /// assert!((vx - 20.0).abs() < 1e-12 && (vy + 20.0).abs() < 1e-12 && (wz + 7.0).abs() < 1e-12);
+    /// ```
+    #[must_use]
+    pub fn mecanum(position_m: [R; 2], roller_angle_rad: R, radius_m: R) -> Self {
+        Self {
+            roller_angle_rad,
+            ..Self::omni(position_m, [R::one(), R::zero()], radius_m)
+        }
+    }
+
+    /// The same wheel behind a gear: wheel velocity over actuator velocity is `gear`.
+    #[must_use]
+    pub fn geared(self, gear: R) -> Self {
+        Self { gear, ..self }
+    }
+
+    /// The same wheel with its motor mounted the other way round.
+    #[must_use]
+    pub fn with_reversed_motor(self) -> Self {
+        Self {
+            reversed: !self.reversed,
+            ..self
+        }
+    }
+
+    /// Wheel velocity per actuator velocity: the gear with the sign of the mounting.
+    #[must_use]
+    pub fn wheel_per_actuator(&self) -> R {
+        if self.reversed { -self.gear } else { self.gear }
+    }
+
     /// Actuator velocity per unit of body twist: `[rad/m, rad/m, 1]` for `[vx, vy, wz]`, this wheel's row of eq. (9).
     ///
     /// A wheel constrains the ground velocity of its contact along the roller's axis `a` only:
@@ -38,7 +104,7 @@ impl<R: Real> Wheel<R> {
         let (sin, cos) = self.roller_angle_rad.sin_cos();
         let (ax, ay) = (cos * dx - sin * dy, sin * dx + cos * dy);
         let [x, y] = self.position_m;
-        let reach = self.gear * self.radius_m * cos; // a . d = cos(roller angle)
+        let reach = self.wheel_per_actuator() * self.radius_m * cos; // a . d = cos(roller angle)
         [ax / reach, ay / reach, (ay * x - ax * y) / reach]
     }
 
@@ -51,10 +117,10 @@ impl<R: Real> Wheel<R> {
     }
 
     fn check(&self) -> Result<(), ConfigError> {
-        positive("radius_m", self.radius_m)?;
-        positive("gear", self.gear)?;
+        within("radius_m", self.radius_m, 1e-4..=100.0, "0.0001 to 100")?;
+        within("gear", self.gear, 1e-6..=1e3, "0.000001 to 1000")?;
         for p in self.position_m {
-            finite("position_m", p)?;
+            within("position_m", p, -1e3..=1e3, "-1000 to 1000")?;
         }
         let [x, y] = self.rolling_direction;
         let length = finite("rolling_direction", (x * x + y * y).sqrt())?;
@@ -65,14 +131,10 @@ impl<R: Real> Wheel<R> {
                 "a direction of non-zero length",
             ));
         }
-        finite("roller_angle_rad", self.roller_angle_rad)?;
-        if self.roller_angle_rad.cos().abs() < R::of(1e-3) {
-            let value = self.roller_angle_rad.as_f64();
-            return Err(ConfigError::new(
-                "roller_angle_rad",
-                value,
-                "away from +-pi/2, where the wheel pushes nothing",
-            ));
+        let value = finite("roller_angle_rad", self.roller_angle_rad)?;
+        if value.cos().abs() < R::of(1e-3) {
+            let allowed = "away from +-pi/2: a roller axis along the axle pushes nothing";
+            return Err(ConfigError::new("roller_angle_rad", value.as_f64(), allowed));
         }
         Ok(())
     }
@@ -88,9 +150,16 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
     /// A layout of the wheels given, in their order.
     ///
     /// # Errors
-    /// [`ConfigError`] with the wheel's index for a non-finite or non-positive radius or gear, a zero direction or a
-    /// roller that cannot push; without an index, parameter `layout`, where the wheels cannot move the vehicle in
-    /// three directions (the value is the rank reached).
+    /// [`ConfigError`] with the wheel's index for a radius, gear, place, direction or roller out of range; without an
+    /// index, parameter `layout` (the value is the rank reached) where the wheels cannot move the vehicle in three
+    /// directions, and parameter `condition_number` (the value) above [`CONDITION_LIMIT`].
+    ///
+    /// ```
+    /// use omni_core::{Wheel, WheelLayout};
+    /// let tank = [[0.2, 0.2], [0.2, -0.2], [-0.2, 0.2]].map(|p| Wheel::omni(p, [1.0, 0.0], 0.05));
+    /// let error = WheelLayout::<f64, 3>::new(tank).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("layout", 2.0)); // forward and yaw, never sideways
+    /// ```
     pub fn new(wheels: [Wheel<R>; N]) -> Result<Self, ConfigError> {
         for (index, wheel) in wheels.iter().enumerate() {
             wheel.check().map_err(|error| error.at(index))?;
@@ -100,10 +169,75 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
         Ok(layout)
     }
 
+    /// `N` equal omni wheels on a circle of `circle_radius_m` > 0 \[m\], wheel `i` at the angle
+    /// `offset_rad + 2 pi i / N` counter-clockwise from forward, each rolling counter-clockwise: all turn positively when
+    /// the vehicle turns left. `wheel_radius_m` is the wheels' radius; direct drive.
+    ///
+    /// # Errors
+    /// As [`WheelLayout::new`]; parameter `layout` for fewer than three wheels.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// let twist = BodyTwist { vx_m_s: 1.0, vy_m_s: 1.0, wz_rad_s: 1.0 };
+    /// for (wheel, expected) in kinematics.inverse(&twist).rad_s.iter().zip([15.0, -5.0, -5.0, 15.0]) {
+    ///     assert!((wheel - expected).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn omni(circle_radius_m: R, offset_rad: R, wheel_radius_m: R) -> Result<Self, ConfigError> {
+        positive("circle_radius_m", circle_radius_m)?;
+        finite("offset_rad", offset_rad)?;
+        let mut wheels = [Wheel::omni([R::zero(); 2], [R::one(), R::zero()], wheel_radius_m); N];
+        let (mut index, count) = (R::zero(), R::of(N as f64));
+        for wheel in &mut wheels {
+            let (sin, cos) = (offset_rad + R::two_pi() * index / count).sin_cos();
+            wheel.position_m = [circle_radius_m * cos, circle_radius_m * sin];
+            wheel.rolling_direction = [-sin, cos];
+            index += R::one();
+        }
+        Self::new(wheels)
+    }
+
     /// The wheels, in order.
     #[must_use]
     pub fn wheels(&self) -> &[Wheel<R>; N] {
         &self.wheels
+    }
+}
+
+impl<R: Real> WheelLayout<R, 4> {
+    /// Four mecanum wheels at the corners of a rectangle, in the order front left, front right, rear left, rear right;
+    /// direct drive. All turn positively when the vehicle drives forward.
+    ///
+    /// `wheelbase_m` and `track_m` > 0 \[m\] are the distances of the contact points along x and y, `radius_m` the
+    /// wheels' radius. The axes of the rollers on the ground form a diamond (those on top, seen from above, an X):
+    /// front left `w = (vx - vy - (wheelbase + track) / 2 wz) / r`.
+    ///
+    /// # Errors
+    /// As [`WheelLayout::new`].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(1.2_f64, 0.8, 0.5)?)?;
+    /// let twist = BodyTwist { vx_m_s: 10.0, vy_m_s: 5.0, wz_rad_s: 3.0 };
+    /// for (wheel, expected) in kinematics.inverse(&twist).rad_s.iter().zip([4.0, 36.0, 24.0, 16.0]) {
+    ///     assert!((wheel - expected).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn mecanum4(wheelbase_m: R, track_m: R, radius_m: R) -> Result<Self, ConfigError> {
+        let (x, y) = (
+            positive("wheelbase_m", wheelbase_m)? * R::of(0.5),
+            positive("track_m", track_m)? * R::of(0.5),
+        );
+        let angle = R::frac_pi_4();
+        Self::new([
+            Wheel::mecanum([x, y], -angle, radius_m),
+            Wheel::mecanum([x, -y], angle, radius_m),
+            Wheel::mecanum([-x, y], angle, radius_m),
+            Wheel::mecanum([-x, -y], -angle, radius_m),
+        ])
     }
 }
 
@@ -121,20 +255,14 @@ impl<R: Real> WheelLayout<R, 7> {
     /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
     /// let kinematics = Kinematics::new(&WheelLayout::chugo7(0.35, 0.27, 0.1)?)?;
     /// let forward = kinematics.inverse(&BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 });
-    /// for (wheel, expected) in forward.iter().zip([3.0_f64, 0.0, -3.0, 3.0, 3.0, 0.0, -3.0]) {
+    /// for (wheel, expected) in forward.rad_s.iter().zip([3.0_f64, 0.0, -3.0, 3.0, 3.0, 0.0, -3.0]) {
     ///     assert!((wheel - expected).abs() < 1e-12);
     /// }
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn chugo7(r1_m: R, r2_m: R, radius_m: R) -> Result<Self, ConfigError> {
         let (zero, one) = (R::zero(), R::one());
-        let wheel = |x, y, dx, dy| Wheel {
-            position_m: [x, y],
-            rolling_direction: [dx, dy],
-            roller_angle_rad: zero,
-            radius_m,
-            gear: one,
-        };
+        let wheel = |x, y, dx, dy| Wheel::omni([x, y], [dx, dy], radius_m);
         Self::new([
             wheel(-r1_m, -r2_m, one, zero),
             wheel(-r1_m, zero, zero, -one),
@@ -152,13 +280,7 @@ mod tests {
     use super::*;
 
     fn wheel(position_m: [f64; 2], rolling_direction: [f64; 2]) -> Wheel<f64> {
-        Wheel {
-            position_m,
-            rolling_direction,
-            roller_angle_rad: 0.0,
-            radius_m: 0.05,
-            gear: 1.0,
-        }
+        Wheel::omni(position_m, rolling_direction, 0.05)
     }
 
     #[test]
@@ -196,17 +318,32 @@ mod tests {
     }
 
     #[test]
-    fn mecanum_rollers_give_the_textbook_map() {
-        // Front left wheel of a mecanum base, rollers at 45 degrees: omega = (vx - vy - (lx + ly) wz) / r.
-        let front_left = Wheel {
-            position_m: [0.2, 0.15],
-            rolling_direction: [1.0, 0.0],
-            roller_angle_rad: -core::f64::consts::FRAC_PI_4,
-            radius_m: 0.05,
-            gear: 1.0,
-        };
-        for (got, expected) in front_left.rates_per_twist().iter().zip([20.0, -20.0, -7.0]) {
-            assert!((got - expected).abs() < 1e-12, "{got} {expected}");
+    fn an_ill_conditioned_layout_is_refused_with_its_condition_number() {
+        // Three wheels that differ from parallel by a milliradian: sideways motion hardly turns any of them.
+        let nearly = [(0.3, -1e-3), (-0.3, 0.0), (0.3, 1e-3)].map(|(y, a)| wheel([0.0, y], [1.0, a]));
+        let error = WheelLayout::new(nearly).expect_err("sideways motion is a thousandth of a wheel's");
+        assert_eq!(error.parameter, "condition_number");
+        assert!(error.value > 1000.0 && error.value < 2500.0, "{}", error.value);
+        // Five wheels along x, two along y, orthogonal columns: sqrt(5 / 2), whatever the lengths.
+        let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.3, 0.23, 0.066).expect("valid"));
+        assert!((kinematics.expect("valid").condition_number() - 2.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_reversed_motor_is_a_reversed_rolling_direction() {
+        for angle in [0.0, 0.7] {
+            let one = Wheel {
+                roller_angle_rad: angle,
+                ..wheel([0.2, 0.1], [1.0, 0.5])
+            };
+            let other = Wheel {
+                rolling_direction: [-1.0, -0.5],
+                ..one
+            };
+            assert_eq!(
+                one.with_reversed_motor().rates_per_twist(),
+                other.rates_per_twist()
+            );
         }
     }
 }

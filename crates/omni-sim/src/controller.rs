@@ -2,8 +2,8 @@
 
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
 use omni_core::{
-    BodyTwist, ConfigError, ControlState, Controller, Coordination, Kinematics, Real, WheelControlConfig,
-    WheelLayout,
+    BodyTwist, ConfigError, ControlState, Controller, Coordination, Kinematics, PidConfig, Real,
+    WheelControlConfig, WheelLayout, WheelVelocities,
 };
 
 use crate::Error;
@@ -98,29 +98,30 @@ fn double<R: Real>(t: &BodyTwist<R>) -> BodyTwist<f64> {
 
 impl<R: Real, const N: usize> Loop for Sized<R, N> {
     fn step(&mut self, command: &BodyTwist<f64>, measured: &[f64], sample: &mut ControlSample) {
-        let mut velocities = [R::of(0.0); N];
-        for (v, m) in velocities.iter_mut().zip(measured) {
+        let mut velocities = WheelVelocities::zero();
+        for (v, m) in velocities.rad_s.iter_mut().zip(measured) {
             *v = R::of(*m);
         }
         let s = self
             .controller
             .step(&mut self.state, &scalar(command), &velocities);
         sample.command = double(&s.command);
-        sample.estimated = double(&s.estimated);
+        sample.estimated = double(&self.controller.kinematics().forward(&velocities));
+        let residual = self.controller.kinematics().residual(&velocities);
         sample.common_factor = s.wheels.common_factor.as_f64();
         sample.wheels.clear();
         sample.wheels.extend((0..N).map(|i| WheelSignals {
-            reference_rad_s: s.wheels.reference_rad_s[i].as_f64(),
-            measured_rad_s: s.wheels.measured_rad_s[i].as_f64(),
+            reference_rad_s: s.wheels.reference.rad_s[i].as_f64(),
+            measured_rad_s: s.wheels.measured.rad_s[i].as_f64(),
             p_n_m: s.wheels.p_n_m[i].as_f64(),
             i_n_m: s.wheels.i_n_m[i].as_f64(),
             d_n_m: s.wheels.d_n_m[i].as_f64(),
-            requested_n_m: s.wheels.requested_n_m[i].as_f64(),
-            applied_n_m: s.wheels.applied_n_m[i].as_f64(),
+            requested_n_m: s.wheels.requested.n_m[i].as_f64(),
+            applied_n_m: s.wheels.applied.n_m[i].as_f64(),
             limit_lower_n_m: s.wheels.range[i].lower_n_m.as_f64(),
             limit_upper_n_m: s.wheels.range[i].upper_n_m.as_f64(),
             saturated: s.wheels.saturated[i],
-            residual_rad_s: s.residual_rad_s[i].as_f64(),
+            residual_rad_s: residual.rad_s[i].as_f64(),
         }));
     }
 
@@ -128,6 +129,7 @@ impl<R: Real, const N: usize> Loop for Sized<R, N> {
         self.controller
             .kinematics()
             .inverse(&scalar(twist))
+            .rad_s
             .iter()
             .map(|v| v.as_f64())
             .collect()
@@ -194,8 +196,10 @@ fn build_sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn L
         allowed: "a coordination preset",
     })?;
     let config = WheelControlConfig {
-        gains: vehicle.gains.pid(),
-        period_s: R::of(scenario.control.period_us as f64 * 1e-6),
+        pid: PidConfig::new(
+            vehicle.gains.pid(),
+            R::of(scenario.control.period_us as f64 * 1e-6),
+        ),
         limits: [vehicle.motor.limit()?; N],
         coordination,
     };

@@ -1,6 +1,6 @@
 //! Section 3.3 of the paper: three motors on dampers under a coordination policy. No vehicle, no rapier.
 
-use omni_core::{ControlState, Coordination, TorqueLimit, WheelControlConfig, WheelController};
+use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig, WheelController};
 use serde::Serialize;
 
 use crate::Error;
@@ -100,8 +100,7 @@ pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsT
     })?;
     let period_s = experiment.period_us as f64 * 1e-6;
     let config = WheelControlConfig {
-        gains: experiment.gains.pid(),
-        period_s,
+        pid: PidConfig::new(experiment.gains.pid(), period_s),
         limits: [TorqueLimit::chugo(); 3],
         coordination,
     };
@@ -126,12 +125,12 @@ pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsT
     let every = (RECORD_US / experiment.period_us).max(1);
     for k in 0..=periods {
         let time_us = k * experiment.period_us;
-        let sample = controller.step(&mut state, &reference, &velocity);
+        let sample = controller.step(&mut state, &reference.into(), &velocity.into());
         let loads = experiment.loads_at(time_us as f64 / 1e6);
         if k % every == 0 {
             trace.t_s.push(time_us as f64 / 1e6);
             trace.speed_rpm.push(velocity.map(|v| v / RPM));
-            trace.torque_n_m.push(sample.applied_n_m);
+            trace.torque_n_m.push(sample.applied.n_m);
             trace.load_n_m_s_rad.push(loads);
             trace.common_factor.push(sample.common_factor);
         }
@@ -139,7 +138,7 @@ pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsT
         for i in 0..3 {
             let per_inertia = period_s / experiment.inertia_kg_m2;
             let damper = experiment.friction_n_m_s_rad + loads[i];
-            velocity[i] = (velocity[i] + per_inertia * sample.applied_n_m[i]) / (1.0 + per_inertia * damper);
+            velocity[i] = (velocity[i] + per_inertia * sample.applied.n_m[i]) / (1.0 + per_inertia * damper);
         }
     }
     Ok(trace)

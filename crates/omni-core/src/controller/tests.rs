@@ -1,4 +1,5 @@
 use super::*;
+use crate::{Coordination, Integral, Pid, PidConfig, PidGains, Saturation, TorqueLimit};
 use proptest::prelude::*;
 
 const GAINS: PidGains<f64> = PidGains {
@@ -10,8 +11,7 @@ const GAINS: PidGains<f64> = PidGains {
 fn config<const N: usize>(coordination: Coordination<f64>, limit: f64) -> WheelControlConfig<f64, N> {
     let limits = [TorqueLimit::constant(limit).expect("valid"); N];
     WheelControlConfig {
-        gains: GAINS,
-        period_s: 1e-3,
+        pid: PidConfig::new(GAINS, 1e-3),
         limits,
         coordination,
     }
@@ -39,14 +39,15 @@ fn policies() -> [Coordination<f64>; 4] {
 fn wheels_3_and_7_are_limited_in_reverse() {
     // Driving forward they turn backwards: eq. (11) as printed would let any negative torque pass.
     for policy in policies() {
-        let sample = controller(policy, 0.5).step(&mut ControlState::default(), &FORWARD, &[0.0; 7]);
+        let sample =
+            controller(policy, 0.5).step(&mut ControlState::default(), &FORWARD, &WheelVelocities::zero());
         for i in [2, 6] {
-            assert!(sample.wheels.requested_n_m[i] < -1.3, "{policy:?}");
+            assert!(sample.wheels.requested.n_m[i] < -1.3, "{policy:?}");
             assert!(sample.wheels.saturated[i], "{policy:?}");
             assert!(
-                (sample.wheels.applied_n_m[i] + 0.5).abs() < 1e-12,
+                (sample.wheels.applied.n_m[i] + 0.5).abs() < 1e-12,
                 "{policy:?}: {:?}",
-                sample.wheels.applied_n_m
+                sample.wheels.applied.n_m
             );
         }
     }
@@ -63,13 +64,13 @@ fn policies_agree_while_nothing_saturates_and_no_wheel_disagrees() {
     for policy in policies() {
         let sample = controller(policy, 100.0).step(&mut ControlState::default(), &FORWARD, &measured);
         assert_eq!(sample.wheels.common_factor, 1.0);
-        for (a, b) in sample.wheels.applied_n_m.iter().zip(reference.wheels.applied_n_m) {
+        for (a, b) in sample.wheels.applied.n_m.iter().zip(reference.wheels.applied.n_m) {
             assert!((a - b).abs() < 1e-14, "{policy:?}"); // the projection of `load_sharing` rounds
         }
     }
 }
 
-fn layout_velocities(vx: f64) -> [f64; 7] {
+fn layout_velocities(vx: f64) -> WheelVelocities<f64, 7> {
     Kinematics::new(&layout()).expect("valid").inverse(&BodyTwist {
         vx_m_s: vx,
         ..FORWARD
@@ -87,18 +88,18 @@ fn ratio_of_references_is_kept_and_nothing_winds_up_while_a_wheel_is_blocked() {
     let mut last = 0.0;
     for _ in 0..5000 {
         // Wheel 1 is blocked for five seconds; wheel 2 follows the reduced reference at once.
-        let sample = wheels.step(&mut state, &[4.0, 8.0], &[0.0, 8.0 * last]);
+        let sample = wheels.step(&mut state, &[4.0, 8.0].into(), &[0.0, 8.0 * last].into());
         last = sample.common_factor;
         assert!(
-            sample.applied_n_m[0] <= 1.0 && sample.i_n_m[0] <= 1.0 + 1e-9,
+            sample.applied.n_m[0] <= 1.0 && sample.i_n_m[0] <= 1.0 + 1e-9,
             "{sample:?}"
         );
     }
     assert!(last < 0.01, "the other wheel was brought down with it: {last}");
     // Free again and at the reference: the torque falls below the limit at once, where a wound-up integral of
     // ki * 4 rad/s * 5 s = 40 N.m would hold it there for many seconds.
-    let sample = wheels.step(&mut state, &[4.0, 8.0], &[4.2, 8.0]);
-    assert!(sample.applied_n_m[0] < 1.0, "{sample:?}");
+    let sample = wheels.step(&mut state, &[4.0, 8.0].into(), &[4.2, 8.0].into());
+    assert!(sample.applied.n_m[0] < 1.0, "{sample:?}");
 }
 
 #[test]
@@ -107,11 +108,11 @@ fn shared_integral_never_leaves_the_range_of_the_kinematics() {
     let mut state = ControlState::default();
     for k in 0..2000 {
         let mut measured = layout_velocities(0.3);
-        measured[3] -= 2.0 * (1.0 + 0.01 * f64::from(k)).sin(); // wheel 4 disagrees all the time
+        measured.rad_s[3] -= 2.0 * (1.0 + 0.01 * f64::from(k)).sin(); // wheel 4 disagrees all the time
         controller.step(&mut state, &FORWARD, &measured);
     }
     let integrals = state.pid.map(|pid| pid.integral_n_m);
-    let residual = controller.kinematics().residual(&integrals);
+    let residual = controller.kinematics().residual(&integrals.into()).rad_s;
     let largest = integrals.iter().fold(0.0_f64, |m, i| m.max(i.abs()));
     assert!(largest > 0.01, "the test integrated something: {largest}");
     // 2000 additions, each rounded at 1e-16 of a value below 1.
@@ -152,18 +153,19 @@ proptest! {
         let mut state = ControlState::default();
         for measured in measured {
             let before = state;
-            let s = controller.step(&mut state, &command, &measured).wheels;
+            let s = controller.step(&mut state, &command, &measured.into()).wheels;
             for i in 0..7 {
-                prop_assert!(s.applied_n_m[i].abs() <= limit);
+                prop_assert!(s.applied.n_m[i].abs() <= limit);
                 let formed = s.p_n_m[i] + s.i_n_m[i] + s.d_n_m[i];
                 match policy.saturation {
-                    Saturation::Clip => prop_assert_eq!(s.applied_n_m[i], formed.limited(-limit, limit)),
-                    Saturation::ScaleTorques => prop_assert!((s.applied_n_m[i] - s.common_factor * formed).abs() < 1e-12),
+                    Saturation::Clip => prop_assert_eq!(s.applied.n_m[i], formed.limited(-limit, limit)),
+                    Saturation::ScaleTorques => prop_assert!((s.applied.n_m[i] - s.common_factor * formed).abs() < 1e-12),
                     Saturation::ScaleReference { .. } => {
                         // The realised terms are those of a plain PID fed the reduced reference.
-                        let pid = Pid::new(GAINS, 1e-3).expect("valid");
-                        let e = s.common_factor * s.reference_rad_s[i] - measured[i];
-                        prop_assert!((pid.terms(&before.pid[i], e, e).sum() - formed).abs() < 1e-9);
+                        let pid = Pid::new(PidConfig::new(GAINS, 1e-3)).expect("valid");
+                        let reduced = s.common_factor * s.reference.rad_s[i];
+                        let alone = pid.step(&mut before.pid[i].clone(), reduced, measured[i]).terms;
+                        prop_assert!((alone.sum() - formed).abs() < 1e-9);
                     }
                 }
             }

@@ -253,12 +253,9 @@ impl Vehicle {
                     value: wheels.len() as f64,
                     allowed: "the layout's own",
                 })?;
-        WheelLayout::new(wheels.map(|w| Wheel {
-            position_m: w.position_m.map(R::of),
-            rolling_direction: w.rolling_direction.map(R::of),
-            roller_angle_rad: R::of(0.0),
-            radius_m: R::of(w.radius_m),
-            gear: R::of(w.gear),
+        WheelLayout::new(wheels.map(|w| {
+            let (position, direction) = (w.position_m.map(R::of), w.rolling_direction.map(R::of));
+            Wheel::omni(position, direction, R::of(w.radius_m)).geared(R::of(w.gear))
         }))
     }
 

@@ -1,0 +1,229 @@
+//! Slower wheels for a twist that no wheel can turn fast enough for, the direction of motion kept.
+
+use crate::error::{ConfigError, within};
+use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
+
+/// What gives way when a wheel would have to turn faster than it can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Desaturation {
+    /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
+    Uniform,
+    /// Translation: the yaw rate is kept as far as it is possible alone, the rest goes to translation, in its direction.
+    YawFirst,
+    /// The yaw rate: translation is kept as far as it is possible alone, the rest goes to yaw.
+    TranslationFirst,
+}
+
+/// Speed limits of the actuators and what gives way to them.
+///
+/// ```
+/// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
+/// // Forward at 1 m/s, 10 rad/s of every wheel, and left at 2 rad/s, another 10 rad/s of the right wheels.
+/// let twist = BodyTwist { vx_m_s: 1.0, vy_m_s: 0.0, wz_rad_s: 2.0 };
+/// let limited = |what| SpeedLimits::new([16.0; 4], what).expect("valid").desaturate(&kinematics, &twist);
+/// assert!((limited(Desaturation::Uniform).twist.vx_m_s - 0.8).abs() < 1e-12); // 16 of 20 rad/s
+/// let yaw = limited(Desaturation::YawFirst);
+/// assert!((yaw.twist.wz_rad_s - 2.0).abs() < 1e-12 && (yaw.twist.vx_m_s - 0.6).abs() < 1e-12);
+/// let translation = limited(Desaturation::TranslationFirst);
+/// assert!((translation.twist.vx_m_s - 1.0).abs() < 1e-12 && (translation.twist.wz_rad_s - 1.2).abs() < 1e-12);
+/// assert_eq!(translation.limiting, Some(1)); // the front right wheel was the first at its limit
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedLimits<R, const N: usize> {
+    limit_rad_s: [R; N],
+    gives_way: Desaturation,
+}
+
+/// A twist that every wheel can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Desaturated<R, const N: usize> {
+    /// The twist as reduced.
+    pub twist: BodyTwist<R>,
+    /// The wheel velocities \[rad/s\] that belong to it, within the limits.
+    pub velocities: WheelVelocities<R, N>,
+    /// What translation was multiplied by, 0 to 1.
+    pub translation_factor: R,
+    /// What the yaw rate was multiplied by, 0 to 1.
+    pub yaw_factor: R,
+    /// Index of the wheel that set the smallest factor; none where nothing was reduced.
+    pub limiting: Option<usize>,
+}
+
+impl<R: Real, const N: usize> SpeedLimits<R, N> {
+    /// Limits `limit_rad_s` \[rad/s\] of the actuators' speeds, each above 0 and up to 1e6.
+    ///
+    /// # Errors
+    /// Parameter `limit_rad_s` with the wheel's index.
+    pub fn new(limit_rad_s: [R; N], gives_way: Desaturation) -> Result<Self, ConfigError> {
+        for (index, &limit) in limit_rad_s.iter().enumerate() {
+            within("limit_rad_s", limit, f64::MIN_POSITIVE..=1e6, "above 0, to 1e6")
+                .map_err(|e| e.at(index))?;
+            if limit <= R::zero() {
+                return Err(ConfigError::new("limit_rad_s", limit.as_f64(), "above 0, to 1e6").at(index));
+            }
+        }
+        Ok(Self {
+            limit_rad_s,
+            gives_way,
+        })
+    }
+
+    /// The twist nearest to `twist` in the chosen sense that every wheel can follow. Closed form, O(N).
+    #[must_use]
+    pub fn desaturate(&self, kinematics: &Kinematics<R, N>, twist: &BodyTwist<R>) -> Desaturated<R, N> {
+        let [vx, vy, wz] = twist.to_array();
+        let translation = kinematics.inverse(&BodyTwist::from_array([vx, vy, R::zero()]));
+        let yaw = kinematics.inverse(&BodyTwist::from_array([R::zero(), R::zero(), wz]));
+        let whole = WheelVelocities {
+            rad_s: combined(&translation.rad_s, R::one(), &yaw.rad_s, R::one()),
+        };
+        let (translation_factor, yaw_factor, limiting) = match self.gives_way {
+            Desaturation::Uniform => {
+                let (factor, limiting) = self.room(&[R::zero(); N], &whole.rad_s);
+                (factor, factor, limiting)
+            }
+            Desaturation::YawFirst => {
+                let (yaw, translation, limiting) = self.one_first(&yaw.rad_s, &translation.rad_s);
+                (translation, yaw, limiting)
+            }
+            Desaturation::TranslationFirst => self.one_first(&translation.rad_s, &yaw.rad_s),
+        };
+        let velocities = WheelVelocities {
+            rad_s: combined(&translation.rad_s, translation_factor, &yaw.rad_s, yaw_factor),
+        };
+        let twist = BodyTwist {
+            vx_m_s: vx * translation_factor,
+            vy_m_s: vy * translation_factor,
+            wz_rad_s: wz * yaw_factor,
+        };
+        Desaturated {
+            twist,
+            velocities,
+            translation_factor,
+            yaw_factor,
+            limiting,
+        }
+    }
+
+    /// Wheel velocities scaled by one factor into the limits: the factor, 0 to 1, and the wheel that set it.
+    ///
+    /// ```
+    /// use omni_core::{Desaturation, SpeedLimits, WheelVelocities};
+    /// let limits = SpeedLimits::new([5.5_f64; 4], Desaturation::Uniform)?;
+    /// let (scaled, factor, limiting) = limits.scale(&WheelVelocities { rad_s: [5.0, 6.0, 4.0, -7.0] });
+    /// assert!((scaled.rad_s[3] + 5.5).abs() < 1e-12 && (factor - 5.5 / 7.0).abs() < 1e-12);
+    /// assert_eq!(limiting, Some(3));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn scale(&self, velocities: &WheelVelocities<R, N>) -> (WheelVelocities<R, N>, R, Option<usize>) {
+        let (factor, limiting) = self.room(&[R::zero(); N], &velocities.rad_s);
+        (
+            WheelVelocities {
+                rad_s: velocities.rad_s.map(|v| v * factor),
+            },
+            factor,
+            limiting,
+        )
+    }
+
+    /// Factors of `first` and `second` and the limiting wheel: `first` alone is brought within the limits, then as much
+    /// of `second` as there is room for.
+    fn one_first(&self, first: &[R; N], second: &[R; N]) -> (R, R, Option<usize>) {
+        let (kept, by_first) = self.room(&[R::zero(); N], first);
+        if by_first.is_some() {
+            // A wheel is at its limit already. What the second part would do for it is of no use: another wheel pays.
+            return (kept, R::zero(), by_first);
+        }
+        let (room, by_second) = self.room(first, second);
+        (kept, room, by_second)
+    }
+
+    /// The largest factor, 0 to 1, of `part` that keeps `base + factor * part` within the limits, for a `base` within
+    /// them; and the wheel that sets it.
+    fn room(&self, base: &[R; N], part: &[R; N]) -> (R, Option<usize>) {
+        let (mut factor, mut limiting) = (R::one(), None);
+        for (index, ((&b, &p), &limit)) in base.iter().zip(part).zip(&self.limit_rad_s).enumerate() {
+            let left = if p > R::zero() { limit - b } else { limit + b };
+            // Without a division for the wheels that have room.
+            if p.abs() > left && left < factor * p.abs() {
+                factor = left / p.abs();
+                limiting = Some(index);
+            }
+        }
+        (factor, limiting)
+    }
+}
+
+fn combined<R: Real, const N: usize>(a: &[R; N], a_factor: R, b: &[R; N], b_factor: R) -> [R; N] {
+    let mut sum = *a;
+    for (s, b) in sum.iter_mut().zip(b) {
+        *s = *s * a_factor + *b * b_factor;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::WheelLayout;
+    use proptest::prelude::*;
+
+    fn kinematics() -> Kinematics<f64, 7> {
+        Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid")).expect("valid")
+    }
+
+    #[test]
+    fn a_limit_that_is_not_a_speed_is_refused_with_its_wheel() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = SpeedLimits::new([1.0, bad], Desaturation::Uniform).expect_err("refused");
+            assert_eq!((error.parameter, error.index), ("limit_rad_s", Some(1)));
+        }
+    }
+
+    #[test]
+    fn yaw_that_is_impossible_alone_leaves_no_translation() {
+        let limits = SpeedLimits::new([1.0; 7], Desaturation::YawFirst).expect("valid");
+        let twist = BodyTwist {
+            vx_m_s: 0.3,
+            vy_m_s: 0.1,
+            wz_rad_s: 1.0,
+        };
+        let limited = limits.desaturate(&kinematics(), &twist);
+        assert_eq!(limited.translation_factor, 0.0);
+        // The transverse wheels turn R1 / r = 4.545 rad/s for 1 rad/s of yaw.
+        assert!((limited.yaw_factor - 0.066 / 0.30).abs() < 1e-12);
+        assert_eq!(limited.limiting, Some(1));
+    }
+
+    proptest! {
+        #[test]
+        fn no_wheel_passes_its_limit_and_nothing_is_given_away(
+            vx in -2.0..2.0_f64, vy in -2.0..2.0_f64, wz in -6.0..6.0_f64,
+            limits in prop::array::uniform7(0.5..40.0_f64), which in 0..3_usize,
+        ) {
+            let gives_way = [Desaturation::Uniform, Desaturation::YawFirst, Desaturation::TranslationFirst][which];
+            let twist = BodyTwist { vx_m_s: vx, vy_m_s: vy, wz_rad_s: wz };
+            let kinematics = kinematics();
+            let result = SpeedLimits::new(limits, gives_way).expect("valid").desaturate(&kinematics, &twist);
+            let fullest = result.velocities.rad_s.iter().zip(limits).map(|(v, l)| v.abs() / l).fold(0.0, f64::max);
+            prop_assert!(fullest <= 1.0 + 1e-12);
+            match result.limiting {
+                None => prop_assert_eq!(result.twist, twist),
+                Some(i) => prop_assert!((result.velocities.rad_s[i].abs() / limits[i] - 1.0).abs() < 1e-12),
+            }
+            // The velocities are those of the twist; translation keeps its direction.
+            for (a, b) in kinematics.inverse(&result.twist).rad_s.iter().zip(result.velocities.rad_s) {
+                prop_assert!((a - b).abs() < 1e-12);
+            }
+            prop_assert!((result.twist.vx_m_s * vy - result.twist.vy_m_s * vx).abs() < 1e-12);
+            match gives_way {
+                Desaturation::Uniform => prop_assert_eq!(result.translation_factor, result.yaw_factor),
+                Desaturation::YawFirst => prop_assert!(result.yaw_factor == 1.0 || result.translation_factor == 0.0),
+                Desaturation::TranslationFirst => prop_assert!(result.translation_factor == 1.0 || result.yaw_factor == 0.0),
+            }
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! Encoders that lie and wheels that are lost: found, named, and let go while the others carry on.
+
+use crate::error::{ConfigError, within};
+use crate::pid::is_plausible;
+use crate::{Real, WheelVelocities};
+
+/// What is wrong with a wheel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
+    NotANumber,
+    /// Its reading jumps further in one period than a wheel can.
+    Jump,
+    /// Its reading never changes although the vehicle moves, or although the motor pulls with all it has.
+    Stuck,
+    /// It has not been heard from for too long.
+    Silent,
+    /// It has been declared lost.
+    Lost,
+}
+
+/// When a reading is not believed. Infinite, or 65535 periods, switches a check off.
+///
+/// ```
+/// use omni_core::FaultConfig;
+/// // Wheels of 6 rad/s that gain at most 500 rad/s^2, sampled every millisecond.
+/// let config = FaultConfig {
+///     jump_rad_s: 2.0_f64,
+///     jump_periods: 5,
+///     stuck_rad_s: 1.0,
+///     stuck_torque_n_m: f64::INFINITY,
+///     stuck_periods: 100,
+///     silent_periods: 20,
+///     recovery_periods: 200,
+/// };
+/// assert!(omni_core::FaultMonitor::new(config).is_ok());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultConfig<R> {
+    /// Largest change \[rad/s\] of an actuator's velocity within one period, above 0: a reading further from the last one
+    /// believed is held back.
+    pub jump_rad_s: R,
+    /// Periods a jump is bridged with the last reading believed; then the wheel is faulty. 1 to 65535.
+    pub jump_periods: u16,
+    /// A reading that stays exactly the same while the other wheels say it should differ by more than this \[rad/s\] is
+    /// stuck, above 0.
+    pub stuck_rad_s: R,
+    /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
+    /// \[N.m\] is stuck, above 0: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
+    /// a dead encoder.
+    pub stuck_torque_n_m: R,
+    /// Periods in a row that make a reading stuck, 2 to 65535.
+    pub stuck_periods: u16,
+    /// Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
+    pub silent_periods: u16,
+    /// Periods in a row of good readings after which a faulty wheel (never one declared lost) is believed again, 1 to
+    /// 65535; 65535 is never.
+    pub recovery_periods: u16,
+}
+
+/// Watches the readings of all wheels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultMonitor<R> {
+    config: FaultConfig<R>,
+}
+
+/// What the monitor remembers; `default` is a fresh start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultState<R, const N: usize> {
+    wheel: [WheelHistory<R>; N],
+    lost: [bool; N],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct WheelHistory<R> {
+    /// Last reading believed.
+    believed: Option<R>,
+    /// Last finite reading, believed or not.
+    last: R,
+    fault: Option<Fault>,
+    jumping: u16,
+    unchanged: u16,
+    silent: u16,
+    good: u16,
+}
+
+impl<R: Real, const N: usize> Default for FaultState<R, N> {
+    fn default() -> Self {
+        let fresh = WheelHistory {
+            believed: None,
+            last: R::zero(),
+            fault: None,
+            jumping: 0,
+            unchanged: 0,
+            silent: 0,
+            good: 0,
+        };
+        Self {
+            wheel: [fresh; N],
+            lost: [false; N],
+        }
+    }
+}
+
+impl<R: Real, const N: usize> FaultState<R, N> {
+    /// Declares which wheels are lost: no torque, no say, whatever they read, until declared otherwise.
+    pub fn declare_lost(&mut self, lost: &[bool; N]) {
+        self.lost = *lost;
+    }
+
+    /// What is wrong with each wheel.
+    #[must_use]
+    pub fn faults(&self) -> [Option<Fault>; N] {
+        let mut faults = self.wheel.map(|wheel| wheel.fault);
+        for (fault, &lost) in faults.iter_mut().zip(&self.lost) {
+            if lost {
+                *fault = Some(Fault::Lost);
+            }
+        }
+        faults
+    }
+}
+
+/// What the readings are compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expectation<'a, R, const N: usize> {
+    /// Velocity \[rad/s\] each wheel should have by what the other wheels say.
+    pub by_others: &'a WheelVelocities<R, N>,
+    /// Which of these are worth something: the others must be able to tell.
+    pub checked: &'a [bool; N],
+    /// Reference of the last step \[rad/s\].
+    pub reference: &'a WheelVelocities<R, N>,
+    /// Torque applied in the last step \[N.m\].
+    pub torque_n_m: &'a [R; N],
+}
+
+impl<R: Real> FaultMonitor<R> {
+    /// A monitor as configured.
+    ///
+    /// # Errors
+    /// The parameter out of range.
+    pub fn new(config: FaultConfig<R>) -> Result<Self, ConfigError> {
+        for (name, value) in [
+            ("jump_rad_s", config.jump_rad_s),
+            ("stuck_rad_s", config.stuck_rad_s),
+            ("stuck_torque_n_m", config.stuck_torque_n_m),
+        ] {
+            within(
+                name,
+                value,
+                1e-9..=f64::INFINITY,
+                "1e-9 or more, infinite for no check",
+            )?;
+        }
+        for (name, value, least, allowed) in [
+            ("jump_periods", config.jump_periods, 1, "1 to 65535"),
+            ("stuck_periods", config.stuck_periods, 2, "2 to 65535"),
+            ("silent_periods", config.silent_periods, 1, "1 to 65535"),
+            ("recovery_periods", config.recovery_periods, 1, "1 to 65535"),
+        ] {
+            if value < least {
+                return Err(ConfigError::new(name, f64::from(value), allowed));
+            }
+        }
+        Ok(Self { config })
+    }
+
+    /// One step: readings in (`None` where none has arrived), velocities to go on with out. A faulty wheel's is 0 and not
+    /// to be used: see [`FaultState::faults`]. Never NaN. O(N).
+    ///
+    /// ```
+    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+    /// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 200 };
+    /// let monitor = FaultMonitor::new(config)?;
+    /// let mut state = FaultState::default();
+    /// let nothing = WheelVelocities::zero();
+    /// let expected = Expectation { by_others: &nothing, checked: &[false; 2], reference: &nothing, torque_n_m: &[0.0; 2] };
+    /// monitor.step(&mut state, &[Some(1.0), Some(1.0)], &expected);
+    /// // Wheel 1 reads NaN, wheel 2 jumps by 9 rad/s: the jump is bridged for five periods.
+    /// let velocities = monitor.step(&mut state, &[Some(f64::NAN), Some(10.0)], &expected);
+    /// assert_eq!(velocities.rad_s, [0.0, 1.0]);
+    /// assert_eq!(state.faults(), [Some(Fault::NotANumber), None]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step<const N: usize>(
+        &self,
+        state: &mut FaultState<R, N>,
+        readings: &[Option<R>; N],
+        expected: &Expectation<'_, R, N>,
+    ) -> WheelVelocities<R, N> {
+        let mut velocities = WheelVelocities::zero();
+        for i in 0..N {
+            let wheel = &mut state.wheel[i];
+            let by_others = expected.checked[i].then_some(expected.by_others.rad_s[i]);
+            let away = expected.reference.rad_s[i] - wheel.last;
+            let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m
+                && away.abs() > self.config.stuck_rad_s;
+            let trusted = self.judge(wheel, readings[i], by_others, pulls);
+            if !state.lost[i] && wheel.fault.is_none() {
+                velocities.rad_s[i] = trusted;
+            }
+        }
+        velocities
+    }
+
+    /// Judges one reading; the velocity to go on with if the wheel has no fault.
+    fn judge(&self, wheel: &mut WheelHistory<R>, reading: Option<R>, by_others: Option<R>, pulls: bool) -> R {
+        let config = &self.config;
+        let Some(reading) = reading else {
+            wheel.silent = wheel.silent.saturating_add(1);
+            wheel.good = 0;
+            if wheel.silent >= config.silent_periods {
+                wheel.fault.get_or_insert(Fault::Silent);
+            }
+            return wheel.believed.unwrap_or(R::zero());
+        };
+        wheel.silent = 0;
+        if !is_plausible(reading) {
+            wheel.good = 0;
+            wheel.fault.get_or_insert(Fault::NotANumber);
+            return R::zero();
+        }
+        wheel.unchanged = if reading == wheel.last && wheel.believed.is_some() {
+            wheel.unchanged.saturating_add(1)
+        } else {
+            0
+        };
+        let moved = (reading - wheel.last).abs();
+        wheel.last = reading;
+        if wheel.fault.is_some() {
+            // A faulty wheel is believed again after readings without a jump that change, or agree with the others.
+            let agrees = by_others.is_some_and(|v| (reading - v).abs() <= config.stuck_rad_s);
+            let alive = wheel.unchanged < config.stuck_periods || agrees;
+            wheel.good = if moved <= config.jump_rad_s && alive {
+                wheel.good.saturating_add(1)
+            } else {
+                0
+            };
+            if wheel.good >= config.recovery_periods && config.recovery_periods != u16::MAX {
+                (wheel.fault, wheel.good, wheel.jumping) = (None, 0, 0);
+                // Only movement from now on counts.
+                wheel.unchanged = 0;
+                wheel.believed = Some(reading);
+            }
+            return reading;
+        }
+        if let Some(believed) = wheel.believed
+            && (reading - believed).abs() > config.jump_rad_s
+        {
+            wheel.jumping = wheel.jumping.saturating_add(1);
+            if wheel.jumping >= config.jump_periods {
+                wheel.fault = Some(Fault::Jump);
+                wheel.good = 0;
+            }
+            return believed;
+        }
+        wheel.jumping = 0;
+        wheel.believed = Some(reading);
+        let disagrees = by_others.is_some_and(|v| (reading - v).abs() > config.stuck_rad_s);
+        if !(disagrees || pulls) {
+            // Standing still is no fault: only what happens against the evidence counts.
+            wheel.unchanged = 0;
+        } else if wheel.unchanged >= config.stuck_periods {
+            wheel.fault = Some(Fault::Stuck);
+            wheel.good = 0;
+        }
+        reading
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,221 @@
+use super::*;
+use proptest::prelude::*;
+
+const CONFIG: FaultConfig<f64> = FaultConfig {
+    jump_rad_s: 2.0,
+    jump_periods: 5,
+    stuck_rad_s: 1.0,
+    stuck_torque_n_m: 1.5,
+    stuck_periods: 50,
+    silent_periods: 20,
+    recovery_periods: 30,
+};
+
+/// One wheel, watched.
+struct Bench {
+    monitor: FaultMonitor<f64>,
+    state: FaultState<f64, 1>,
+    by_others: Option<f64>,
+    torque: f64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            monitor: FaultMonitor::new(CONFIG).expect("valid"),
+            state: FaultState::default(),
+            by_others: None,
+            torque: 0.0,
+        }
+    }
+
+    fn read(&mut self, reading: Option<f64>) -> (f64, Option<Fault>) {
+        let others = WheelVelocities {
+            rad_s: [self.by_others.unwrap_or(0.0)],
+        };
+        let reference = WheelVelocities { rad_s: [5.0] };
+        let expected = Expectation {
+            by_others: &others,
+            checked: &[self.by_others.is_some()],
+            reference: &reference,
+            torque_n_m: &[self.torque],
+        };
+        let velocities = self.monitor.step(&mut self.state, &[reading], &expected);
+        (velocities.rad_s[0], self.state.faults()[0])
+    }
+}
+
+#[test]
+fn a_single_outlier_is_bridged_and_a_lasting_jump_is_a_fault() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(Some(3.0)), (3.0, None));
+    assert_eq!(bench.read(Some(300.0)), (3.0, None));
+    assert_eq!(bench.read(Some(3.1)), (3.1, None));
+    for _ in 0..4 {
+        assert_eq!(bench.read(Some(9.0)), (3.1, None));
+    }
+    assert_eq!(bench.read(Some(9.0)), (0.0, Some(Fault::Jump)));
+}
+
+#[test]
+fn a_silent_encoder_keeps_its_last_word_for_a_while_only() {
+    let mut bench = Bench::new();
+    bench.read(Some(3.0));
+    for _ in 0..19 {
+        assert_eq!(bench.read(None), (3.0, None));
+    }
+    assert_eq!(bench.read(None), (0.0, Some(Fault::Silent)));
+    // One that has never said anything is at rest until it is silent.
+    let mut mute = Bench::new();
+    assert_eq!(mute.read(None), (0.0, None));
+}
+
+#[test]
+fn a_reading_that_never_changes_is_stuck_only_against_the_evidence() {
+    let mut bench = Bench::new();
+    for _ in 0..1000 {
+        assert_eq!(bench.read(Some(3.0)), (3.0, None), "nothing speaks against it");
+    }
+    bench.by_others = Some(3.9);
+    for _ in 0..1000 {
+        assert_eq!(bench.read(Some(3.0)), (3.0, None), "the others nearly agree");
+    }
+    bench.by_others = Some(4.5);
+    for _ in 0..49 {
+        assert_eq!(bench.read(Some(3.0)).1, None);
+    }
+    assert_eq!(bench.read(Some(3.0)), (0.0, Some(Fault::Stuck)));
+
+    // A reading that is wrong but alive is slip, not a fault of the encoder.
+    let mut alive = Bench::new();
+    alive.by_others = Some(4.5);
+    for k in 0..1000 {
+        assert_eq!(alive.read(Some(3.0 + 0.01 * f64::from(k % 3))).1, None);
+    }
+}
+
+#[test]
+fn without_redundancy_a_motor_that_pulls_in_vain_gives_a_stuck_encoder_away() {
+    let mut bench = Bench::new();
+    bench.torque = 1.6;
+    for _ in 0..50 {
+        assert_eq!(bench.read(Some(0.0)).1, None);
+    }
+    assert_eq!(bench.read(Some(0.0)).1, Some(Fault::Stuck));
+}
+
+#[test]
+fn a_faulty_wheel_is_believed_again_after_enough_good_readings() {
+    let mut bench = Bench::new();
+    bench.read(Some(3.0));
+    assert_eq!(bench.read(Some(f64::NAN)).1, Some(Fault::NotANumber));
+    for _ in 0..29 {
+        assert_eq!(bench.read(Some(3.0)).1, Some(Fault::NotANumber));
+    }
+    assert_eq!(bench.read(Some(3.5)).1, None);
+    assert_eq!(bench.read(Some(3.6)), (3.6, None));
+    // 65535 is never.
+    let mut never = Bench::new();
+    never.monitor = FaultMonitor::new(FaultConfig {
+        recovery_periods: u16::MAX,
+        ..CONFIG
+    })
+    .expect("valid");
+    never.read(Some(f64::NAN));
+    for _ in 0..70_000 {
+        assert_eq!(never.read(Some(1.0)).1, Some(Fault::NotANumber));
+    }
+}
+
+#[test]
+fn a_stuck_wheel_comes_back_when_it_agrees_with_the_others() {
+    let mut bench = Bench::new();
+    bench.by_others = Some(4.5);
+    for _ in 0..60 {
+        bench.read(Some(3.0));
+    }
+    assert_eq!(bench.read(Some(3.0)).1, Some(Fault::Stuck));
+    bench.by_others = Some(3.0); // the vehicle slowed down to what it reads: it may be right
+    for _ in 0..30 {
+        bench.read(Some(3.0));
+    }
+    assert_eq!(bench.state.faults()[0], None);
+}
+
+#[test]
+fn a_lost_wheel_is_lost_until_declared_otherwise() {
+    let mut bench = Bench::new();
+    bench.state.declare_lost(&[true]);
+    for _ in 0..1000 {
+        assert_eq!(bench.read(Some(3.0)), (0.0, Some(Fault::Lost)));
+    }
+    bench.state.declare_lost(&[false]);
+    assert_eq!(bench.read(Some(3.0)), (3.0, None));
+}
+
+#[test]
+fn thresholds_and_times_are_checked_by_name() {
+    let named = |config| FaultMonitor::<f64>::new(config).expect_err("refused").parameter;
+    assert_eq!(
+        named(FaultConfig {
+            jump_rad_s: 0.0,
+            ..CONFIG
+        }),
+        "jump_rad_s"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            stuck_rad_s: f64::NAN,
+            ..CONFIG
+        }),
+        "stuck_rad_s"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            stuck_torque_n_m: -1.0,
+            ..CONFIG
+        }),
+        "stuck_torque_n_m"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            jump_periods: 0,
+            ..CONFIG
+        }),
+        "jump_periods"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            stuck_periods: 1,
+            ..CONFIG
+        }),
+        "stuck_periods"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            silent_periods: 0,
+            ..CONFIG
+        }),
+        "silent_periods"
+    );
+    assert_eq!(
+        named(FaultConfig {
+            recovery_periods: 0,
+            ..CONFIG
+        }),
+        "recovery_periods"
+    );
+}
+
+proptest! {
+    #[test]
+    fn no_reading_at_all_makes_a_velocity_that_is_not_a_number(
+        readings in prop::collection::vec(prop::option::of(any::<f64>()), 1..200),
+    ) {
+        let mut bench = Bench::new();
+        for reading in readings {
+            let (velocity, _) = bench.read(reading);
+            prop_assert!(velocity.abs() <= 1e6);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What an integral does while the output is not what its loop asked for.
+
+use crate::Real;
+use crate::error::{ConfigError, within};
+
+/// How the integral of a saturated loop is kept from winding up.
+///
+/// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
+/// coordination law, changed the output.
+///
+/// ```
+/// use omni_core::{AntiWindup, Pid, PidConfig, PidGains, PidState, TorqueRange};
+/// let gains = PidGains { kp_n_m_s_rad: 1.0_f64, ki_n_m_rad: 1.0, kd_n_m_s2_rad: 0.0 };
+/// let output = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
+/// let integral_after_1_s_at_the_limit = |anti_windup| {
+///     let pid = Pid::new(PidConfig { anti_windup, output, ..PidConfig::new(gains, 0.001) }).expect("valid");
+///     let mut state = PidState::default();
+///     for _ in 0..1000 {
+///         pid.step(&mut state, 10.0, 0.0);
+///     }
+///     state.integral_n_m
+/// };
+/// assert!((integral_after_1_s_at_the_limit(AntiWindup::None) - 10.0).abs() < 1e-9); // ten times the limit
+/// assert_eq!(integral_after_1_s_at_the_limit(AntiWindup::Clamp { limit_n_m: 1.0 }), 1.0);
+/// assert_eq!(integral_after_1_s_at_the_limit(AntiWindup::Conditional), 0.0); // the first error alone saturates
+/// // Conditioned: the loop believes it was asked for what it could do, and its error is that of 1 rad/s or less.
+/// assert!(integral_after_1_s_at_the_limit(AntiWindup::Conditioned) < 1.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AntiWindup<R> {
+    /// Nothing: the integral takes in every error. Overshoots after every saturation.
+    None,
+    /// The integral term itself is held within +-`limit_n_m`.
+    Clamp {
+        /// Largest integral term \[N.m\], 0 to 1e9.
+        limit_n_m: R,
+    },
+    /// No error is taken in that would drive a saturated output further out (conditional integration).
+    Conditional,
+    /// The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
+    BackCalculation {
+        /// Tracking time constant T \[s\], the control period to 1e6: smaller forgets faster. A usual choice is kp / ki.
+        tracking_time_s: R,
+    },
+    /// The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
+    /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] where the reference moves no term.
+    Conditioned,
+}
+
+impl<R: Real> AntiWindup<R> {
+    /// The share of an excess that back-calculation gives back each period, 0 for the other laws.
+    pub(super) fn tracking(&self, period: R) -> Result<R, ConfigError> {
+        match *self {
+            Self::Clamp { limit_n_m } => {
+                within("limit_n_m", limit_n_m, 0.0..=1e9, "0 to 1e9")?;
+                Ok(R::zero())
+            }
+            Self::BackCalculation { tracking_time_s } => {
+                if tracking_time_s >= period && tracking_time_s <= R::of(1e6) {
+                    Ok(period / tracking_time_s)
+                } else {
+                    let allowed = "the control period to 1e6";
+                    Err(ConfigError::new(
+                        "tracking_time_s",
+                        tracking_time_s.as_f64(),
+                        allowed,
+                    ))
+                }
+            }
+            _ => Ok(R::zero()),
+        }
+    }
+}

@@ -1,0 +1,464 @@
+//! A wheel that says something else than the others: found by redundancy, left out of the forward map, let in again.
+//!
+//! Seven wheels tell three motions four times over. A wheel that slips or has lost the ground breaks that agreement; the
+//! residual of the others names it (data snooping, Baarda 1968).
+
+use crate::error::{ConfigError, within};
+use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
+
+/// When a wheel counts as slipping. Hysteresis in size and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipConfig<R> {
+    /// Slip \[rad/s\] of the actuator from which a wheel is suspected, above 0.
+    pub enter_rad_s: R,
+    /// Slip \[rad/s\] below which it is trusted again, 0 to `enter_rad_s`.
+    pub leave_rad_s: R,
+    /// Control periods in a row that a wheel must be suspected before it is left out, 1 to 65535.
+    pub enter_periods: u16,
+    /// Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
+    pub leave_periods: u16,
+}
+
+/// Finds the wheel that slips and estimates the motion without it.
+///
+/// ```
+/// use omni_core::{BodyTwist, Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+/// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 3, leave_periods: 20 };
+/// let detector = SlipDetector::new(config)?;
+/// let mut state = SlipState::new(&kinematics);
+/// let mut wheels = kinematics.inverse(&BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 });
+/// wheels.rad_s[4] += 2.0; // wheel 5 spins 2 rad/s too fast
+/// for period in 1..=3 {
+///     let sample = detector.step(&kinematics, &mut state, &wheels);
+///     assert!((sample.slip_rad_s[4] - 2.0).abs() < 1e-12);
+///     assert_eq!(sample.excluded[4], period == 3);
+/// }
+/// let sample = detector.step(&kinematics, &mut state, &wheels);
+/// assert!((sample.estimated.vx_m_s - 0.3).abs() < 1e-12); // as if it were not there
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipDetector<R> {
+    config: SlipConfig<R>,
+}
+
+/// What the detector remembers: who is left out, for how long whom it suspects, and the forward map of the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipState<R, const N: usize> {
+    slipping: [bool; N],
+    declared: [bool; N],
+    periods: [u16; N],
+    observed: Kinematics<R, N>,
+    /// `1 - (A A+)_ii` of the map in use.
+    redundancy: [R; N],
+}
+
+/// One step of the detector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipSample<R, const N: usize> {
+    /// The motion that the trusted wheels tell.
+    pub estimated: BodyTwist<R>,
+    /// What each wheel says beyond that motion \[rad/s\]; of a wheel left out, its whole slip.
+    pub residual: WheelVelocities<R, N>,
+    /// Slip \[rad/s\] of each wheel if it alone slips: the residual over the wheel's redundancy. 0 for a wheel that the
+    /// others cannot check.
+    pub slip_rad_s: [R; N],
+    /// The wheels disagree, but what they say fits the slip of several of them equally well, and nobody is accused: always
+    /// so with four wheels (one check), and between wheels 2 and 6 of the seven-wheel vehicle.
+    pub unattributed: bool,
+    /// Left out of the forward map from the next step on: found slipping, or declared.
+    pub excluded: [bool; N],
+}
+
+impl<R: Real, const N: usize> SlipState<R, N> {
+    /// All wheels trusted.
+    #[must_use]
+    pub fn new(kinematics: &Kinematics<R, N>) -> Self {
+        Self {
+            slipping: [false; N],
+            declared: [false; N],
+            periods: [0; N],
+            observed: *kinematics,
+            redundancy: kinematics.redundancy(),
+        }
+    }
+
+    /// The maps in use: the full inverse map, and the forward map of the trusted wheels.
+    #[must_use]
+    pub fn observed(&self) -> &Kinematics<R, N> {
+        &self.observed
+    }
+
+    /// Wheels left out of the forward map.
+    #[must_use]
+    pub fn excluded(&self) -> [bool; N] {
+        let mut out = self.declared;
+        for (out, &slipping) in out.iter_mut().zip(&self.slipping) {
+            *out |= slipping;
+        }
+        out
+    }
+
+    /// Declares which wheels tell nothing: lifted, lost, or with a broken encoder. They stay out until declared otherwise.
+    ///
+    /// False, and nothing changes but that wheels found slipping are let in again to help, where the rest would not tell
+    /// the three motions apart.
+    pub fn declare(&mut self, kinematics: &Kinematics<R, N>, out: &[bool; N]) -> bool {
+        if *out == self.declared {
+            return true;
+        }
+        let before = *self;
+        self.declared = *out;
+        if self.refresh(kinematics) {
+            return true;
+        }
+        // A doubtful wheel is better than none.
+        self.slipping = [false; N];
+        let enough = self.refresh(kinematics);
+        if !enough {
+            self.declared = before.declared;
+            self.refresh(kinematics);
+        }
+        enough
+    }
+
+    /// Forms the forward map anew. False where too few wheels are left; then nothing changes.
+    fn refresh(&mut self, kinematics: &Kinematics<R, N>) -> bool {
+        let excluded = self.excluded();
+        // The map as chosen, be it least squares or not, while every wheel is trusted.
+        let observed = if excluded.contains(&true) {
+            kinematics.excluding(&excluded)
+        } else {
+            Some(*kinematics)
+        };
+        match observed {
+            Some(observed) => {
+                self.observed = observed;
+                self.redundancy = observed.redundancy();
+                true
+            }
+            None => false,
+        }
+    }
+}
+
+/// How many times more of the disagreement the slip of the accused must explain than that of anyone else.
+const MARGIN: f64 = 1.25;
+
+/// Redundancy below which the others say too little about a wheel to accuse it.
+const LEAST_REDUNDANCY: f64 = 0.05;
+
+impl<R: Real> SlipDetector<R> {
+    /// A detector as configured.
+    ///
+    /// # Errors
+    /// The parameter out of range.
+    pub fn new(config: SlipConfig<R>) -> Result<Self, ConfigError> {
+        let enter = within(
+            "enter_rad_s",
+            config.enter_rad_s,
+            1e-9..=f64::INFINITY,
+            "1e-9 or more",
+        )?
+        .as_f64();
+        within("leave_rad_s", config.leave_rad_s, 0.0..=enter, "0 to enter_rad_s")?;
+        for (name, periods) in [
+            ("enter_periods", config.enter_periods),
+            ("leave_periods", config.leave_periods),
+        ] {
+            if periods == 0 {
+                return Err(ConfigError::new(name, 0.0, "1 to 65535"));
+            }
+        }
+        Ok(Self { config })
+    }
+
+    /// One step: what the actuator velocities `measured` \[rad/s\] say of the vehicle and of each other.
+    ///
+    /// At most one wheel is left out a step, the most suspected. A measurement of a declared wheel may be anything
+    /// finite. Closed form, O(N).
+    pub fn step<const N: usize>(
+        &self,
+        kinematics: &Kinematics<R, N>,
+        state: &mut SlipState<R, N>,
+        measured: &WheelVelocities<R, N>,
+    ) -> SlipSample<R, N> {
+        let estimated = state.observed.forward(measured);
+        let mut residual = *measured;
+        for (rest, explained) in residual
+            .rad_s
+            .iter_mut()
+            .zip(kinematics.inverse(&estimated).rad_s)
+        {
+            *rest -= explained;
+        }
+        let zero = R::zero();
+        let mut slip_rad_s = [zero; N];
+        let (mut accused, mut weight, mut runner_up, mut changed) = (None, zero, zero, false);
+        for i in 0..N {
+            let redundancy = state.redundancy[i];
+            if redundancy < R::of(LEAST_REDUNDANCY) {
+                state.periods[i] = 0;
+                continue;
+            }
+            let slip = residual.rad_s[i] / redundancy;
+            slip_rad_s[i] = slip;
+            if state.slipping[i] {
+                // Left out, its redundancy is 1: the residual is the slip.
+                state.periods[i] = if slip.abs() < self.config.leave_rad_s {
+                    state.periods[i].saturating_add(1)
+                } else {
+                    0
+                };
+                if state.periods[i] >= self.config.leave_periods {
+                    (state.slipping[i], state.periods[i], changed) = (false, 0, true);
+                }
+            } else if !state.declared[i] {
+                // The wheel whose slip alone would explain most of the residual: w-test of data snooping, squared.
+                let explains = residual.rad_s[i] * slip;
+                if explains > weight {
+                    let suspected = slip.abs() > self.config.enter_rad_s;
+                    (accused, weight, runner_up) = (suspected.then_some(i), explains, weight);
+                } else if explains > runner_up {
+                    runner_up = explains;
+                }
+            }
+        }
+        let unattributed = accused.is_some() && weight < R::of(MARGIN) * runner_up;
+        if unattributed {
+            accused = None;
+        }
+        for i in 0..N {
+            if state.slipping[i] || state.declared[i] {
+                continue;
+            }
+            state.periods[i] = if accused == Some(i) {
+                state.periods[i].saturating_add(1)
+            } else {
+                0
+            };
+            if state.periods[i] >= self.config.enter_periods {
+                state.slipping[i] = true;
+                state.periods[i] = 0;
+                // Where too few would be left, the wheel stays in.
+                state.slipping[i] = kinematics.excluding(&state.excluded()).is_some();
+                changed |= state.slipping[i];
+            }
+        }
+        if changed {
+            state.refresh(kinematics);
+        }
+        SlipSample {
+            estimated,
+            residual,
+            slip_rad_s,
+            unattributed,
+            excluded: state.excluded(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::WheelLayout;
+    use proptest::prelude::*;
+
+    const CONFIG: SlipConfig<f64> = SlipConfig {
+        enter_rad_s: 1.0,
+        leave_rad_s: 0.5,
+        enter_periods: 5,
+        leave_periods: 10,
+    };
+
+    fn kinematics() -> Kinematics<f64, 7> {
+        Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid")).expect("valid")
+    }
+
+    fn twist(vx: f64, vy: f64, wz: f64) -> BodyTwist<f64> {
+        BodyTwist {
+            vx_m_s: vx,
+            vy_m_s: vy,
+            wz_rad_s: wz,
+        }
+    }
+
+    /// Steps until `periods` have passed with `slip` added to the wheels; the last sample.
+    fn run(state: &mut SlipState<f64, 7>, slip: [f64; 7], periods: usize) -> SlipSample<f64, 7> {
+        let (kinematics, detector) = (kinematics(), SlipDetector::new(CONFIG).expect("valid"));
+        let mut wheels = kinematics.inverse(&twist(0.3, -0.1, 0.4));
+        for (w, s) in wheels.rad_s.iter_mut().zip(slip) {
+            *w += s;
+        }
+        let mut sample = detector.step(&kinematics, state, &wheels);
+        for _ in 1..periods {
+            sample = detector.step(&kinematics, state, &wheels);
+        }
+        sample
+    }
+
+    #[test]
+    fn a_slipping_wheel_is_named_left_out_and_let_in_again_with_hysteresis() {
+        for wheel in [0, 2, 3, 4, 6] {
+            let slip = |s: f64| core::array::from_fn(|i| if i == wheel { s } else { 0.0 });
+            let mut state = SlipState::new(&kinematics());
+            assert_eq!(run(&mut state, slip(1.2), 4).excluded, [false; 7]);
+            let expected: [bool; 7] = core::array::from_fn(|i| i == wheel);
+            assert_eq!(
+                run(&mut state, slip(1.2), 1).excluded,
+                expected,
+                "wheel {}",
+                wheel + 1
+            );
+            // Between the thresholds it stays out, and the estimate is what the others say.
+            let sample = run(&mut state, slip(0.7), 100);
+            assert_eq!(sample.excluded, expected);
+            assert!(
+                (sample.estimated.vx_m_s - 0.3).abs() < 1e-12
+                    && (sample.slip_rad_s[wheel] - 0.7).abs() < 1e-12
+            );
+            run(&mut state, slip(0.3), 9);
+            assert_eq!(run(&mut state, slip(0.3), 1).excluded, [false; 7]);
+        }
+    }
+
+    #[test]
+    fn two_slipping_wheels_are_left_out_one_after_the_other() {
+        let mut state = SlipState::new(&kinematics());
+        let sample = run(&mut state, [0.0, 0.0, 3.0, 0.0, 5.0, 0.0, 0.0], 20);
+        assert_eq!(sample.excluded, [false, false, true, false, true, false, false]);
+        assert!((sample.estimated.vx_m_s - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn three_wheels_accuse_nobody() {
+        let kinematics =
+            Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).expect("valid")).expect("valid");
+        let detector = SlipDetector::new(CONFIG).expect("valid");
+        let mut state = SlipState::new(&kinematics);
+        for _ in 0..100 {
+            let sample = detector.step(&kinematics, &mut state, &[50.0, -3.0, 8.0].into());
+            assert_eq!((sample.excluded, sample.slip_rad_s), ([false; 3], [0.0; 3]));
+        }
+        assert!(
+            !state.declare(&kinematics, &[true, false, false]),
+            "two wheels do not tell three motions"
+        );
+        assert_eq!(state.excluded(), [false; 3]);
+    }
+
+    #[test]
+    fn a_disagreement_that_fits_several_wheels_accuses_none_of_them() {
+        // Four wheels check once: whoever slips, every residual has the same size.
+        let four = Kinematics::new(&WheelLayout::mecanum4(0.5, 0.4, 0.05).expect("valid")).expect("valid");
+        assert!(four.redundancy().iter().all(|r: &f64| (r - 0.25).abs() < 1e-12));
+        let mut wheels = four.inverse(&twist(0.5, 0.0, 0.0));
+        wheels.rad_s[2] += 2.0;
+        let detector = SlipDetector::new(CONFIG).expect("valid");
+        let mut state = SlipState::new(&four);
+        for _ in 0..100 {
+            let sample = detector.step(&four, &mut state, &wheels);
+            assert!(sample.unattributed && sample.excluded == [false; 4]);
+            assert!(
+                sample
+                    .residual
+                    .rad_s
+                    .iter()
+                    .all(|r| (r.abs() - 0.5).abs() < 1e-12)
+            );
+        }
+        // Wheels 2 and 6 alone tell sideways motion; the others check only their sum, which is yaw.
+        for wheel in [1, 5] {
+            let slip = core::array::from_fn(|i| if i == wheel { 9.0 } else { 0.0 });
+            let sample = run(&mut SlipState::new(&kinematics()), slip, 100);
+            assert!(sample.unattributed && sample.excluded == [false; 7]);
+            assert!((sample.slip_rad_s[wheel] - 9.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn declared_wheels_stay_out_and_slipping_ones_come_back_to_help() {
+        let kinematics = kinematics();
+        let mut state = SlipState::new(&kinematics);
+        run(&mut state, [0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0], 10);
+        assert!(state.excluded()[3]);
+        // With the side wheels lifted, wheel 4, slipping or not, is the only one left that tells forward motion.
+        let mut lifted = [true, false, true, false, true, false, true];
+        assert!(state.declare(&kinematics, &lifted));
+        assert_eq!(state.excluded(), lifted);
+        lifted[3] = true;
+        assert!(
+            !state.declare(&kinematics, &lifted),
+            "nobody left who tells forward motion"
+        );
+        assert!(state.declare(&kinematics, &[false; 7]) && state.excluded() == [false; 7]);
+    }
+
+    #[test]
+    fn the_map_as_chosen_is_in_use_while_every_wheel_is_trusted() {
+        let layout = WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066).expect("valid");
+        let average = Kinematics::with_forward(&layout, crate::ForwardMap::PaperAverage).expect("valid");
+        let mut state = SlipState::new(&average);
+        assert!(state.declare(&average, &[true, false, false, false, false, false, false]));
+        assert!(state.observed().forward_matrix() != average.forward_matrix());
+        assert!(state.declare(&average, &[false; 7]));
+        assert_eq!(state.observed(), &average);
+    }
+
+    #[test]
+    fn thresholds_and_times_are_checked_by_name() {
+        let named = |config| SlipDetector::<f64>::new(config).expect_err("refused").parameter;
+        assert_eq!(
+            named(SlipConfig {
+                enter_rad_s: 0.0,
+                ..CONFIG
+            }),
+            "enter_rad_s"
+        );
+        assert_eq!(
+            named(SlipConfig {
+                enter_rad_s: f64::NAN,
+                ..CONFIG
+            }),
+            "enter_rad_s"
+        );
+        assert_eq!(
+            named(SlipConfig {
+                leave_rad_s: 1.1,
+                ..CONFIG
+            }),
+            "leave_rad_s"
+        );
+        assert_eq!(
+            named(SlipConfig {
+                enter_periods: 0,
+                ..CONFIG
+            }),
+            "enter_periods"
+        );
+        assert_eq!(
+            named(SlipConfig {
+                leave_periods: 0,
+                ..CONFIG
+            }),
+            "leave_periods"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn the_largest_w_is_the_one_wheel_that_slips(
+            which in 0..5_usize, slip in 1.0..50.0_f64, negative: bool, vx in -1.0..1.0_f64, vy in -1.0..1.0_f64, wz in -2.0..2.0_f64,
+        ) {
+            let (kinematics, detector) = (kinematics(), SlipDetector::new(SlipConfig { enter_periods: 1, ..CONFIG }).expect("valid"));
+            let wheel = [0, 2, 3, 4, 6][which];
+            let slip = if negative { -slip } else { slip } * 1.001;
+            let mut wheels = kinematics.inverse(&twist(vx, vy, wz));
+            wheels.rad_s[wheel] += slip;
+            let sample = detector.step(&kinematics, &mut SlipState::new(&kinematics), &wheels);
+            prop_assert!((sample.slip_rad_s[wheel] - slip).abs() < 1e-10);
+            prop_assert_eq!(sample.excluded.iter().position(|e| *e), Some(wheel));
+        }
+    }
+}
