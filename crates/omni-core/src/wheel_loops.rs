@@ -1,5 +1,8 @@
 //! The loops of all wheels: N PIDs and what they do together when one of them saturates.
 
+#[cfg(test)]
+mod tests;
+
 use crate::coordination::{Coordination, Integral, Saturation, TorqueRange, reference_factor, torque_factor};
 use crate::error::ConfigError;
 use crate::pid::is_plausible;
@@ -246,11 +249,24 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if corrected && self.shares_integral() {
             correction = share(&correction);
         }
+        let mut scale = R::one();
         for i in 0..N {
             if sample.active[i] {
-                let pid = &mut state.pid[i];
-                let integral = pid.integral_n_m + self.pid.integral_gain_dt() * taken_in[i] + correction[i];
-                pid.integral_n_m = self.pid.held(integral);
+                let integral = &mut state.pid[i].integral_n_m;
+                *integral += self.pid.integral_gain_dt() * taken_in[i] + correction[i];
+                let held = self.pid.held(*integral);
+                if held != *integral {
+                    scale = scale.limited(R::zero(), held / *integral);
+                    if !self.shares_integral() {
+                        *integral = held;
+                    }
+                }
+            }
+        }
+        if self.shares_integral() && scale < R::one() {
+            // Cut one by one they would leave the range of the kinematics: one factor for all.
+            for pid in &mut state.pid {
+                pid.integral_n_m *= scale;
             }
         }
         sample

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Coordination, Integral, Pid, PidConfig, PidGains, Saturation, TorqueLimit};
+use crate::{AntiWindup, Coordination, Integral, Pid, PidConfig, PidGains, Saturation, TorqueLimit};
 use proptest::prelude::*;
 
 const GAINS: PidGains<f64> = PidGains {
@@ -117,6 +117,126 @@ fn shared_integral_never_leaves_the_range_of_the_kinematics() {
     assert!(largest > 0.01, "the test integrated something: {largest}");
     // 2000 additions, each rounded at 1e-16 of a value below 1.
     assert!(residual.iter().all(|r| r.abs() < 1e-12), "{residual:?}");
+}
+
+/// Largest forward velocity over the commanded one, less 1, after 30 s against `force_n` (infinite: a wall) have ended. A
+/// vehicle of 20 kg whose wheels grip.
+fn vehicle_overshoot(config: WheelControlConfig<f64, 7>, force_n: f64) -> f64 {
+    let controller = Controller::new(&layout(), config).expect("valid");
+    let (mut state, mut vx, mut peak) = (ControlState::default(), 0.3, 0.0_f64);
+    for k in 0..60_000 {
+        let sample = controller.step(&mut state, &FORWARD, &layout_velocities(vx));
+        let torque: f64 = [0, 3, 4]
+            .iter()
+            .map(|&i| sample.wheels.applied.n_m[i])
+            .sum::<f64>()
+            - [2, 6].iter().map(|&i| sample.wheels.applied.n_m[i]).sum::<f64>();
+        let against = if k < 30_000 { force_n } else { 0.0 };
+        vx += 1e-3 * (torque / 0.066 - 2.0 * vx - if against.is_finite() { against } else { 0.0 }) / 20.0;
+        if against.is_infinite() {
+            vx = 0.0;
+        }
+        if k >= 30_000 {
+            peak = peak.max(vx / 0.3 - 1.0);
+        }
+    }
+    peak
+}
+
+#[test]
+fn a_vehicle_released_from_a_wall_overshoots_no_more_than_without_limits_from_the_same_force() {
+    let gains = PidGains {
+        kd_n_m_s2_rad: 0.0,
+        ..GAINS
+    };
+    let make = |saturation, integral, anti_windup, limit| WheelControlConfig {
+        pid: PidConfig {
+            anti_windup,
+            ..PidConfig::new(gains, 1e-3)
+        },
+        limits: [TorqueLimit::constant(limit).expect("valid"); 7],
+        coordination: Coordination { saturation, integral },
+    };
+    let most = 5.0 / 0.066; // five wheels of 1 N.m
+    for integral in [Integral::PerWheel, Integral::Shared] {
+        let yardstick = vehicle_overshoot(
+            make(Saturation::Clip, integral, AntiWindup::None, 1e6),
+            most - 2.0 * 0.3,
+        );
+        assert!(yardstick > 0.05, "{yardstick}");
+        let limited = [
+            (Saturation::ScaleReference { floor: 0.0 }, AntiWindup::None),
+            (Saturation::ScaleReference { floor: 0.3 }, AntiWindup::None),
+            (Saturation::Clip, AntiWindup::Clamp { limit_n_m: 1.0 }),
+            (Saturation::Clip, AntiWindup::Conditional),
+            (
+                Saturation::Clip,
+                AntiWindup::BackCalculation {
+                    tracking_time_s: 0.15,
+                },
+            ),
+            (Saturation::Clip, AntiWindup::Conditioned),
+        ];
+        for (saturation, anti_windup) in limited {
+            for force in [1.05 * most, f64::INFINITY] {
+                let peak = vehicle_overshoot(make(saturation, integral, anti_windup, 1.0), force);
+                assert!(
+                    peak <= 1.05 * yardstick,
+                    "{integral:?} {saturation:?} {anti_windup:?}: {peak} {yardstick}"
+                );
+            }
+        }
+        let wound_up = vehicle_overshoot(
+            make(Saturation::Clip, integral, AntiWindup::None, 1.0),
+            f64::INFINITY,
+        );
+        assert!(
+            wound_up > 2.0 * yardstick,
+            "{wound_up} {yardstick}: this test can fail"
+        );
+    }
+}
+
+#[test]
+fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
+    let clamp = PidConfig {
+        anti_windup: AntiWindup::Clamp { limit_n_m: 0.5 },
+        ..PidConfig::new(GAINS, 1e-3)
+    };
+    let controller = Controller::new(
+        &layout(),
+        WheelControlConfig {
+            pid: clamp,
+            ..config(Coordination::load_sharing(), 9.0)
+        },
+    )
+    .expect("valid");
+    let mut state = ControlState::default();
+    let command = BodyTwist {
+        vx_m_s: 0.3,
+        vy_m_s: 0.1,
+        wz_rad_s: 0.2,
+    };
+    for _ in 0..5000 {
+        controller.step(&mut state, &command, &WheelVelocities::zero());
+    }
+    let integrals = WheelVelocities {
+        rad_s: state.pid.map(|pid| pid.integral_n_m),
+    };
+    let largest = integrals.rad_s.iter().fold(0.0_f64, |m, i| m.max(i.abs()));
+    assert!(
+        (largest - 0.5).abs() < 1e-12,
+        "the fullest wheel is at the clamp: {largest}"
+    );
+    // Scaled by one factor, not cut wheel by wheel.
+    assert!(
+        controller
+            .kinematics()
+            .residual(&integrals)
+            .rad_s
+            .iter()
+            .all(|r| r.abs() < 1e-12)
+    );
 }
 
 #[test]
