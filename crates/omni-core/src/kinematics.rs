@@ -9,7 +9,7 @@ mod forward_map;
 mod tests;
 
 use crate::error::{ConfigError, finite, within};
-use crate::{BodyTwist, Real, WheelAngles, WheelLayout, WheelVelocities};
+use crate::{BodyDisplacement, BodyTwist, Real, WheelAngles, WheelLayout, WheelVelocities};
 use forward_map::{Gram, column_average};
 
 /// How a body twist is estimated from more wheel velocities than a body has motions.
@@ -53,6 +53,22 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
             factor,
             reciprocal: factor.map(|f| R::one() / f),
         })
+    }
+
+    /// Velocities of the wheels from those on flat ground: times the factors.
+    #[must_use]
+    pub fn of_wheels(&self, flat: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
+        WheelVelocities {
+            rad_s: times(&flat.rad_s, &self.factor),
+        }
+    }
+
+    /// What the wheels' velocities would be on flat ground: over the factors.
+    #[must_use]
+    pub fn of_body(&self, wheels: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
+        WheelVelocities {
+            rad_s: times(&wheels.rad_s, &self.reciprocal),
+        }
     }
 }
 
@@ -186,10 +202,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// [`Kinematics::inverse`] of wheels that cover `path` times the way of the body beneath them.
     #[must_use]
     pub fn inverse_along(&self, twist: &BodyTwist<R>, path: &PathFactors<R, N>) -> WheelVelocities<R, N> {
-        let flat = self.inverse(twist);
-        WheelVelocities {
-            rad_s: times(&flat.rad_s, &path.factor),
-        }
+        path.of_wheels(&self.inverse(twist))
     }
 
     /// The twist that the actuator velocities \[rad/s\] amount to: eq. (6).
@@ -206,13 +219,33 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         velocities: &WheelVelocities<R, N>,
         path: &PathFactors<R, N>,
     ) -> BodyTwist<R> {
-        BodyTwist::from_array(self.apply_forward(&times(&velocities.rad_s, &path.reciprocal)))
+        self.forward(&path.of_body(velocities))
     }
 
-    /// The displacement `[dx_m, dy_m, dyaw_rad]` in the body frame that increments of the actuator angles amount to.
+    /// The displacement in the body frame that increments of the actuator angles amount to.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelAngles, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// let quarter = kinematics.displacement(&WheelAngles { rad: [7.85; 4] });
+    /// assert!((quarter.dyaw_rad - 1.57).abs() < 1e-12 && quarter.dx_m.abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
-    pub fn forward_increments(&self, increments: &WheelAngles<R, N>) -> [R; 3] {
-        self.apply_forward(&increments.rad)
+    pub fn displacement(&self, increments: &WheelAngles<R, N>) -> BodyDisplacement<R> {
+        BodyDisplacement::from_array(self.apply_forward(&increments.rad))
+    }
+
+    /// The part of increments of the actuator angles \[rad\] that no motion of the vehicle explains.
+    #[must_use]
+    pub fn increment_residual(&self, increments: &WheelAngles<R, N>) -> WheelAngles<R, N> {
+        WheelAngles {
+            rad: self
+                .residual(&WheelVelocities {
+                    rad_s: increments.rad,
+                })
+                .rad_s,
+        }
     }
 
     /// The part of `velocities` \[rad/s\] that some motion of a rigid body explains: `A A+ v`.

@@ -101,7 +101,7 @@ impl<R: Real> Wheel<R> {
     #[must_use]
     pub fn rates_per_twist(&self) -> [R; 3] {
         let [dx, dy] = self.unit_direction();
-        let (sin, cos) = self.roller_angle_rad.sin_cos();
+        let (sin, cos) = self.roller_angle_rad.sine_cosine();
         let (ax, ay) = (cos * dx - sin * dy, sin * dx + cos * dy);
         let [x, y] = self.position_m;
         let reach = self.wheel_per_actuator() * self.radius_m * cos; // a . d = cos(roller angle)
@@ -191,7 +191,7 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
         let mut wheels = [Wheel::omni([R::zero(); 2], [R::one(), R::zero()], wheel_radius_m); N];
         let (mut index, count) = (R::zero(), R::of(N as f64));
         for wheel in &mut wheels {
-            let (sin, cos) = (offset_rad + R::two_pi() * index / count).sin_cos();
+            let (sin, cos) = (offset_rad + R::two_pi() * index / count).sine_cosine();
             wheel.position_m = [circle_radius_m * cos, circle_radius_m * sin];
             wheel.rolling_direction = [-sin, cos];
             index += R::one();

@@ -3,13 +3,28 @@
 //! REP-103: x forward, y left, rotation counter-clockwise positive.
 
 use crate::Real;
+use crate::trig::cardinal_sine;
 
 /// Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
 ///
 /// ```
-/// use omni_core::BodyTwist;
+/// use omni_core::{BodyTwist, Kinematics, WheelLayout};
 /// let forward = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// assert_eq!(forward.vy_m_s, 0.0);
+/// let kinematics = Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.066)?)?;
+/// let velocities = kinematics.inverse(&forward);
+/// assert!((velocities.rad_s[0] - 0.3 / 0.066).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+///
+/// A world velocity in its place does not compile:
+///
+/// ```compile_fail,E0308
+/// use omni_core::{Kinematics, WheelLayout, WorldTwist};
+/// let north = WorldTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
+/// let kinematics = Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.066)?)?;
+/// let velocities = kinematics.inverse(&north); // north.to_body(&pose) it must be
+/// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyTwist<R> {
@@ -57,15 +72,148 @@ impl<R: Real> BodyTwist<R> {
         }
     }
 
+    /// The displacement that the twist, held for `dt_s` \[s\], amounts to.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// let moved = BodyTwist { vx_m_s: 0.3, vy_m_s: -0.5, wz_rad_s: 2.0 }.over(0.5);
+    /// assert_eq!(moved.to_array(), [0.15, -0.25, 1.0]);
+    /// ```
+    #[must_use]
+    pub fn over(self, dt_s: R) -> BodyDisplacement<R> {
+        BodyDisplacement {
+            dx_m: self.vx_m_s * dt_s,
+            dy_m: self.vy_m_s * dt_s,
+            dyaw_rad: self.wz_rad_s * dt_s,
+        }
+    }
+
+    /// The constant twist that, held for `dt_s` > 0 \[s\], ends at the pose (vx dt, vy dt, wz dt) seen from the start.
+    ///
+    /// A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period
+    /// are straightened by this ("discretised"). It is the logarithm map of the plane's rigid motions, the inverse of
+    /// [`PlanarPose::moved_by`]: with t = wz dt, rotate (vx, vy) by -t/2 and multiply by (t/2) / sin(t/2).
+    ///
+    /// Range: |t| < 2 pi. The factor is 1.05 at 60 degrees, 1.57 at half a turn, and grows without bound towards a whole
+    /// turn, which ends where it began whatever the velocity. There it is held at its value where sin(t/2) / (t/2) is
+    /// the root of the precision (1.5e-8 for `f64`, 3.5e-4 for `f32`), and t at 2 pi, so that the result stays finite.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, PlanarPose};
+    /// let command = BodyTwist { vx_m_s: 1.0_f64, vy_m_s: 0.0, wz_rad_s: 0.5 };
+    /// let skewed = PlanarPose::origin().moved_by(&command.over(1.0));
+    /// assert!((skewed.y_m - 0.245).abs() < 1e-3);
+    /// let straight = PlanarPose::origin().moved_by(&command.discretize(1.0).over(1.0));
+    /// assert!((straight.x_m - 1.0).abs() < 1e-15 && straight.y_m.abs() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn discretize(self, dt_s: R) -> Self {
+        let half_turn = (self.wz_rad_s * dt_s * R::of(0.5)).limited(-R::pi(), R::pi());
+        let shortening = cardinal_sine(half_turn);
+        let least = R::default_epsilon().sqrt();
+        let factor = R::one() / if shortening > least { shortening } else { least };
+        let (sin, cos) = half_turn.sine_cosine();
+        Self {
+            vx_m_s: (cos * self.vx_m_s + sin * self.vy_m_s) * factor,
+            vy_m_s: (cos * self.vy_m_s - sin * self.vx_m_s) * factor,
+            wz_rad_s: self.wz_rad_s,
+        }
+    }
+
+    /// The velocity, along the body's axes, of the point of the body at `[x_m, y_m]` \[m\] from its origin: `v + wz x p`.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// let turning = BodyTwist { vx_m_s: 0.1, vy_m_s: 0.0, wz_rad_s: 2.0 };
+    /// let bumper = turning.at_point([0.5, 0.0]); // half a metre ahead: swings to the left
+    /// assert_eq!(bumper.to_array(), [0.1, 1.0, 2.0]);
+    /// ```
+    #[must_use]
+    pub fn at_point(self, [x_m, y_m]: [R; 2]) -> Self {
+        Self {
+            vx_m_s: self.vx_m_s - self.wz_rad_s * y_m,
+            vy_m_s: self.vy_m_s + self.wz_rad_s * x_m,
+            wz_rad_s: self.wz_rad_s,
+        }
+    }
+
+    /// The twist of the origin that gives the point of the body at `[x_m, y_m]` \[m\] the twist `of_point` (along the
+    /// body's axes): a command for a tool, a towed load or any other centre of rotation. Undoes [`BodyTwist::at_point`].
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// // Turn about a point half a metre ahead, which is to stand still.
+    /// let turn = BodyTwist { wz_rad_s: 2.0, ..BodyTwist::ZERO };
+    /// assert_eq!(BodyTwist::from_point(turn, [0.5, 0.0]).to_array(), [0.0, -1.0, 2.0]);
+    /// ```
+    #[must_use]
+    pub fn from_point(of_point: Self, [x_m, y_m]: [R; 2]) -> Self {
+        of_point.at_point([-x_m, -y_m])
+    }
+
     /// The same motion seen from the world, for a vehicle at `pose`.
     #[must_use]
     pub fn to_world(self, pose: &PlanarPose<R>) -> WorldTwist<R> {
-        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let (sin, cos) = pose.yaw_rad.sine_cosine();
         WorldTwist {
             vx_m_s: cos * self.vx_m_s - sin * self.vy_m_s,
             vy_m_s: sin * self.vx_m_s + cos * self.vy_m_s,
             wz_rad_s: self.wz_rad_s,
         }
+    }
+}
+
+/// A body twist held for some time: forward and sideways along the axes that turn with the vehicle, and the turn.
+///
+/// Not the chord from start to end: a vehicle that turns by dyaw covers sin(dyaw/2) / (dyaw/2) of (dx, dy) as the crow
+/// flies. Made by [`BodyTwist::over`], or [`crate::Kinematics::displacement`]; [`PlanarPose::moved_by`] applies it.
+///
+/// ```
+/// use omni_core::{Kinematics, WheelAngles, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.1)?)?;
+/// let turned = WheelAngles { rad: [3.0_f64, 0.0, -3.0, 3.0, 3.0, 0.0, -3.0] };
+/// let moved = kinematics.displacement(&turned);
+/// assert!((moved.dx_m - 0.3).abs() < 1e-15);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyDisplacement<R> {
+    /// Forward \[m\].
+    pub dx_m: R,
+    /// To the left \[m\].
+    pub dy_m: R,
+    /// Turn \[rad\] (counter-clockwise is +), whole turns included.
+    pub dyaw_rad: R,
+}
+
+impl<R: Real> BodyDisplacement<R> {
+    /// No motion.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self::from_array([R::zero(); 3])
+    }
+
+    /// `[dx, dy, dyaw]` in \[m, m, rad\].
+    #[must_use]
+    pub fn to_array(self) -> [R; 3] {
+        [self.dx_m, self.dy_m, self.dyaw_rad]
+    }
+
+    /// The inverse of [`BodyDisplacement::to_array`].
+    #[must_use]
+    pub fn from_array([dx_m, dy_m, dyaw_rad]: [R; 3]) -> Self {
+        Self { dx_m, dy_m, dyaw_rad }
+    }
+
+    /// Change of x and y in the world \[m\] of a vehicle that starts at the heading `yaw_rad`.
+    pub(crate) fn in_world(self, yaw_rad: R) -> [R; 2] {
+        let half_turn = self.dyaw_rad * R::of(0.5);
+        let chord = cardinal_sine(half_turn);
+        let (sin, cos) = (yaw_rad + half_turn).sine_cosine();
+        [
+            (cos * self.dx_m - sin * self.dy_m) * chord,
+            (sin * self.dx_m + cos * self.dy_m) * chord,
+        ]
     }
 }
 
@@ -91,7 +239,7 @@ impl<R: Real> WorldTwist<R> {
     /// The same motion in the frame of a vehicle at `pose`.
     #[must_use]
     pub fn to_body(self, pose: &PlanarPose<R>) -> BodyTwist<R> {
-        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let (sin, cos) = pose.yaw_rad.sine_cosine();
         BodyTwist {
             vx_m_s: cos * self.vx_m_s + sin * self.vy_m_s,
             vy_m_s: cos * self.vy_m_s - sin * self.vx_m_s,
@@ -101,6 +249,16 @@ impl<R: Real> WorldTwist<R> {
 }
 
 /// Position and heading of the vehicle's origin in the world.
+///
+/// ```
+/// use omni_core::{BodyDisplacement, PlanarPose};
+/// // A quarter of a circle of radius 5 m to the left.
+/// let quarter = core::f64::consts::FRAC_PI_2;
+/// let arc = BodyDisplacement { dx_m: 5.0 * quarter, dy_m: 0.0, dyaw_rad: quarter };
+/// let end = PlanarPose::origin().moved_by(&arc);
+/// assert!((end.x_m - 5.0).abs() < 1e-14 && (end.y_m - 5.0).abs() < 1e-14);
+/// assert_eq!(end.yaw_rad, quarter);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarPose<R> {
     /// World x \[m\].
@@ -111,27 +269,33 @@ pub struct PlanarPose<R> {
     pub yaw_rad: R,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl<R: Real> PlanarPose<R> {
+    /// At the world's origin, facing along its x.
+    #[must_use]
+    pub fn origin() -> Self {
+        Self {
+            x_m: R::zero(),
+            y_m: R::zero(),
+            yaw_rad: R::zero(),
+        }
+    }
 
-    #[test]
-    fn to_body_undoes_to_world_at_any_heading() {
-        for k in -20..20 {
-            let pose = PlanarPose {
-                x_m: 3.0,
-                y_m: -1.0,
-                yaw_rad: 0.37 * f64::from(k),
-            };
-            let twist = BodyTwist {
-                vx_m_s: 0.3,
-                vy_m_s: -0.2,
-                wz_rad_s: 0.5,
-            };
-            let back = twist.to_world(&pose).to_body(&pose);
-            // Two rotations of numbers below 1: a few units in the last place.
-            assert!((back.vx_m_s - twist.vx_m_s).abs() < 1e-15);
-            assert!((back.vy_m_s - twist.vy_m_s).abs() < 1e-15);
+    /// The pose after `displacement`, exact for a twist that stayed constant: the vehicle moves along an arc.
+    ///
+    /// The exponential map of the plane's rigid motions, its translation written as
+    /// sin(dyaw/2) / (dyaw/2) R(yaw + dyaw/2) (dx, dy). The heading is added up as it is, not wrapped; in `f32` it should
+    /// stay within 8192 rad ([`Real::sine_cosine`]). Over many steps use [`Odometry`](crate::Odometry), which does
+    /// not lose what a sum rounds away.
+    #[must_use]
+    pub fn moved_by(self, displacement: &BodyDisplacement<R>) -> Self {
+        let [dx, dy] = displacement.in_world(self.yaw_rad);
+        Self {
+            x_m: self.x_m + dx,
+            y_m: self.y_m + dy,
+            yaw_rad: self.yaw_rad + displacement.dyaw_rad,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

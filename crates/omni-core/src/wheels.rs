@@ -79,3 +79,18 @@ per_wheel!(
     rad,
     /// Angle turned by each actuator \[rad\] (positive as the wheel's rolling direction says), unwrapped.
 );
+
+impl<R: Real, const N: usize> WheelVelocities<R, N> {
+    /// Angles turned at these velocities within `dt_s` \[s\].
+    ///
+    /// ```
+    /// use omni_core::WheelVelocities;
+    /// assert_eq!(WheelVelocities { rad_s: [4.0, -2.0] }.over(0.5).rad, [2.0, -1.0]);
+    /// ```
+    #[must_use]
+    pub fn over(&self, dt_s: R) -> WheelAngles<R, N> {
+        WheelAngles {
+            rad: self.rad_s.map(|v| v * dt_s),
+        }
+    }
+}
