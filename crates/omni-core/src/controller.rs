@@ -7,8 +7,8 @@ use crate::error::ConfigError;
 use crate::pid::is_plausible;
 use crate::wheel_loops::LoopInputs;
 use crate::{
-    BodyTwist, ControlState, ForwardMap, Kinematics, Real, WheelControlConfig, WheelController, WheelLayout,
-    WheelSample, WheelVelocities,
+    BodyTwist, ControlState, ForwardMap, Kinematics, PathFactors, Real, WheelControlConfig, WheelController,
+    WheelLayout, WheelSample, WheelVelocities,
 };
 
 /// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in [`ControlState`].
@@ -99,21 +99,28 @@ impl<R: Real, const N: usize> Controller<R, N> {
             dropped: &[false; N],
             caps: None,
         };
-        let wheels = self.run(state, &inputs, &self.kinematics);
+        let wheels = if self.wheels.shares_integral() {
+            self.wheels.run(state, &inputs, |errors| {
+                self.kinematics.project(&(*errors).into()).rad_s
+            })
+        } else {
+            self.wheels.run(state, &inputs, |errors| *errors)
+        };
         ControlSample { command, wheels }
     }
 
-    /// The loops, an integral shared by the wheels that `observed` trusts.
-    #[inline]
+    /// The loops, an integral shared by the wheels that `observed` trusts, each on its own path.
     pub(crate) fn run(
         &self,
         state: &mut ControlState<R, N>,
         inputs: &LoopInputs<'_, R, N>,
         observed: &Kinematics<R, N>,
+        path: &PathFactors<R, N>,
     ) -> WheelSample<R, N> {
         if self.wheels.shares_integral() {
-            self.wheels
-                .run(state, inputs, |errors| observed.project(&(*errors).into()).rad_s)
+            self.wheels.run(state, inputs, |errors| {
+                observed.project_along(&(*errors).into(), path).rad_s
+            })
         } else {
             self.wheels.run(state, inputs, |errors| *errors)
         }

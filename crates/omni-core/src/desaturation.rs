@@ -51,6 +51,19 @@ pub struct Desaturated<R, const N: usize> {
     pub limiting: Option<usize>,
 }
 
+impl<R: Real, const N: usize> Desaturated<R, N> {
+    /// Nothing reduced.
+    pub(crate) fn whole(twist: BodyTwist<R>, velocities: WheelVelocities<R, N>) -> Self {
+        Self {
+            twist,
+            velocities,
+            translation_factor: R::one(),
+            yaw_factor: R::one(),
+            limiting: None,
+        }
+    }
+}
+
 impl<R: Real, const N: usize> SpeedLimits<R, N> {
     /// Limits `limit_rad_s` \[rad/s\] of the actuators' speeds, each above 0 and up to 1e6.
     ///
@@ -73,6 +86,17 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     /// The twist nearest to `twist` in the chosen sense that every wheel can follow. Closed form, O(N).
     #[must_use]
     pub fn desaturate(&self, kinematics: &Kinematics<R, N>, twist: &BodyTwist<R>) -> Desaturated<R, N> {
+        self.desaturate_without(kinematics, twist, &[false; N])
+    }
+
+    /// [`SpeedLimits::desaturate`] where the wheels marked in `dropped` have no say: they do not drive.
+    #[must_use]
+    pub fn desaturate_without(
+        &self,
+        kinematics: &Kinematics<R, N>,
+        twist: &BodyTwist<R>,
+        dropped: &[bool; N],
+    ) -> Desaturated<R, N> {
         let [vx, vy, wz] = twist.to_array();
         let translation = kinematics.inverse(&BodyTwist::from_array([vx, vy, R::zero()]));
         let yaw = kinematics.inverse(&BodyTwist::from_array([R::zero(), R::zero(), wz]));
@@ -81,14 +105,14 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
         };
         let (translation_factor, yaw_factor, limiting) = match self.gives_way {
             Desaturation::Uniform => {
-                let (factor, limiting) = self.room(&[R::zero(); N], &whole.rad_s);
+                let (factor, limiting) = self.room(&[R::zero(); N], &whole.rad_s, dropped);
                 (factor, factor, limiting)
             }
             Desaturation::YawFirst => {
-                let (yaw, translation, limiting) = self.one_first(&yaw.rad_s, &translation.rad_s);
+                let (yaw, translation, limiting) = self.one_first(&yaw.rad_s, &translation.rad_s, dropped);
                 (translation, yaw, limiting)
             }
-            Desaturation::TranslationFirst => self.one_first(&translation.rad_s, &yaw.rad_s),
+            Desaturation::TranslationFirst => self.one_first(&translation.rad_s, &yaw.rad_s, dropped),
         };
         let velocities = WheelVelocities {
             rad_s: combined(&translation.rad_s, translation_factor, &yaw.rad_s, yaw_factor),
@@ -119,7 +143,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     /// ```
     #[must_use]
     pub fn scale(&self, velocities: &WheelVelocities<R, N>) -> (WheelVelocities<R, N>, R, Option<usize>) {
-        let (factor, limiting) = self.room(&[R::zero(); N], &velocities.rad_s);
+        let (factor, limiting) = self.room(&[R::zero(); N], &velocities.rad_s, &[false; N]);
         (
             WheelVelocities {
                 rad_s: velocities.rad_s.map(|v| v * factor),
@@ -131,24 +155,24 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
 
     /// Factors of `first` and `second` and the limiting wheel: `first` alone is brought within the limits, then as much
     /// of `second` as there is room for.
-    fn one_first(&self, first: &[R; N], second: &[R; N]) -> (R, R, Option<usize>) {
-        let (kept, by_first) = self.room(&[R::zero(); N], first);
+    fn one_first(&self, first: &[R; N], second: &[R; N], dropped: &[bool; N]) -> (R, R, Option<usize>) {
+        let (kept, by_first) = self.room(&[R::zero(); N], first, dropped);
         if by_first.is_some() {
             // A wheel is at its limit already. What the second part would do for it is of no use: another wheel pays.
             return (kept, R::zero(), by_first);
         }
-        let (room, by_second) = self.room(first, second);
+        let (room, by_second) = self.room(first, second, dropped);
         (kept, room, by_second)
     }
 
     /// The largest factor, 0 to 1, of `part` that keeps `base + factor * part` within the limits, for a `base` within
     /// them; and the wheel that sets it.
-    fn room(&self, base: &[R; N], part: &[R; N]) -> (R, Option<usize>) {
+    fn room(&self, base: &[R; N], part: &[R; N], dropped: &[bool; N]) -> (R, Option<usize>) {
         let (mut factor, mut limiting) = (R::one(), None);
         for (index, ((&b, &p), &limit)) in base.iter().zip(part).zip(&self.limit_rad_s).enumerate() {
             let left = if p > R::zero() { limit - b } else { limit + b };
             // Without a division for the wheels that have room.
-            if p.abs() > left && left < factor * p.abs() {
+            if !dropped[index] && p.abs() > left && left < factor * p.abs() {
                 factor = left / p.abs();
                 limiting = Some(index);
             }

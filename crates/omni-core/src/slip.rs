@@ -67,8 +67,24 @@ pub struct SlipSample<R, const N: usize> {
     /// The wheels disagree, but what they say fits the slip of several of them equally well, and nobody is accused: always
     /// so with four wheels (one check), and between wheels 2 and 6 of the seven-wheel vehicle.
     pub unattributed: bool,
+    /// The others can check this wheel: its `slip_rad_s` means something.
+    pub checked: [bool; N],
     /// Left out of the forward map from the next step on: found slipping, or declared.
     pub excluded: [bool; N],
+}
+
+impl<R: Real, const N: usize> SlipSample<R, N> {
+    /// Nothing is known of the motion: too few wheels tell it.
+    pub(crate) fn unknown(excluded: [bool; N]) -> Self {
+        Self {
+            estimated: BodyTwist::zero(),
+            residual: WheelVelocities::zero(),
+            slip_rad_s: [R::zero(); N],
+            unattributed: false,
+            checked: [false; N],
+            excluded,
+        }
+    }
 }
 
 impl<R: Real, const N: usize> SlipState<R, N> {
@@ -194,7 +210,7 @@ impl<R: Real> SlipDetector<R> {
             *rest -= explained;
         }
         let zero = R::zero();
-        let mut slip_rad_s = [zero; N];
+        let (mut slip_rad_s, mut checked) = ([zero; N], [false; N]);
         let (mut accused, mut weight, mut runner_up, mut changed) = (None, zero, zero, false);
         for i in 0..N {
             let redundancy = state.redundancy[i];
@@ -203,7 +219,7 @@ impl<R: Real> SlipDetector<R> {
                 continue;
             }
             let slip = residual.rad_s[i] / redundancy;
-            slip_rad_s[i] = slip;
+            (slip_rad_s[i], checked[i]) = (slip, true);
             if state.slipping[i] {
                 // Left out, its redundancy is 1: the residual is the slip.
                 state.periods[i] = if slip.abs() < self.config.leave_rad_s {
@@ -254,6 +270,7 @@ impl<R: Real> SlipDetector<R> {
             residual,
             slip_rad_s,
             unattributed,
+            checked,
             excluded: state.excluded(),
         }
     }

@@ -1,0 +1,362 @@
+//! Everything around the loops in one step: what a vehicle's firmware calls every period.
+
+#[cfg(test)]
+mod tests;
+
+use crate::error::{ConfigError, finite};
+use crate::pid::is_plausible;
+use crate::wheel_loops::LoopInputs;
+use crate::{
+    BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation, Fault, FaultConfig,
+    FaultMonitor, FaultState, ForwardMap, Kinematics, Odometry, OdometryNoise, OdometryState, PathFactors, PlanarPose,
+    PoseCovariance, Real, ShapedCommand, ShaperState, ShapingConfig, SlipConfig, SlipDetector, SlipSample, SlipState,
+    SpeedLimits, WheelControlConfig, WheelLayout, WheelSample, WheelVelocities,
+};
+
+/// Everything a [`Drive`] is made of; checked by [`Drive::new`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveConfig<R, const N: usize> {
+    /// The wheels.
+    pub layout: WheelLayout<R, N>,
+    /// How the vehicle's motion is told from the wheels while all are trusted.
+    pub forward: ForwardMap,
+    /// The wheels' loops. Its period is the drive's.
+    pub control: WheelControlConfig<R, N>,
+    /// Limits, time-out and emergency stop of the command.
+    pub shaping: ShapingConfig<R>,
+    /// Point of the body \[m\] that moves as commanded, `[x, y]`; `[0, 0]` is the origin.
+    pub command_point_m: [R; 2],
+    /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
+    pub discretize: bool,
+    /// Speed limits of the actuators, if they have any.
+    pub speed_limits: Option<SpeedLimits<R, N>>,
+    /// When a wheel counts as slipping; none: wheels are never left out for it.
+    pub slip: Option<SlipConfig<R>>,
+    /// When a reading is not believed; none: only one that is missing or not a number.
+    pub faults: Option<FaultConfig<R>>,
+    /// Noise of the wheels for the covariance of the pose; none: it stays zero.
+    pub noise: Option<OdometryNoise<R>>,
+}
+
+impl<R: Real, const N: usize> DriveConfig<R, N> {
+    /// Layout and loops, and nothing else: no limits, no time-out, no detection.
+    #[must_use]
+    pub fn new(layout: WheelLayout<R, N>, control: WheelControlConfig<R, N>) -> Self {
+        Self {
+            layout,
+            forward: ForwardMap::LeastSquares,
+            control,
+            shaping: ShapingConfig::none(),
+            command_point_m: [R::zero(); 2],
+            discretize: false,
+            speed_limits: None,
+            slip: None,
+            faults: None,
+            noise: None,
+        }
+    }
+}
+
+/// What arrived in one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveInput<R, const N: usize> {
+    /// A new command, if one arrived: the twist of the command point.
+    pub command: Option<BodyTwist<R>>,
+    /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
+    pub readings_rad_s: [Option<R>; N],
+    /// Wheels known to be off the ground: they go on turning, but tell nothing.
+    pub lifted: [bool; N],
+    /// Path of each wheel over path of the body beneath it.
+    pub path: PathFactors<R, N>,
+}
+
+impl<R: Real, const N: usize> DriveInput<R, N> {
+    /// All readings there, no new command, every wheel on flat ground.
+    #[must_use]
+    pub fn measured(velocities: &WheelVelocities<R, N>) -> Self {
+        Self {
+            command: None,
+            readings_rad_s: velocities.rad_s.map(Some),
+            lifted: [false; N],
+            path: PathFactors::default(),
+        }
+    }
+
+    /// The same with a new command.
+    #[must_use]
+    pub fn with_command(self, command: BodyTwist<R>) -> Self {
+        Self { command: Some(command), ..self }
+    }
+}
+
+/// How far the vehicle can be relied on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveMode {
+    /// Every wheel drives and is believed.
+    Normal,
+    /// A wheel is let go, lifted or left out; the others move the vehicle as commanded.
+    Degraded,
+    /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
+    /// deceleration. Latched until [`DriveState::release`].
+    SafeStop,
+}
+
+/// Every signal of one step of a [`Drive`]. Nothing in it is ever NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveSample<R, const N: usize> {
+    /// How far the vehicle can be relied on.
+    pub mode: DriveMode,
+    /// What is wrong with each wheel.
+    pub faults: [Option<Fault>; N],
+    /// The command as shaped, still of the command point.
+    pub shaped: ShapedCommand<R>,
+    /// The twist of the origin that the wheels can follow, and their velocities on flat ground.
+    pub desaturated: Desaturated<R, N>,
+    /// The loops.
+    pub wheels: WheelSample<R, N>,
+    /// What the wheels say of the motion and of each other.
+    pub slip: SlipSample<R, N>,
+    /// Where the vehicle is by what its wheels say.
+    pub pose: PlanarPose<R>,
+}
+
+/// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in [`DriveState`].
+///
+/// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
+/// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+///
+/// ```
+/// use omni_core::{BodyTwist, Coordination, Drive, DriveConfig, DriveInput, DriveMode, DriveState, PidConfig, PidGains};
+/// use omni_core::{TorqueLimit, WheelControlConfig, WheelLayout, WheelVelocities};
+/// let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// let control = WheelControlConfig {
+///     pid: PidConfig::new(gains, 1e-3),
+///     limits: [TorqueLimit::constant(2.0)?; 7],
+///     coordination: Coordination::synchronised(),
+/// };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066)?, control))?;
+/// let mut state = DriveState::new(&drive);
+/// let forward = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
+/// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(forward);
+/// input.readings_rad_s[4] = None; // wheel 5 is not heard from
+/// let sample = drive.step(&mut state, &input);
+/// assert_eq!((sample.mode, sample.wheels.applied.n_m[4]), (DriveMode::Degraded, 0.0));
+/// assert!((sample.wheels.applied.n_m[0] - (0.3 + 0.002) * 0.3 / 0.066).abs() < 1e-12); // the others drive on
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<R, const N: usize> {
+    controller: Controller<R, N>,
+    shaper: CommandShaper<R>,
+    command_point_m: [R; 2],
+    discretize: bool,
+    speed_limits: Option<SpeedLimits<R, N>>,
+    slip: SlipDetector<R>,
+    faults: Option<FaultMonitor<R>>,
+    odometry: Odometry<R, N>,
+    growth: Option<CovarianceGrowth<R>>,
+    period_s: R,
+}
+
+/// What a [`Drive`] remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveState<R, const N: usize> {
+    /// The loops.
+    pub control: ControlState<R, N>,
+    /// The command.
+    pub shaper: ShaperState<R>,
+    /// The readings' history.
+    pub faults: FaultState<R, N>,
+    /// Where the vehicle is.
+    pub odometry: OdometryState<R, N>,
+    /// How sure that is.
+    pub covariance: PoseCovariance<R>,
+    slip: SlipState<R, N>,
+    stopping: bool,
+    /// What the wheels should have measured by what the others said, and which of these are worth something.
+    by_others: WheelVelocities<R, N>,
+    checked: [bool; N],
+    reference: WheelVelocities<R, N>,
+    torque_n_m: [R; N],
+}
+
+impl<R: Real, const N: usize> DriveState<R, N> {
+    /// A fresh start: at rest at the world's origin, every wheel trusted.
+    #[must_use]
+    pub fn new(drive: &Drive<R, N>) -> Self {
+        Self {
+            control: ControlState::default(),
+            shaper: ShaperState::default(),
+            faults: FaultState::default(),
+            odometry: OdometryState::default(),
+            covariance: PoseCovariance::default(),
+            slip: SlipState::new(drive.controller.kinematics()),
+            stopping: false,
+            by_others: WheelVelocities::zero(),
+            checked: [false; N],
+            reference: WheelVelocities::zero(),
+            torque_n_m: [R::zero(); N],
+        }
+    }
+
+    /// Ends an emergency stop or a safe stop; commands that arrive from now on are followed. A safe stop whose cause
+    /// lasts begins anew.
+    pub fn release(&mut self) {
+        self.stopping = false;
+        self.shaper.release();
+    }
+}
+
+impl<R: Real, const N: usize> Drive<R, N> {
+    /// A drive as configured.
+    ///
+    /// # Errors
+    /// Those of the parts, with the parameter out of range.
+    pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {
+        let period_s = config.control.pid.period_s;
+        for p in config.command_point_m {
+            finite("command_point_m", p)?;
+        }
+        let never = SlipConfig {
+            enter_rad_s: R::one() / R::zero(),
+            leave_rad_s: R::zero(),
+            enter_periods: u16::MAX,
+            leave_periods: u16::MAX,
+        };
+        Ok(Self {
+            controller: Controller::with_forward(&config.layout, config.control, config.forward)?,
+            shaper: CommandShaper::new(config.shaping, period_s)?,
+            command_point_m: config.command_point_m,
+            discretize: config.discretize,
+            speed_limits: config.speed_limits,
+            slip: SlipDetector::new(config.slip.unwrap_or(never))?,
+            faults: config.faults.map(FaultMonitor::new).transpose()?,
+            odometry: Odometry::new(period_s)?,
+            growth: config.noise.map(CovarianceGrowth::new).transpose()?,
+            period_s,
+        })
+    }
+
+    /// The maps between twist and wheel velocities with every wheel trusted.
+    #[must_use]
+    pub fn kinematics(&self) -> &Kinematics<R, N> {
+        self.controller.kinematics()
+    }
+
+    /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow.
+    ///
+    /// Never fails: nonsense in the input is refused or lets the wheel go that it came from.
+    pub fn step(&self, state: &mut DriveState<R, N>, input: &DriveInput<R, N>) -> DriveSample<R, N> {
+        let (measured, faults, dropped) = self.judge(state, input);
+        let kinematics = self.controller.kinematics();
+
+        // What the remaining wheels say of the motion.
+        let mut untold = dropped;
+        for (untold, &lifted) in untold.iter_mut().zip(&input.lifted) {
+            *untold |= lifted;
+        }
+        let enough = state.slip.declare(kinematics, &untold);
+        let beneath = input.path.of_body(&measured);
+        let mut slip = self.slip.step(kinematics, &mut state.slip, &beneath);
+        if !enough {
+            state.stopping = true;
+            // What too few wheels say is no motion.
+            slip = SlipSample::unknown(slip.excluded);
+        }
+        if state.stopping {
+            state.shaper.emergency_stop();
+        }
+
+        // What the wheels shall do.
+        let shaped = self.shaper.step(&mut state.shaper, input.command.as_ref());
+        let mut twist = shaped.twist.from_point(self.command_point_m);
+        if self.discretize {
+            twist = twist.discretize(self.period_s);
+        }
+        let desaturated = match &self.speed_limits {
+            Some(limits) => limits.desaturate_without(kinematics, &twist, &dropped),
+            None => Desaturated::whole(twist, kinematics.inverse(&twist)),
+        };
+        let reference = input.path.of_wheels(&desaturated.velocities);
+        let inputs = LoopInputs { reference: &reference, measured: &measured, dropped: &dropped, caps: None };
+        let observed = *state.slip.observed();
+        let wheels = self.controller.run(&mut state.control, &inputs, &observed, &input.path);
+
+        if enough {
+            self.carry_on(state, &observed, &slip, &beneath);
+        }
+        self.remember(state, &measured, &slip, &wheels, &input.path);
+        let mode = if state.stopping {
+            DriveMode::SafeStop
+        } else if slip.excluded.contains(&true) || wheels.active.contains(&false) {
+            DriveMode::Degraded
+        } else {
+            DriveMode::Normal
+        };
+        DriveSample { mode, faults, shaped, desaturated, wheels, slip, pose: state.odometry.pose() }
+    }
+
+    /// Velocities to go on with, what is wrong with each wheel, and which to let go.
+    fn judge(
+        &self,
+        state: &mut DriveState<R, N>,
+        input: &DriveInput<R, N>,
+    ) -> (WheelVelocities<R, N>, [Option<Fault>; N], [bool; N]) {
+        if let Some(monitor) = &self.faults {
+            let expected = Expectation {
+                by_others: &state.by_others,
+                checked: &state.checked,
+                reference: &state.reference,
+                torque_n_m: &state.torque_n_m,
+            };
+            let measured = monitor.step(&mut state.faults, &input.readings_rad_s, &expected);
+            let faults = state.faults.faults();
+            return (measured, faults, faults.map(|fault| fault.is_some()));
+        }
+        let (mut measured, mut faults) = (WheelVelocities::zero(), state.faults.faults());
+        for ((fault, reading), measured) in faults.iter_mut().zip(input.readings_rad_s).zip(&mut measured.rad_s) {
+            match reading {
+                _ if fault.is_some() => {}
+                None => *fault = Some(Fault::Silent),
+                Some(reading) if !is_plausible(reading) => *fault = Some(Fault::NotANumber),
+                Some(reading) => *measured = reading,
+            }
+        }
+        (measured, faults, faults.map(|fault| fault.is_some()))
+    }
+
+    /// Odometry and its covariance.
+    fn carry_on(
+        &self,
+        state: &mut DriveState<R, N>,
+        observed: &Kinematics<R, N>,
+        slip: &SlipSample<R, N>,
+        beneath: &WheelVelocities<R, N>,
+    ) {
+        let start = state.odometry.pose();
+        self.odometry.step_displacement(&mut state.odometry, &slip.estimated.over(self.period_s));
+        if let Some(growth) = &self.growth {
+            let increments = beneath.over(self.period_s);
+            let residuals = slip.residual.over(self.period_s);
+            growth.step_by(&mut state.covariance, &start, observed.forward_matrix(), &increments, &residuals);
+        }
+    }
+
+    /// What the next period's readings will be compared with.
+    fn remember(
+        &self,
+        state: &mut DriveState<R, N>,
+        measured: &WheelVelocities<R, N>,
+        slip: &SlipSample<R, N>,
+        wheels: &WheelSample<R, N>,
+        path: &PathFactors<R, N>,
+    ) {
+        let slips = path.of_wheels(&WheelVelocities { rad_s: slip.slip_rad_s });
+        for i in 0..N {
+            state.by_others.rad_s[i] = measured.rad_s[i] - slips.rad_s[i];
+        }
+        state.checked = slip.checked;
+        state.reference = wheels.reference;
+        state.torque_n_m = wheels.applied.n_m;
+    }
+}
