@@ -96,7 +96,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
         let inputs = LoopInputs {
             reference: &reference,
             measured,
-            dropped: &[false; N],
+            dropped: None,
             caps: None,
         };
         let wheels = if self.wheels.shares_integral() {

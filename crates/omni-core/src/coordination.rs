@@ -162,56 +162,98 @@ impl<R: Real> TorqueRange<R> {
     }
 }
 
+/// Torque limits of `N` wheels at their present velocities \[N.m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueRanges<R, const N: usize> {
+    /// Lowest torque of each, <= 0.
+    pub lower_n_m: [R; N],
+    /// Highest torque of each, >= 0.
+    pub upper_n_m: [R; N],
+}
+
+impl<R: Real, const N: usize> TorqueRanges<R, N> {
+    /// The range of one wheel.
+    ///
+    /// # Panics
+    /// Where `index` is not below `N`.
+    #[must_use]
+    pub fn wheel(&self, index: usize) -> TorqueRange<R> {
+        TorqueRange {
+            lower_n_m: self.lower_n_m[index],
+            upper_n_m: self.upper_n_m[index],
+        }
+    }
+
+    /// Every range brought within +-`caps`, each >= 0.
+    pub(crate) fn cap(&mut self, caps: &[R; N]) {
+        for ((lower, upper), &cap) in self.lower_n_m.iter_mut().zip(&mut self.upper_n_m).zip(caps) {
+            *lower = if *lower < -cap { -cap } else { *lower };
+            *upper = if *upper > cap { cap } else { *upper };
+        }
+    }
+
+    #[inline]
+    pub(crate) fn clip(&self, index: usize, torque: R) -> R {
+        torque.limited(self.lower_n_m[index], self.upper_n_m[index])
+    }
+}
+
 /// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are limited too.
 ///
 /// 1 where no torque of `requested_n_m` exceeds its range, 0 where one does whose range ends at 0.
 ///
 /// ```
-/// use omni_core::{TorqueRange, coordination::torque_factor};
-/// let range = TorqueRange { lower_n_m: -0.2, upper_n_m: 0.2 };
-/// assert_eq!(torque_factor(&[0.1, -0.4], &[range; 2]), 0.5);
+/// use omni_core::{TorqueRanges, coordination::torque_factor};
+/// let ranges = TorqueRanges { lower_n_m: [-0.2; 2], upper_n_m: [0.2; 2] };
+/// assert_eq!(torque_factor(&[0.1, -0.4], &ranges), 0.5);
 /// ```
-pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &[TorqueRange<R>; N]) -> R {
+pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &TorqueRanges<R, N>) -> R {
     let mut factor = R::one();
-    for (&torque, range) in requested_n_m.iter().zip(ranges) {
-        if range.exceeded_by(torque) {
-            // The limit on the torque's own side; the torque is not zero, because zero is always within a range.
-            let c = range.clip(torque) / torque;
+    for (i, &torque) in requested_n_m.iter().enumerate() {
+        let clipped = ranges.clip(i, torque);
+        if clipped != torque {
+            // The torque is not zero, because zero is always within a range.
+            let c = clipped / torque;
             factor = if c < factor { c } else { factor };
         }
     }
     factor
 }
 
-/// The common speed factor of [`Saturation::ScaleReference`]: the largest s in `floor..=1` with every torque
-/// `offsets + s * slopes` short of the limit that its own reference pushes it towards; `floor` where there is none.
+/// The common speed factor of [`Saturation::ScaleReference`]: the largest s in `floor..=1` with every torque short of the
+/// limit that its own reference pushes it towards; `floor` where there is none.
 ///
-/// `offsets_n_m`: torque of each wheel were its reference zero. `slopes_n_m`: torque added by its whole reference.
-/// A wheel without reference (slope 0) has no say. Limits on the other side are left to the final clip.
+/// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that is proportional to the
+/// reference, so that the torque for s times the reference is `requested - (1 - s) slope`. A wheel without reference (slope
+/// 0) has no say. Limits on the other side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
 ///
 /// ```
-/// use omni_core::{TorqueRange, coordination::reference_factor};
-/// let range = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
-/// // Wheel 1 asks -0.5 + 3 s and reaches its limit of 1 at s = 0.5; wheel 2 turns backwards with room to spare.
-/// assert_eq!(reference_factor(&[-0.5, 0.2], &[3.0, -0.4], &[range; 2], 0.0), 0.5);
+/// use omni_core::{TorqueRanges, coordination::reference_factor};
+/// let ranges = TorqueRanges { lower_n_m: [-1.0; 2], upper_n_m: [1.0; 2] };
+/// // Wheel 1 asks 2.5 of which 3 are its reference's: its limit of 1 is at s = 0.5; wheel 2 has room to spare.
+/// assert_eq!(reference_factor(&[2.5, -0.2], &[3.0, -0.4], &ranges, 0.0), 0.5);
 /// ```
+#[inline]
 pub fn reference_factor<R: Real, const N: usize>(
-    offsets_n_m: &[R; N],
+    requested_n_m: &[R; N],
     slopes_n_m: &[R; N],
-    ranges: &[TorqueRange<R>; N],
+    ranges: &TorqueRanges<R, N>,
     floor: R,
 ) -> R {
     let mut factor = R::one();
-    for ((&a, &b), range) in offsets_n_m.iter().zip(slopes_n_m).zip(ranges) {
-        let limit = if b > R::zero() {
-            range.upper_n_m
-        } else if b < R::zero() {
-            range.lower_n_m
+    for i in 0..N {
+        let (requested, slope) = (requested_n_m[i], slopes_n_m[i]);
+        let limit = if slope > R::zero() {
+            ranges.upper_n_m[i]
         } else {
-            continue;
+            ranges.lower_n_m[i]
         };
-        let u = (limit - a) / b;
-        factor = if u < factor { u } else { factor };
+        let over = requested - limit;
+        // Same sign: the reference pushes over the limit. A slope of zero has no sign.
+        if over * slope > R::zero() {
+            let u = R::one() - over / slope;
+            factor = if u < factor { u } else { factor };
+        }
     }
     if factor < floor { floor } else { factor }
 }
@@ -221,10 +263,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn symmetric(limit: f64) -> TorqueRange<f64> {
-        TorqueRange {
-            lower_n_m: -limit,
-            upper_n_m: limit,
+    fn symmetric<const N: usize>(limits: [f64; N]) -> TorqueRanges<f64, N> {
+        TorqueRanges {
+            lower_n_m: limits.map(|l| -l),
+            upper_n_m: limits,
         }
     }
 
@@ -232,22 +274,19 @@ mod tests {
     fn torques_of_wheels_that_turn_backwards_are_limited_too() {
         // The hazard of eq. (11) as printed (no absolute value): -392.26 mN.m would pass the test tau <= tau_max.
         let requested = [100.0, -392.26, 250.0, 180.0, 90.0, 60.0, 120.0];
-        let factor = torque_factor(&requested, &[symmetric(196.13); 7]);
+        let factor = torque_factor(&requested, &symmetric([196.13; 7]));
         assert_eq!(factor, 0.5);
         assert_eq!(requested[1] * factor, -196.13);
     }
 
     #[test]
     fn an_exhausted_wheel_stops_all_under_equation_12_and_none_above_the_floor() {
-        let ranges = [
-            TorqueRange {
-                lower_n_m: -1.0,
-                upper_n_m: 0.0,
-            },
-            symmetric(1.0),
-        ];
+        let ranges = TorqueRanges {
+            lower_n_m: [-1.0; 2],
+            upper_n_m: [0.0, 1.0],
+        };
         assert_eq!(torque_factor(&[0.5, 0.5], &ranges), 0.0);
-        assert_eq!(reference_factor(&[0.5, 0.0], &[1.0, 1.0], &ranges, 0.3), 0.3);
+        assert_eq!(reference_factor(&[1.5, 1.0], &[1.0, 1.0], &ranges, 0.3), 0.3);
     }
 
     proptest! {
@@ -255,7 +294,7 @@ mod tests {
         fn torque_ratios_are_kept_and_the_worst_wheel_is_at_its_limit(
             requested in prop::array::uniform7(-5.0..5.0_f64), limits in prop::array::uniform7(0.01..3.0_f64),
         ) {
-            let ranges = limits.map(symmetric);
+            let ranges = symmetric(limits);
             let c = torque_factor(&requested, &ranges);
             let fullest = requested.iter().zip(limits).map(|(t, l)| (c * t).abs() / l).fold(0.0, f64::max);
             prop_assert!(fullest <= 1.0 + 1e-15); // one division, one multiplication
@@ -268,8 +307,9 @@ mod tests {
             limits in prop::array::uniform7(1.0..3.0_f64),
         ) {
             // Offsets within limits: some factor of 0 or more then serves every wheel.
-            let ranges = limits.map(symmetric);
-            let s = reference_factor(&a, &b, &ranges, 0.0);
+            let ranges = symmetric(limits);
+            let whole: [f64; 7] = core::array::from_fn(|i| a[i] + b[i]);
+            let s = reference_factor(&whole, &b, &ranges, 0.0);
             let torque = |s: f64, i: usize| a[i] + s * b[i];
             let over = |s: f64| (0..7).any(|i| torque(s, i) * b[i].signum() > limits[i]);
             prop_assert!((0.0..=1.0).contains(&s));

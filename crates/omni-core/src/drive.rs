@@ -278,7 +278,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             None => Desaturated::whole(twist, kinematics.inverse(&twist)),
         };
         let reference = input.path.of_wheels(&desaturated.velocities);
-        let inputs = LoopInputs { reference: &reference, measured: &measured, dropped: &dropped, caps: None };
+        let inputs = LoopInputs { reference: &reference, measured: &measured, dropped: Some(&dropped), caps: None };
         let observed = *state.slip.observed();
         let wheels = self.controller.run(&mut state.control, &inputs, &observed, &input.path);
 

@@ -23,7 +23,7 @@ mod wheel_loops;
 mod wheels;
 
 pub use controller::{ControlSample, Controller};
-pub use coordination::{Coordination, Integral, Saturation, TorqueRange};
+pub use coordination::{Coordination, Integral, Saturation, TorqueRange, TorqueRanges};
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use desaturation::{Desaturated, Desaturation, SpeedLimits};
 pub use error::ConfigError;

@@ -1,7 +1,7 @@
 //! What torque an actuator can give at a velocity.
 
-use crate::Real;
 use crate::error::{ConfigError, not_negative, positive};
+use crate::{Real, TorqueRanges};
 
 /// Torque-speed line of a DC motor, in four quadrants: speed costs torque only while the motor drives.
 ///
@@ -70,6 +70,40 @@ impl<R: Real> TorqueLimit<R> {
         } else {
             (-self.stall_n_m, self.stall_n_m)
         }
+    }
+}
+
+/// The limits of `N` actuators, their numbers side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TorqueLimits<R, const N: usize> {
+    stall: [R; N],
+    slope: [R; N],
+}
+
+impl<R: Real, const N: usize> TorqueLimits<R, N> {
+    pub(crate) fn new(limits: &[TorqueLimit<R>; N]) -> Self {
+        Self {
+            stall: limits.map(|l| l.stall_n_m),
+            slope: limits.map(|l| l.slope_n_m_s_rad),
+        }
+    }
+
+    /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
+    #[inline]
+    pub(crate) fn ranges(&self, velocities: &[R; N]) -> TorqueRanges<R, N> {
+        let zero = R::zero();
+        let mut ranges = TorqueRanges {
+            lower_n_m: [zero; N],
+            upper_n_m: [zero; N],
+        };
+        for i in 0..N {
+            let (v, stall) = (velocities[i], self.stall[i]);
+            let driving = stall - self.slope[i] * v.abs();
+            let driving = if driving > zero { driving } else { zero };
+            ranges.upper_n_m[i] = if v > zero { driving } else { stall };
+            ranges.lower_n_m[i] = if v < zero { -driving } else { -stall };
+        }
+        ranges
     }
 }
 

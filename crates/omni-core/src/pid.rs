@@ -118,6 +118,12 @@ pub struct Pid<R> {
     feed_forward: feed_forward::Discrete<R>,
     /// Some term compares with the step before: a derivative or a feed-forward.
     remembers: bool,
+    feeds_forward: bool,
+    /// Change of the output with the reference, and its reciprocal (0 where there is none), later and in the first step.
+    slope: R,
+    per_slope: R,
+    first_slope: R,
+    per_first_slope: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
     output: TorqueRange<R>,
@@ -225,7 +231,7 @@ impl<R: Real> Pid<R> {
         let derivative_weight = weight("derivative_weight", config.derivative_weight)?;
         let kp_reference = kp * weight("proportional_weight", config.proportional_weight)?;
         let feed_forward = feed_forward::Discrete::new(&config.feed_forward, dt)?;
-        let zero = R::zero();
+        let (zero, one) = (R::zero(), R::one());
         within(
             "output.lower_n_m",
             output.lower_n_m,
@@ -238,17 +244,27 @@ impl<R: Real> Pid<R> {
         } else {
             zero
         };
+        // Backward Euler of T d' + d = kd e'.
+        let kd_per_dt = kd / (filter + dt);
+        let common = kp_reference + ki_dt_output;
+        let slope = common + kd_per_dt * derivative_weight + feed_forward.gain;
+        let first_slope = common + feed_forward.gain * (one - feed_forward.decay);
+        let reciprocal = |slope| if slope > zero { one / slope } else { zero };
         Ok(Self {
             kp,
             kp_reference,
             ki_dt,
             ki_dt_output,
-            // Backward Euler of T d' + d = kd e'.
-            kd_per_dt: kd / (filter + dt),
+            kd_per_dt,
             derivative_weight,
             derivative_memory: filter / (filter + dt),
             feed_forward,
             remembers: kd > zero || config.feed_forward != FeedForward::none(),
+            feeds_forward: config.feed_forward != FeedForward::none(),
+            slope,
+            per_slope: reciprocal(slope),
+            first_slope,
+            per_first_slope: reciprocal(first_slope),
             anti_windup: config.anti_windup,
             tracking: config.anti_windup.tracking(dt)?,
             output,
@@ -271,13 +287,20 @@ impl<R: Real> Pid<R> {
             return self.limited(terms);
         }
         let error = reference_rad_s - measured_rad_s;
-        let terms = self.terms(state, reference_rad_s, measured_rad_s, error);
+        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, error);
         let sample = self.limited(terms);
-        let excess = sample.output_n_m - terms.sum();
-        let correction = self.correction(self.anti_windup, state, error, excess);
-        let shift = self.shift(self.anti_windup, state, excess);
-        self.commit(state, &terms, reference_rad_s, measured_rad_s, shift);
+        let (excess, started) = (sample.output_n_m - terms.sum(), state.last.is_some());
+        let correction = self.correction(self.anti_windup, error, excess, started);
         state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * error + correction);
+        if self.remembers {
+            let shift = self.shift(self.anti_windup, excess, started);
+            terms.d_n_m += self.derivative_slope(started) * shift;
+            state.derivative_n_m = terms.d_n_m;
+            state.last = Some(LastStep {
+                reference_rad_s: reference_rad_s + shift,
+                measured_rad_s,
+            });
+        }
         sample
     }
 
@@ -325,70 +348,129 @@ impl<R: Real> Pid<R> {
         }
     }
 
-    /// The terms for a reference and a measurement, where the integral may take in another error than theirs; changes
-    /// nothing.
-    #[inline]
-    pub(crate) fn terms(&self, state: &PidState<R>, reference: R, measured: R, taken_in: R) -> PidTerms<R> {
+    /// The terms for a reference and a measurement; changes nothing.
+    fn terms(&self, state: &PidState<R>, reference: R, measured: R, taken_in: R) -> PidTerms<R> {
         let (mut d_n_m, mut ff_n_m) = (R::zero(), R::zero());
         if self.remembers {
-            let mut last_reference = reference;
-            if let Some(last) = &state.last {
-                last_reference = last.reference_rad_s;
-                let change =
-                    self.derivative_weight * (reference - last_reference) - (measured - last.measured_rad_s);
-                d_n_m = self.derivative_memory * state.derivative_n_m + self.kd_per_dt * change;
-            }
-            ff_n_m = self.feed_forward.torque(reference, last_reference);
+            let now = LastStep {
+                reference_rad_s: reference,
+                measured_rad_s: measured,
+            };
+            let last = state.last.unwrap_or(now);
+            let change = self.weighted_change(reference, last.reference_rad_s, measured, last.measured_rad_s);
+            d_n_m = self.derivative(state.derivative_n_m, change);
+            ff_n_m = self.feed_forward(reference, last.reference_rad_s);
         }
+        let p_n_m = self.proportional(reference, measured);
         PidTerms {
-            p_n_m: self.kp_reference * reference - self.kp * measured,
-            i_n_m: state.integral_n_m + self.ki_dt_output * taken_in,
+            p_n_m,
+            i_n_m: self.integral(state.integral_n_m, taken_in),
             d_n_m,
             ff_n_m,
         }
     }
 
-    /// How each term changes with the reference \[N.m per rad/s\]; the integral's as if its error changed alike.
     #[inline]
-    pub(crate) fn slopes(&self, state: &PidState<R>) -> PidTerms<R> {
-        let (mut d_n_m, mut ff_n_m) = (R::zero(), R::zero());
-        if self.remembers {
-            if state.last.is_some() {
-                d_n_m = self.kd_per_dt * self.derivative_weight;
-                ff_n_m = self.feed_forward.gain;
-            } else {
-                ff_n_m = self.feed_forward.gain * (R::one() - self.feed_forward.decay);
-            }
-        }
+    pub(crate) fn proportional(&self, reference: R, measured: R) -> R {
+        self.kp_reference * reference - self.kp * measured
+    }
+
+    #[inline]
+    pub(crate) fn integral(&self, integral: R, taken_in: R) -> R {
+        integral + self.ki_dt_output * taken_in
+    }
+
+    /// Change of what the derivative looks at since the last step.
+    #[inline]
+    pub(crate) fn weighted_change(
+        &self,
+        reference: R,
+        last_reference: R,
+        measured: R,
+        last_measured: R,
+    ) -> R {
+        self.derivative_weight * (reference - last_reference) - (measured - last_measured)
+    }
+
+    #[inline]
+    pub(crate) fn derivative(&self, last: R, change: R) -> R {
+        self.derivative_memory * last + self.kd_per_dt * change
+    }
+
+    #[inline]
+    pub(crate) fn feed_forward(&self, reference: R, last_reference: R) -> R {
+        self.feed_forward.torque(reference, last_reference)
+    }
+
+    #[inline]
+    pub(crate) fn feeds_forward(&self) -> bool {
+        self.feeds_forward
+    }
+
+    /// Some term compares with the step before.
+    #[inline]
+    pub(crate) fn remembers(&self) -> bool {
+        self.remembers
+    }
+
+    /// How the output changes with the reference \[N.m per rad/s\]. In the first step what is compared with moves along.
+    #[inline]
+    pub(crate) fn slope(&self, started: bool) -> R {
+        if started { self.slope } else { self.first_slope }
+    }
+
+    /// [`Pid::slope`] term by term.
+    #[inline]
+    pub(crate) fn term_slopes(&self, started: bool) -> PidTerms<R> {
+        let ff = self.feed_forward.gain;
         PidTerms {
             p_n_m: self.kp_reference,
             i_n_m: self.ki_dt_output,
-            d_n_m,
-            ff_n_m,
+            d_n_m: self.derivative_slope(started),
+            ff_n_m: if started {
+                ff
+            } else {
+                ff * (R::one() - self.feed_forward.decay)
+            },
+        }
+    }
+
+    #[inline]
+    fn per_slope(&self, started: bool) -> R {
+        if started {
+            self.per_slope
+        } else {
+            self.per_first_slope
+        }
+    }
+
+    #[inline]
+    pub(crate) fn derivative_slope(&self, started: bool) -> R {
+        if started {
+            self.kd_per_dt * self.derivative_weight
+        } else {
+            R::zero()
         }
     }
 
     /// What anti-windup adds to the integral \[N.m\] for an `excess` of applied over requested output.
-    #[inline]
-    pub(crate) fn correction(&self, law: AntiWindup<R>, state: &PidState<R>, taken_in: R, excess: R) -> R {
-        if excess == R::zero() {
-            return R::zero();
-        }
+    pub(crate) fn correction(&self, law: AntiWindup<R>, taken_in: R, excess: R, started: bool) -> R {
+        let zero = R::zero();
         let conditional = || {
-            if excess * taken_in < R::zero() {
+            if excess * taken_in < zero {
                 -self.ki_dt * taken_in
             } else {
-                R::zero()
+                zero
             }
         };
         match law {
-            AntiWindup::None | AntiWindup::Clamp { .. } => R::zero(),
+            AntiWindup::None | AntiWindup::Clamp { .. } => zero,
             AntiWindup::Conditional => conditional(),
             AntiWindup::BackCalculation { .. } => self.tracking * excess,
             AntiWindup::Conditioned => {
-                let slope = self.slopes(state).sum();
-                if slope > R::zero() {
-                    self.ki_dt * excess / slope
+                let per_slope = self.per_slope(started);
+                if per_slope > zero {
+                    self.ki_dt * excess * per_slope
                 } else {
                     conditional()
                 }
@@ -397,40 +479,11 @@ impl<R: Real> Pid<R> {
     }
 
     /// How far the realised reference is from the one asked for \[rad/s\]; 0 but for [`AntiWindup::Conditioned`].
-    #[inline]
-    pub(crate) fn shift(&self, law: AntiWindup<R>, state: &PidState<R>, excess: R) -> R {
-        if !self.remembers || excess == R::zero() || law != AntiWindup::Conditioned {
-            return R::zero();
-        }
-        let slope = self.slopes(state).sum();
-        if slope > R::zero() {
-            excess / slope
+    pub(crate) fn shift(&self, law: AntiWindup<R>, excess: R, started: bool) -> R {
+        if law == AntiWindup::Conditioned {
+            excess * self.per_slope(started)
         } else {
             R::zero()
-        }
-    }
-
-    /// Remembers what derivative and feed-forward compare with next time; the integral is the caller's.
-    #[inline]
-    pub(crate) fn commit(
-        &self,
-        state: &mut PidState<R>,
-        used: &PidTerms<R>,
-        reference: R,
-        measured: R,
-        shift: R,
-    ) {
-        if self.remembers {
-            let moved = if state.last.is_some() {
-                self.kd_per_dt * self.derivative_weight * shift
-            } else {
-                R::zero()
-            };
-            state.derivative_n_m = used.d_n_m + moved;
-            state.last = Some(LastStep {
-                reference_rad_s: reference + shift,
-                measured_rad_s: measured,
-            });
         }
     }
 

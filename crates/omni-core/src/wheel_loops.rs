@@ -3,12 +3,13 @@
 #[cfg(test)]
 mod tests;
 
-use crate::coordination::{Coordination, Integral, Saturation, TorqueRange, reference_factor, torque_factor};
-use crate::error::ConfigError;
-use crate::pid::is_plausible;
-use crate::{
-    AntiWindup, Pid, PidConfig, PidState, PidTerms, Real, TorqueLimit, WheelTorques, WheelVelocities,
+use crate::coordination::{
+    Coordination, Integral, Saturation, TorqueRanges, reference_factor, torque_factor,
 };
+use crate::error::ConfigError;
+use crate::motor::TorqueLimits;
+use crate::pid::is_plausible;
+use crate::{AntiWindup, Pid, PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
 /// Everything that the loops of `N` wheels need to know; validated by [`WheelController::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,14 +25,27 @@ pub struct WheelControlConfig<R, const N: usize> {
 /// What the loops remember between steps; `default` is a fresh start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlState<R, const N: usize> {
-    /// One PID state a wheel.
-    pub pid: [PidState<R>; N],
+    /// Integral term of each wheel \[N.m\].
+    pub integral_n_m: [R; N],
+    /// Derivative term of each wheel \[N.m\], after its filter.
+    pub derivative_n_m: [R; N],
+    /// Reference of the step before, as realised \[rad/s\].
+    pub last_reference_rad_s: [R; N],
+    /// Measurement of the step before \[rad/s\].
+    pub last_measured_rad_s: [R; N],
+    /// There was a step before.
+    pub started: [bool; N],
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
     fn default() -> Self {
+        let zero = [R::zero(); N];
         Self {
-            pid: [PidState::default(); N],
+            integral_n_m: zero,
+            derivative_n_m: zero,
+            last_reference_rad_s: zero,
+            last_measured_rad_s: zero,
+            started: [false; N],
         }
     }
 }
@@ -59,7 +73,7 @@ pub struct WheelSample<R, const N: usize> {
     /// Torque to apply, always within the limits.
     pub applied: WheelTorques<R, N>,
     /// Limits at the present velocities.
-    pub range: [TorqueRange<R>; N],
+    pub range: TorqueRanges<R, N>,
     /// The requested torque is outside the limits.
     pub saturated: [bool; N],
     /// What all torques ([`Saturation::ScaleTorques`]) or all references ([`Saturation::ScaleReference`]) were
@@ -85,7 +99,8 @@ pub struct WheelSample<R, const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelController<R, const N: usize> {
     pid: Pid<R>,
-    limits: [TorqueLimit<R>; N],
+    // The limits' numbers side by side: loops over wheels then run several at a time where the processor can.
+    limits: TorqueLimits<R, N>,
     coordination: Coordination<R>,
 }
 
@@ -93,10 +108,18 @@ pub struct WheelController<R, const N: usize> {
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) reference: &'a WheelVelocities<R, N>,
     pub(crate) measured: &'a WheelVelocities<R, N>,
-    /// Wheels to be let go whatever they measure.
-    pub(crate) dropped: &'a [bool; N],
-    /// Torque caps \[N.m\], >= 0, below the actuators' own limits; infinite for none.
+    /// Wheels to be let go whatever they measure; none where nobody knows of any.
+    pub(crate) dropped: Option<&'a [bool; N]>,
+    /// Torque caps \[N.m\], >= 0, below the actuators' own limits.
     pub(crate) caps: Option<&'a [R; N]>,
+}
+
+/// The parts of each wheel's torque \[N.m\].
+struct Terms<R, const N: usize> {
+    p: [R; N],
+    i: [R; N],
+    d: [R; N],
+    ff: [R; N],
 }
 
 impl<R: Real, const N: usize> WheelController<R, N> {
@@ -117,7 +140,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         config.coordination.check()?;
         Ok(Self {
             pid: Pid::new(config.pid)?,
-            limits: config.limits,
+            limits: TorqueLimits::new(&config.limits),
             coordination: config.coordination,
         })
     }
@@ -137,15 +160,18 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         reference: &WheelVelocities<R, N>,
         measured: &WheelVelocities<R, N>,
     ) -> WheelSample<R, N> {
-        let usable = reference.rad_s.iter().all(|&r| is_plausible(r));
         let rest = WheelVelocities::zero();
-        let reference = if usable { reference } else { &rest };
+        let reference = if all_plausible(&reference.rad_s) {
+            reference
+        } else {
+            &rest
+        };
         self.run(
             state,
             &LoopInputs {
                 reference,
                 measured,
-                dropped: &[false; N],
+                dropped: None,
                 caps: None,
             },
             |errors| *errors,
@@ -153,6 +179,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     }
 
     /// A step whose integrals take in what `share` makes of the errors: linear, and the identity on the references.
+    ///
+    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels; whatever else happens
+    /// is in functions of its own.
     #[inline]
     pub(crate) fn run(
         &self,
@@ -160,180 +189,281 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         inputs: &LoopInputs<'_, R, N>,
         share: impl Fn(&[R; N]) -> [R; N],
     ) -> WheelSample<R, N> {
-        let zero = [R::zero(); N];
-        let mut sample = WheelSample {
-            reference: *inputs.reference,
-            measured: *inputs.measured,
-            active: [true; N],
-            p_n_m: zero,
-            i_n_m: zero,
-            d_n_m: zero,
-            ff_n_m: zero,
-            requested: WheelTorques { n_m: zero },
-            applied: WheelTorques { n_m: zero },
-            range: [TorqueRange::none(); N],
-            saturated: [false; N],
-            common_factor: R::one(),
-        };
-        let mut error = zero;
+        let (mut reference, mut measured) = (inputs.reference.rad_s, inputs.measured.rad_s);
+        let mut active = [true; N];
+        let mut range = self.limits.ranges(&measured);
+        if inputs.dropped.is_some() || !all_plausible(&measured) {
+            let_go(
+                inputs.dropped,
+                state,
+                &mut reference,
+                &mut measured,
+                &mut active,
+                &mut range,
+            );
+        }
+        if let Some(caps) = inputs.caps {
+            range.cap(caps);
+        }
+
+        let mut error = [R::zero(); N];
         for i in 0..N {
-            if inputs.dropped[i] || !is_plausible(sample.measured.rad_s[i]) {
-                // All zero, so that the wheel has no say in any common factor.
-                sample.active[i] = false;
-                sample.reference.rad_s[i] = R::zero();
-                sample.measured.rad_s[i] = R::zero();
-                state.pid[i] = PidState::default();
-                continue;
-            }
-            let y = sample.measured.rad_s[i];
-            (sample.range[i].lower_n_m, sample.range[i].upper_n_m) = self.limits[i].range(y);
-            if let Some(caps) = inputs.caps {
-                sample.range[i] = sample.range[i].capped(caps[i]);
-            }
-            error[i] = sample.reference.rad_s[i] - y;
+            error[i] = reference[i] - measured[i];
         }
         let mut taken_in = share(&error);
-        for (taken_in, active) in taken_in.iter_mut().zip(&sample.active) {
-            if !active {
-                *taken_in = R::zero();
-            }
+        if self.shares_integral() && active.contains(&false) {
+            keep(&mut taken_in, &active);
         }
-        let mut excess = zero;
+        let started = state.started;
+        let mut terms = self.terms(state, &reference, &measured, &taken_in);
+        let (mut requested, mut saturated, mut any) = ([R::zero(); N], [false; N], false);
         for i in 0..N {
-            let terms = self.pid.terms(
-                &state.pid[i],
-                sample.reference.rad_s[i],
-                sample.measured.rad_s[i],
-                taken_in[i],
-            );
-            sample.write(i, &terms);
-            let requested = terms.sum();
-            sample.requested.n_m[i] = requested;
-            sample.applied.n_m[i] = requested;
-            sample.saturated[i] = sample.range[i].exceeded_by(requested);
+            requested[i] = terms.p[i] + terms.i[i] + terms.d[i] + terms.ff[i];
+            saturated[i] = requested[i] > range.upper_n_m[i] || requested[i] < range.lower_n_m[i];
         }
-        match self.coordination.saturation {
-            Saturation::Clip => {}
-            Saturation::ScaleTorques => {
-                sample.common_factor = torque_factor(&sample.requested.n_m, &sample.range);
-                for i in 0..N {
-                    sample.applied.n_m[i] *= sample.common_factor;
-                    excess[i] = sample.applied.n_m[i] - sample.requested.n_m[i];
+        for s in saturated {
+            any |= s;
+        }
+
+        let mut common_factor = R::one();
+        let mut applied = requested;
+        let mut realised = reference;
+        let (mut correction, mut derivative) = (None, None);
+        if any {
+            let mut excess = [R::zero(); N];
+            match self.coordination.saturation {
+                Saturation::Clip => {}
+                Saturation::ScaleTorques => {
+                    common_factor = torque_factor(&requested, &range);
+                    for i in 0..N {
+                        applied[i] = common_factor * requested[i];
+                    }
                 }
-            }
-            Saturation::ScaleReference { floor } => {
-                self.scale_references(state, &mut sample, &mut taken_in, floor);
-            }
-        }
-        let law = match self.coordination.saturation {
-            // The law is a conditioned controller: what the floor leaves over is conditioned too, wheel by wheel.
-            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
-            _ => self.pid.anti_windup(),
-        };
-        let mut correction = zero;
-        let mut corrected = false;
-        for i in 0..N {
-            let torque = sample.range[i].clip(sample.applied.n_m[i]);
-            let excess = excess[i] + (torque - sample.applied.n_m[i]);
-            sample.applied.n_m[i] = torque;
-            let pid = &mut state.pid[i];
-            correction[i] = self.pid.correction(law, pid, taken_in[i], excess);
-            corrected |= correction[i] != R::zero();
-            let shift = self.pid.shift(law, pid, excess);
-            if sample.active[i] {
-                let reference = sample.realised_reference(i, &self.coordination);
-                self.pid
-                    .commit(pid, &sample.terms(i), reference, sample.measured.rad_s[i], shift);
-            }
-        }
-        if corrected && self.shares_integral() {
-            correction = share(&correction);
-        }
-        let mut scale = R::one();
-        for i in 0..N {
-            if sample.active[i] {
-                let integral = &mut state.pid[i].integral_n_m;
-                *integral += self.pid.integral_gain_dt() * taken_in[i] + correction[i];
-                let held = self.pid.held(*integral);
-                if held != *integral {
-                    scale = scale.limited(R::zero(), held / *integral);
-                    if !self.shares_integral() {
-                        *integral = held;
+                Saturation::ScaleReference { floor } => {
+                    let slopes = self.reference_slopes(&reference, &started);
+                    common_factor = reference_factor(&requested, &slopes, &range, floor);
+                    let less = R::one() - common_factor;
+                    for i in 0..N {
+                        let removed = less * reference[i];
+                        taken_in[i] -= removed;
+                        realised[i] -= removed;
+                        applied[i] -= less * slopes[i];
+                        // Every term is affine in the reference.
+                        let slope = self.pid.term_slopes(started[i]);
+                        terms.p[i] -= slope.p_n_m * removed;
+                        terms.i[i] -= slope.i_n_m * removed;
+                        terms.d[i] -= slope.d_n_m * removed;
+                        terms.ff[i] -= slope.ff_n_m * removed;
                     }
                 }
             }
-        }
-        if self.shares_integral() && scale < R::one() {
-            // Cut one by one they would leave the range of the kinematics: one factor for all.
-            for pid in &mut state.pid {
-                pid.integral_n_m *= scale;
+            // Torque asked for by the terms as they are: what anti-windup compares with.
+            let asked = if self.scales_reference() {
+                applied
+            } else {
+                requested
+            };
+            let mut changed = false;
+            for i in 0..N {
+                applied[i] = range.clip(i, applied[i]);
+                excess[i] = applied[i] - asked[i];
+            }
+            for e in excess {
+                changed |= e != R::zero();
+            }
+            if changed {
+                let mut d = terms.d;
+                correction =
+                    Some(self.condition(&taken_in, &excess, &started, &active, &mut d, &mut realised));
+                derivative = Some(d);
             }
         }
-        sample
+
+        // Remember.
+        let ki_dt = self.pid.integral_gain_dt();
+        for i in 0..N {
+            state.integral_n_m[i] += ki_dt * taken_in[i];
+        }
+        if let Some(correction) = &mut correction {
+            if self.shares_integral() {
+                *correction = share(correction);
+                keep(correction, &active);
+            }
+            for i in 0..N {
+                state.integral_n_m[i] += correction[i];
+            }
+        }
+        self.hold_integrals(state);
+        if self.pid.remembers() {
+            state.derivative_n_m = derivative.unwrap_or(terms.d);
+            state.last_reference_rad_s = realised;
+            state.last_measured_rad_s = measured;
+            state.started = active;
+        }
+        WheelSample {
+            reference: WheelVelocities { rad_s: reference },
+            measured: WheelVelocities { rad_s: measured },
+            active,
+            p_n_m: terms.p,
+            i_n_m: terms.i,
+            d_n_m: terms.d,
+            ff_n_m: terms.ff,
+            requested: WheelTorques { n_m: requested },
+            applied: WheelTorques { n_m: applied },
+            range,
+            saturated,
+            common_factor,
+        }
     }
 
-    /// Reduces all references by the factor of [`Saturation::ScaleReference`]. Every term is affine in it: what a smaller
-    /// reference takes away is its slope times the part taken away.
+    fn scales_reference(&self) -> bool {
+        matches!(self.coordination.saturation, Saturation::ScaleReference { .. })
+    }
+
+    /// The terms of every wheel for a reference; changes nothing.
     #[inline]
-    fn scale_references(
+    fn terms(
         &self,
         state: &ControlState<R, N>,
-        sample: &mut WheelSample<R, N>,
-        taken_in: &mut [R; N],
-        floor: R,
-    ) {
-        if !sample.saturated.contains(&true) {
+        reference: &[R; N],
+        measured: &[R; N],
+        taken_in: &[R; N],
+    ) -> Terms<R, N> {
+        let zero = [R::zero(); N];
+        let mut terms = Terms {
+            p: zero,
+            i: zero,
+            d: zero,
+            ff: zero,
+        };
+        for i in 0..N {
+            terms.p[i] = self.pid.proportional(reference[i], measured[i]);
+            terms.i[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
+        }
+        if self.pid.remembers() {
+            let (mut last_reference, mut last_measured) =
+                (state.last_reference_rad_s, state.last_measured_rad_s);
+            for i in 0..N {
+                if !state.started[i] {
+                    (last_reference[i], last_measured[i]) = (reference[i], measured[i]);
+                }
+            }
+            for i in 0..N {
+                let change =
+                    self.pid
+                        .weighted_change(reference[i], last_reference[i], measured[i], last_measured[i]);
+                terms.d[i] = self.pid.derivative(state.derivative_n_m[i], change);
+            }
+            if self.pid.feeds_forward() {
+                for i in 0..N {
+                    terms.ff[i] = self.pid.feed_forward(reference[i], last_reference[i]);
+                }
+            }
+        }
+        terms
+    }
+
+    /// Torque that each wheel's whole reference adds \[N.m\].
+    fn reference_slopes(&self, reference: &[R; N], started: &[bool; N]) -> [R; N] {
+        let mut slopes = *reference;
+        for (slope, &started) in slopes.iter_mut().zip(started) {
+            *slope *= self.pid.slope(started);
+        }
+        slopes
+    }
+
+    /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with derivative and reference
+    /// brought to what was realised.
+    #[inline(never)]
+    fn condition(
+        &self,
+        taken_in: &[R; N],
+        excess: &[R; N],
+        started: &[bool; N],
+        active: &[bool; N],
+        derivative: &mut [R; N],
+        realised: &mut [R; N],
+    ) -> [R; N] {
+        // The law is a conditioned controller: what its floor leaves over is conditioned too, wheel by wheel.
+        let law = if self.scales_reference() {
+            AntiWindup::Conditioned
+        } else {
+            self.pid.anti_windup()
+        };
+        let mut correction = [R::zero(); N];
+        for i in 0..N {
+            if active[i] {
+                correction[i] = self.pid.correction(law, taken_in[i], excess[i], started[i]);
+                let shift = self.pid.shift(law, excess[i], started[i]);
+                derivative[i] += self.pid.derivative_slope(started[i]) * shift;
+                realised[i] += shift;
+            }
+        }
+        correction
+    }
+
+    /// Integrals held where [`AntiWindup::Clamp`] says so; shared ones by one factor for all, because cut one by one they
+    /// would leave the range of the kinematics.
+    #[inline]
+    fn hold_integrals(&self, state: &mut ControlState<R, N>) {
+        let AntiWindup::Clamp { limit_n_m } = self.pid.anti_windup() else {
+            return;
+        };
+        if !self.shares_integral() {
+            state.integral_n_m = state.integral_n_m.map(|i| i.limited(-limit_n_m, limit_n_m));
             return;
         }
-        let (mut offsets, mut slopes) = (sample.requested.n_m, [R::zero(); N]);
-        for i in 0..N {
-            slopes[i] = self.pid.slopes(&state.pid[i]).sum() * sample.reference.rad_s[i];
-            offsets[i] -= slopes[i];
+        let mut fullest = limit_n_m;
+        for integral in state.integral_n_m {
+            fullest = if integral.abs() > fullest {
+                integral.abs()
+            } else {
+                fullest
+            };
         }
-        let factor = reference_factor(&offsets, &slopes, &sample.range, floor);
-        sample.common_factor = factor;
-        let less = R::one() - factor;
-        for i in 0..N {
-            let slope = self.pid.slopes(&state.pid[i]);
-            let removed = less * sample.reference.rad_s[i];
-            let terms = sample.terms(i);
-            sample.write(
-                i,
-                &PidTerms {
-                    p_n_m: terms.p_n_m - slope.p_n_m * removed,
-                    i_n_m: terms.i_n_m - slope.i_n_m * removed,
-                    d_n_m: terms.d_n_m - slope.d_n_m * removed,
-                    ff_n_m: terms.ff_n_m - slope.ff_n_m * removed,
-                },
-            );
-            sample.applied.n_m[i] -= less * slopes[i];
-            taken_in[i] -= removed;
+        if fullest > limit_n_m {
+            state.integral_n_m = state.integral_n_m.map(|i| i * (limit_n_m / fullest));
         }
     }
 }
 
-impl<R: Real, const N: usize> WheelSample<R, N> {
-    fn terms(&self, i: usize) -> PidTerms<R> {
-        PidTerms {
-            p_n_m: self.p_n_m[i],
-            i_n_m: self.i_n_m[i],
-            d_n_m: self.d_n_m[i],
-            ff_n_m: self.ff_n_m[i],
+/// Every number is something a sensor or a command can mean.
+#[inline]
+fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
+    let mut all = true;
+    for &value in values {
+        all &= is_plausible(value);
+    }
+    all
+}
+
+/// Zero where a wheel is not active.
+fn keep<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
+    for (value, &active) in values.iter_mut().zip(active) {
+        if !active {
+            *value = R::zero();
         }
     }
+}
 
-    fn write(&mut self, i: usize, terms: &PidTerms<R>) {
-        self.p_n_m[i] = terms.p_n_m;
-        self.i_n_m[i] = terms.i_n_m;
-        self.d_n_m[i] = terms.d_n_m;
-        self.ff_n_m[i] = terms.ff_n_m;
-    }
-
-    /// The reference the loop worked with.
-    fn realised_reference(&self, i: usize, coordination: &Coordination<R>) -> R {
-        match coordination.saturation {
-            Saturation::ScaleReference { .. } => self.common_factor * self.reference.rad_s[i],
-            _ => self.reference.rad_s[i],
+/// Lets wheels go that are dropped or measure nonsense: all their numbers are zero, so that they have no say in any common
+/// factor.
+#[inline(never)]
+fn let_go<R: Real, const N: usize>(
+    dropped: Option<&[bool; N]>,
+    state: &mut ControlState<R, N>,
+    reference: &mut [R; N],
+    measured: &mut [R; N],
+    active: &mut [bool; N],
+    range: &mut TorqueRanges<R, N>,
+) {
+    let zero = R::zero();
+    for i in 0..N {
+        if dropped.is_some_and(|dropped| dropped[i]) || !is_plausible(measured[i]) {
+            active[i] = false;
+            (reference[i], measured[i]) = (zero, zero);
+            (range.lower_n_m[i], range.upper_n_m[i]) = (zero, zero);
+            (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
         }
     }
 }

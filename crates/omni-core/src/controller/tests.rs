@@ -1,5 +1,7 @@
 use super::*;
-use crate::{AntiWindup, Coordination, Integral, Pid, PidConfig, PidGains, Saturation, TorqueLimit};
+use crate::{
+    AntiWindup, Coordination, Integral, LastStep, Pid, PidConfig, PidGains, PidState, Saturation, TorqueLimit,
+};
 use proptest::prelude::*;
 
 const GAINS: PidGains<f64> = PidGains {
@@ -111,7 +113,7 @@ fn shared_integral_never_leaves_the_range_of_the_kinematics() {
         measured.rad_s[3] -= 2.0 * (1.0 + 0.01 * f64::from(k)).sin(); // wheel 4 disagrees all the time
         controller.step(&mut state, &FORWARD, &measured);
     }
-    let integrals = state.pid.map(|pid| pid.integral_n_m);
+    let integrals = state.integral_n_m;
     let residual = controller.kinematics().residual(&integrals.into()).rad_s;
     let largest = integrals.iter().fold(0.0_f64, |m, i| m.max(i.abs()));
     assert!(largest > 0.01, "the test integrated something: {largest}");
@@ -221,7 +223,7 @@ fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
         controller.step(&mut state, &command, &WheelVelocities::zero());
     }
     let integrals = WheelVelocities {
-        rad_s: state.pid.map(|pid| pid.integral_n_m),
+        rad_s: state.integral_n_m,
     };
     let largest = integrals.rad_s.iter().fold(0.0_f64, |m, i| m.max(i.abs()));
     assert!(
@@ -284,7 +286,16 @@ proptest! {
                         // The realised terms are those of a plain PID fed the reduced reference.
                         let pid = Pid::new(PidConfig::new(GAINS, 1e-3)).expect("valid");
                         let reduced = s.common_factor * s.reference.rad_s[i];
-                        let alone = pid.step(&mut before.pid[i].clone(), reduced, measured[i]).terms;
+                        let last = LastStep {
+                            reference_rad_s: before.last_reference_rad_s[i],
+                            measured_rad_s: before.last_measured_rad_s[i],
+                        };
+                        let mut one = PidState {
+                            integral_n_m: before.integral_n_m[i],
+                            derivative_n_m: before.derivative_n_m[i],
+                            last: before.started[i].then_some(last),
+                        };
+                        let alone = pid.step(&mut one, reduced, measured[i]).terms;
                         prop_assert!((alone.sum() - formed).abs() < 1e-9);
                     }
                 }
