@@ -7,10 +7,11 @@ use crate::error::{ConfigError, finite};
 use crate::pid::is_plausible;
 use crate::wheel_loops::LoopInputs;
 use crate::{
-    BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation, Fault, FaultConfig,
-    FaultMonitor, FaultState, ForwardMap, Kinematics, Odometry, OdometryNoise, OdometryState, PathFactors, PlanarPose,
-    PoseCovariance, Real, ShapedCommand, ShaperState, ShapingConfig, SlipConfig, SlipDetector, SlipSample, SlipState,
-    SpeedLimits, WheelControlConfig, WheelLayout, WheelSample, WheelVelocities,
+    BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation, Fault,
+    FaultConfig, FaultMonitor, FaultState, ForwardMap, Kinematics, Odometry, OdometryNoise, OdometryState,
+    PathFactors, PlanarPose, PoseCovariance, Real, ShapedCommand, ShaperState, ShapingConfig, SlipConfig,
+    SlipDetector, SlipSample, SlipState, SpeedLimits, WheelControlConfig, WheelLayout, WheelSample,
+    WheelVelocities,
 };
 
 /// Everything a [`Drive`] is made of; checked by [`Drive::new`].
@@ -85,7 +86,10 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
     /// The same with a new command.
     #[must_use]
     pub fn with_command(self, command: BodyTwist<R>) -> Self {
-        Self { command: Some(command), ..self }
+        Self {
+            command: Some(command),
+            ..self
+        }
     }
 }
 
@@ -269,7 +273,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
 
         // What the wheels shall do.
         let shaped = self.shaper.step(&mut state.shaper, input.command.as_ref());
-        let mut twist = shaped.twist.from_point(self.command_point_m);
+        let mut twist = BodyTwist::from_point(shaped.twist, self.command_point_m);
         if self.discretize {
             twist = twist.discretize(self.period_s);
         }
@@ -278,9 +282,16 @@ impl<R: Real, const N: usize> Drive<R, N> {
             None => Desaturated::whole(twist, kinematics.inverse(&twist)),
         };
         let reference = input.path.of_wheels(&desaturated.velocities);
-        let inputs = LoopInputs { reference: &reference, measured: &measured, dropped: Some(&dropped), caps: None };
+        let inputs = LoopInputs {
+            reference: &reference,
+            measured: &measured,
+            dropped: Some(&dropped),
+            caps: None,
+        };
         let observed = *state.slip.observed();
-        let wheels = self.controller.run(&mut state.control, &inputs, &observed, &input.path);
+        let wheels = self
+            .controller
+            .run(&mut state.control, &inputs, &observed, &input.path);
 
         if enough {
             self.carry_on(state, &observed, &slip, &beneath);
@@ -293,7 +304,15 @@ impl<R: Real, const N: usize> Drive<R, N> {
         } else {
             DriveMode::Normal
         };
-        DriveSample { mode, faults, shaped, desaturated, wheels, slip, pose: state.odometry.pose() }
+        DriveSample {
+            mode,
+            faults,
+            shaped,
+            desaturated,
+            wheels,
+            slip,
+            pose: state.odometry.pose(),
+        }
     }
 
     /// Velocities to go on with, what is wrong with each wheel, and which to let go.
@@ -314,7 +333,11 @@ impl<R: Real, const N: usize> Drive<R, N> {
             return (measured, faults, faults.map(|fault| fault.is_some()));
         }
         let (mut measured, mut faults) = (WheelVelocities::zero(), state.faults.faults());
-        for ((fault, reading), measured) in faults.iter_mut().zip(input.readings_rad_s).zip(&mut measured.rad_s) {
+        for ((fault, reading), measured) in faults
+            .iter_mut()
+            .zip(input.readings_rad_s)
+            .zip(&mut measured.rad_s)
+        {
             match reading {
                 _ if fault.is_some() => {}
                 None => *fault = Some(Fault::Silent),
@@ -334,11 +357,18 @@ impl<R: Real, const N: usize> Drive<R, N> {
         beneath: &WheelVelocities<R, N>,
     ) {
         let start = state.odometry.pose();
-        self.odometry.step_displacement(&mut state.odometry, &slip.estimated.over(self.period_s));
+        self.odometry
+            .step_displacement(&mut state.odometry, &slip.estimated.over(self.period_s));
         if let Some(growth) = &self.growth {
             let increments = beneath.over(self.period_s);
             let residuals = slip.residual.over(self.period_s);
-            growth.step_by(&mut state.covariance, &start, observed.forward_matrix(), &increments, &residuals);
+            growth.step_by(
+                &mut state.covariance,
+                &start,
+                observed.forward_matrix(),
+                &increments,
+                &residuals,
+            );
         }
     }
 
@@ -351,7 +381,9 @@ impl<R: Real, const N: usize> Drive<R, N> {
         wheels: &WheelSample<R, N>,
         path: &PathFactors<R, N>,
     ) {
-        let slips = path.of_wheels(&WheelVelocities { rad_s: slip.slip_rad_s });
+        let slips = path.of_wheels(&WheelVelocities {
+            rad_s: slip.slip_rad_s,
+        });
         for i in 0..N {
             state.by_others.rad_s[i] = measured.rad_s[i] - slips.rad_s[i];
         }

@@ -53,8 +53,8 @@ pub struct FaultConfig<R> {
     pub stuck_periods: u16,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
     pub silent_periods: u16,
-    /// Periods in a row of good readings after which a faulty wheel (never one declared lost) is believed again, 1 to
-    /// 65535; 65535 is never.
+    /// Periods in a row of good readings, in agreement with the other wheels as far as they can tell, after which a faulty
+    /// wheel (never one declared lost) is believed again, 1 to 65535; 65535 is never.
     pub recovery_periods: u16,
 }
 
@@ -229,9 +229,12 @@ impl<R: Real> FaultMonitor<R> {
         let moved = (reading - wheel.last).abs();
         wheel.last = reading;
         if wheel.fault.is_some() {
-            // A faulty wheel is believed again after readings without a jump that change, or agree with the others.
-            let agrees = by_others.is_some_and(|v| (reading - v).abs() <= config.stuck_rad_s);
-            let alive = wheel.unchanged < config.stuck_periods || agrees;
+            // A faulty wheel is believed again after readings without a jump that agree with the others; where the
+            // others cannot tell, after readings that change.
+            let alive = match by_others {
+                Some(v) => (reading - v).abs() <= config.stuck_rad_s,
+                None => wheel.unchanged < config.stuck_periods,
+            };
             wheel.good = if moved <= config.jump_rad_s && alive {
                 wheel.good.saturating_add(1)
             } else {

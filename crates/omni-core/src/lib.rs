@@ -8,17 +8,21 @@ pub mod metrics;
 mod controller;
 mod covariance;
 mod desaturation;
+mod drive;
 mod error;
 mod faults;
 mod kinematics;
 mod layout;
+mod limits;
 mod motor;
 mod odometry;
 mod pid;
 mod scalar;
+mod shaping;
 mod slip;
 mod trig;
 mod twist;
+mod twist_limits;
 mod wheel_loops;
 mod wheels;
 
@@ -26,10 +30,12 @@ pub use controller::{ControlSample, Controller};
 pub use coordination::{Coordination, Integral, Saturation, TorqueRange, TorqueRanges};
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use desaturation::{Desaturated, Desaturation, SpeedLimits};
+pub use drive::{Drive, DriveConfig, DriveInput, DriveMode, DriveSample, DriveState};
 pub use error::ConfigError;
 pub use faults::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState};
 pub use kinematics::{ForwardMap, Kinematics, PathFactors, residual_shares};
 pub use layout::{CONDITION_LIMIT, Wheel, WheelLayout};
+pub use limits::{AxisLimits, RateLimiter, RateLimiterState};
 pub use motor::TorqueLimit;
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 pub use pid::{
@@ -37,8 +43,12 @@ pub use pid::{
     PidTerms,
 };
 pub use scalar::Real;
+pub use shaping::{
+    CommandShaper, CommandStatus, EmergencyDeceleration, ShapedCommand, ShaperState, ShapingConfig,
+};
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
+pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
 pub use wheel_loops::{ControlState, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
 

@@ -1,0 +1,499 @@
+use super::*;
+use crate::{
+    CommandStatus, Coordination, Desaturation, EmergencyDeceleration, MotionLimits, PidConfig, PidGains,
+    TorqueLimit, TwistLimits,
+};
+use proptest::prelude::*;
+
+const DT: f64 = 1e-3;
+
+fn layout() -> WheelLayout<f64, 7> {
+    WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid")
+}
+
+fn loops<const N: usize>(coordination: Coordination<f64>) -> WheelControlConfig<f64, N> {
+    let gains = PidGains {
+        kp_n_m_s_rad: 0.3,
+        ki_n_m_rad: 2.0,
+        kd_n_m_s2_rad: 0.0,
+    };
+    let limits = [TorqueLimit::constant(2.0).expect("valid"); N];
+    WheelControlConfig {
+        pid: PidConfig::new(gains, DT),
+        limits,
+        coordination,
+    }
+}
+
+/// Everything on.
+fn config() -> DriveConfig<f64, 7> {
+    let linear = MotionLimits {
+        velocity: 0.5,
+        acceleration: 1.0,
+        deceleration: 2.0,
+        jerk: f64::INFINITY,
+    };
+    let yaw = MotionLimits {
+        velocity: 1.0,
+        acceleration: 3.0,
+        deceleration: 3.0,
+        jerk: f64::INFINITY,
+    };
+    DriveConfig {
+        shaping: ShapingConfig {
+            limits: TwistLimits::AlongMotion { linear, yaw },
+            timeout_s: Some(0.1),
+            emergency_deceleration: Some(EmergencyDeceleration {
+                linear_m_s2: 4.0,
+                yaw_rad_s2: 10.0,
+            }),
+        },
+        discretize: true,
+        speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::Uniform).expect("valid")),
+        slip: Some(SlipConfig {
+            enter_rad_s: 1.0,
+            leave_rad_s: 0.5,
+            enter_periods: 20,
+            leave_periods: 50,
+        }),
+        faults: Some(FaultConfig {
+            jump_rad_s: 3.0,
+            jump_periods: 5,
+            stuck_rad_s: 1.0,
+            stuck_torque_n_m: f64::INFINITY,
+            stuck_periods: 50,
+            silent_periods: 20,
+            recovery_periods: 100,
+        }),
+        noise: Some(OdometryNoise {
+            wheel_rad_per_sqrt_rad: 0.01,
+            residual_gain: 1.0,
+        }),
+        ..DriveConfig::new(layout(), loops(Coordination::synchronised()))
+    }
+}
+
+/// A vehicle of 20 kg on wheels that grip: what its encoders say is what it does.
+struct Vehicle {
+    drive: Drive<f64, 7>,
+    state: DriveState<f64, 7>,
+    twist: BodyTwist<f64>,
+    pose: PlanarPose<f64>,
+}
+
+impl Vehicle {
+    fn new(config: DriveConfig<f64, 7>) -> Self {
+        let drive = Drive::new(config).expect("valid");
+        let state = DriveState::new(&drive);
+        Self {
+            drive,
+            state,
+            twist: BodyTwist::zero(),
+            pose: PlanarPose::origin(),
+        }
+    }
+
+    /// One period with the readings as `spoil` leaves them.
+    fn step(
+        &mut self,
+        command: Option<BodyTwist<f64>>,
+        spoil: impl Fn(&mut DriveInput<f64, 7>),
+    ) -> DriveSample<f64, 7> {
+        let mut input = DriveInput::measured(&self.drive.kinematics().inverse(&self.twist));
+        input.command = command;
+        spoil(&mut input);
+        let sample = self.drive.step(&mut self.state, &input);
+        // Virtual work: the force on each motion is the transposed inverse map times the torques.
+        let mut force = [0.0; 3];
+        for (row, torque) in self
+            .drive
+            .kinematics()
+            .inverse_matrix()
+            .iter()
+            .zip(sample.wheels.applied.n_m)
+        {
+            for (f, a) in force.iter_mut().zip(row) {
+                *f += a * torque;
+            }
+        }
+        let mass = [20.0, 20.0, 1.0];
+        let mut v = self.twist.to_array();
+        for i in 0..3 {
+            v[i] += DT * (force[i] / mass[i] - 0.1 * v[i]);
+        }
+        self.twist = BodyTwist::from_array(v);
+        self.pose = self.pose.moved_by(&self.twist.over(DT));
+        sample
+    }
+
+    fn run(
+        &mut self,
+        periods: usize,
+        command: BodyTwist<f64>,
+        spoil: impl Fn(&mut DriveInput<f64, 7>),
+    ) -> DriveSample<f64, 7> {
+        let mut sample = self.step(Some(command), &spoil);
+        for _ in 1..periods {
+            sample = self.step(Some(command), &spoil);
+        }
+        sample
+    }
+}
+
+fn twist(vx: f64, vy: f64, wz: f64) -> BodyTwist<f64> {
+    BodyTwist {
+        vx_m_s: vx,
+        vy_m_s: vy,
+        wz_rad_s: wz,
+    }
+}
+
+fn follows(vehicle: &Vehicle, command: BodyTwist<f64>) -> bool {
+    let off = vehicle
+        .twist
+        .to_array()
+        .iter()
+        .zip(command.to_array())
+        .map(|(v, c)| (v - c).abs())
+        .fold(0.0, f64::max);
+    off < 5e-3
+}
+
+const COMMAND: BodyTwist<f64> = BodyTwist {
+    vx_m_s: 0.3,
+    vy_m_s: 0.1,
+    wz_rad_s: 0.2,
+};
+
+#[test]
+fn a_healthy_vehicle_follows_its_command_and_knows_where_it_is() {
+    let mut vehicle = Vehicle::new(config());
+    let sample = vehicle.run(3000, COMMAND, |_| {});
+    assert_eq!(
+        (sample.mode, sample.shaped.status),
+        (DriveMode::Normal, CommandStatus::Following)
+    );
+    assert!(follows(&vehicle, COMMAND));
+    // Readings are a period old.
+    assert!(
+        (sample.pose.x_m - vehicle.pose.x_m).abs() < 1e-3
+            && (sample.pose.y_m - vehicle.pose.y_m).abs() < 1e-3
+    );
+    let [x, y, yaw] = vehicle.state.covariance.standard_deviations();
+    assert!(
+        x > 1e-5 && x < 1e-2 && y > 1e-5 && y < 1e-2 && yaw > 1e-5 && yaw < 1e-2,
+        "{x} {y} {yaw}"
+    );
+}
+
+#[test]
+fn any_one_wheel_with_any_fault_is_let_go_and_the_others_carry_on() {
+    type Spoil = fn(&mut DriveInput<f64, 7>, usize);
+    let faults: [(Fault, Spoil); 5] = [
+        (Fault::NotANumber, |input, i| {
+            input.readings_rad_s[i] = Some(f64::NAN)
+        }),
+        (Fault::NotANumber, |input, i| {
+            input.readings_rad_s[i] = Some(f64::INFINITY)
+        }),
+        (Fault::Silent, |input, i| input.readings_rad_s[i] = None),
+        (Fault::Jump, |input, i| {
+            input.readings_rad_s[i] = input.readings_rad_s[i].map(|v| v + 50.0)
+        }),
+        (Fault::Stuck, |input, i| input.readings_rad_s[i] = Some(0.25)),
+    ];
+    for wheel in 0..7 {
+        for (fault, spoil) in faults {
+            let mut vehicle = Vehicle::new(config());
+            // Slowly turning, so that no wheel happens to rest at its stuck reading.
+            let command = twist(0.2, 0.2, 0.3);
+            vehicle.run(1000, command, |_| {});
+            if fault == Fault::Stuck {
+                // An encoder cannot stick without a jump first, unless it sticks where it is.
+                let here = vehicle.drive.kinematics().inverse(&vehicle.twist).rad_s[wheel];
+                let slower = twist(-0.2, -0.1, -0.3);
+                vehicle.run(4000, slower, |input| input.readings_rad_s[wheel] = Some(here));
+                let sample = vehicle.run(1, slower, |input| input.readings_rad_s[wheel] = Some(here));
+                assert_eq!(sample.faults[wheel], Some(Fault::Stuck), "wheel {}", wheel + 1);
+                assert_eq!(
+                    (sample.mode, sample.wheels.applied.n_m[wheel]),
+                    (DriveMode::Degraded, 0.0)
+                );
+                assert!(
+                    follows(&vehicle, slower),
+                    "wheel {}: {:?}",
+                    wheel + 1,
+                    vehicle.twist
+                );
+                continue;
+            }
+            let sample = vehicle.run(1500, command, |input| spoil(input, wheel));
+            assert_eq!(sample.faults[wheel], Some(fault), "wheel {}", wheel + 1);
+            assert_eq!(sample.faults.iter().filter(|f| f.is_some()).count(), 1);
+            assert_eq!(
+                (sample.mode, sample.wheels.applied.n_m[wheel]),
+                (DriveMode::Degraded, 0.0)
+            );
+            assert!(
+                follows(&vehicle, command),
+                "wheel {} {fault:?}: {:?}",
+                wheel + 1,
+                vehicle.twist
+            );
+            assert!((sample.slip.estimated.vx_m_s - vehicle.twist.vx_m_s).abs() < 1e-3);
+            // Well again, it drives again.
+            let sample = vehicle.run(500, command, |_| {});
+            assert_eq!(
+                (sample.mode, sample.faults[wheel]),
+                (DriveMode::Normal, None),
+                "wheel {}",
+                wheel + 1
+            );
+        }
+    }
+}
+
+#[test]
+fn a_lost_wheel_has_no_torque_whatever_policy_and_the_vehicle_keeps_its_course() {
+    for name in Coordination::<f64>::PRESETS {
+        let coordination = Coordination::preset(name).expect("a preset");
+        for wheel in 0..7 {
+            let mut vehicle = Vehicle::new(DriveConfig {
+                control: loops(coordination),
+                ..config()
+            });
+            let lost = core::array::from_fn(|i| i == wheel);
+            vehicle.state.faults.declare_lost(&lost);
+            let sample = vehicle.run(3000, COMMAND, |_| {});
+            assert_eq!(
+                (sample.faults[wheel], sample.wheels.applied.n_m[wheel]),
+                (Some(Fault::Lost), 0.0),
+                "{name}"
+            );
+            assert!(
+                follows(&vehicle, COMMAND),
+                "{name} wheel {}: {:?}",
+                wheel + 1,
+                vehicle.twist
+            );
+        }
+    }
+}
+
+#[test]
+fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(1000, COMMAND, |_| {});
+    // Both transverse wheels go silent: nobody tells sideways motion.
+    let silent = |input: &mut DriveInput<f64, 7>| {
+        input.readings_rad_s[1] = None;
+        input.readings_rad_s[5] = None;
+    };
+    let sample = vehicle.run(20, COMMAND, silent);
+    assert_eq!(
+        (sample.mode, sample.shaped.status),
+        (DriveMode::SafeStop, CommandStatus::EmergencyStop)
+    );
+    let stopped = vehicle.run(1000, COMMAND, silent);
+    assert_eq!(stopped.shaped.twist, BodyTwist::zero());
+    assert!(
+        vehicle.twist.vx_m_s.abs() < 5e-3 && vehicle.twist.wz_rad_s.abs() < 5e-3,
+        "{:?}",
+        vehicle.twist
+    );
+    // Odometry waits: what too few wheels say is no motion.
+    let waits = vehicle.state.odometry.pose();
+    vehicle.run(10, COMMAND, silent);
+    assert_eq!(vehicle.state.odometry.pose(), waits);
+    // The wheels are back, the stop stays; released, commands are followed.
+    assert_eq!(vehicle.run(1000, COMMAND, |_| {}).mode, DriveMode::SafeStop);
+    vehicle.state.release();
+    assert_eq!(vehicle.run(3000, COMMAND, |_| {}).mode, DriveMode::Normal);
+    assert!(follows(&vehicle, COMMAND));
+}
+
+#[test]
+fn with_every_wheel_lost_nothing_is_applied() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(500, COMMAND, |_| {});
+    vehicle.state.faults.declare_lost(&[true; 7]);
+    let sample = vehicle.run(1, COMMAND, |_| {});
+    assert_eq!(
+        (sample.mode, sample.wheels.applied.n_m),
+        (DriveMode::SafeStop, [0.0; 7])
+    );
+}
+
+#[test]
+fn a_command_that_stops_coming_ends_in_rest_and_nonsense_is_refused() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(1000, COMMAND, |_| {});
+    for bad in [
+        twist(f64::NAN, 0.0, 0.0),
+        twist(0.0, f64::INFINITY, 0.0),
+        twist(0.0, 0.0, 1e7),
+    ] {
+        let sample = vehicle.step(Some(bad), |_| {});
+        assert!(
+            sample.shaped.rejected && sample.shaped.twist == COMMAND,
+            "the last good command stands"
+        );
+    }
+    for _ in 0..1000 {
+        vehicle.step(None, |_| {});
+    }
+    let sample = vehicle.step(None, |_| {});
+    assert_eq!(
+        (sample.shaped.status, sample.shaped.twist),
+        (CommandStatus::TimedOut, BodyTwist::zero())
+    );
+    assert!(follows(&vehicle, BodyTwist::zero()));
+}
+
+#[test]
+fn the_commanded_point_moves_as_commanded() {
+    let point = [0.3, -0.2];
+    let mut vehicle = Vehicle::new(DriveConfig {
+        command_point_m: point,
+        ..config()
+    });
+    let about_the_point = twist(0.0, 0.0, 0.5);
+    vehicle.run(3000, about_the_point, |_| {});
+    // Up to what the limits of the origin's twist leave: the point stands still while the vehicle turns about it.
+    let at_point = vehicle.twist.at_point(point);
+    assert!(
+        at_point.vx_m_s.abs() < 5e-3 && at_point.vy_m_s.abs() < 5e-3,
+        "{at_point:?}"
+    );
+    assert!((vehicle.twist.wz_rad_s - 0.5).abs() < 5e-3);
+}
+
+#[test]
+fn a_wheel_on_an_edge_turns_faster_and_the_motion_is_told_right() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(2000, COMMAND, |_| {});
+    let path = PathFactors::new([1.0, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0]).expect("valid");
+    let drive = vehicle.drive;
+    let wheels = path.of_wheels(&drive.kinematics().inverse(&vehicle.twist));
+    let input = DriveInput {
+        path,
+        ..DriveInput::measured(&wheels).with_command(COMMAND)
+    };
+    let sample = drive.step(&mut vehicle.state, &input);
+    assert!((sample.slip.estimated.vx_m_s - vehicle.twist.vx_m_s).abs() < 1e-12);
+    assert!((sample.wheels.reference.rad_s[4] - 1.5 * sample.desaturated.velocities.rad_s[4]).abs() < 1e-12);
+}
+
+#[test]
+fn a_lifted_wheel_turns_but_tells_nothing() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(1000, COMMAND, |_| {});
+    let sample = vehicle.run(100, COMMAND, |input| {
+        input.lifted[3] = true;
+        input.readings_rad_s[3] = input.readings_rad_s[3].map(|v| v + 0.9);
+    });
+    assert_eq!(
+        (sample.mode, sample.slip.excluded[3], sample.faults[3]),
+        (DriveMode::Degraded, true, None)
+    );
+    assert!(sample.wheels.active[3] && sample.wheels.applied.n_m[3] != 0.0);
+    assert!((sample.slip.estimated.vx_m_s - vehicle.twist.vx_m_s).abs() < 1e-3);
+}
+
+#[test]
+fn speed_limits_of_a_dropped_wheel_slow_nobody_down() {
+    let limits = SpeedLimits::new([9.0, 9.0, 9.0, 0.1, 9.0, 9.0, 9.0], Desaturation::Uniform).expect("valid");
+    let mut vehicle = Vehicle::new(DriveConfig {
+        speed_limits: Some(limits),
+        ..config()
+    });
+    let sample = vehicle.run(1000, COMMAND, |_| {});
+    assert_eq!(sample.desaturated.limiting, Some(3));
+    let mut lost = [false; 7];
+    lost[3] = true;
+    vehicle.state.faults.declare_lost(&lost);
+    let sample = vehicle.run(1000, COMMAND, |_| {});
+    assert_eq!(
+        (sample.desaturated.limiting, sample.desaturated.translation_factor),
+        (None, 1.0)
+    );
+}
+
+#[test]
+fn without_detection_a_missing_reading_still_lets_its_wheel_go() {
+    let mut vehicle = Vehicle::new(DriveConfig {
+        faults: None,
+        slip: None,
+        ..config()
+    });
+    let sample = vehicle.run(3000, COMMAND, |input| {
+        input.readings_rad_s[2] = None;
+        input.readings_rad_s[6] = Some(f64::NAN);
+    });
+    assert_eq!(
+        (sample.faults[2], sample.faults[6]),
+        (Some(Fault::Silent), Some(Fault::NotANumber))
+    );
+    assert!(follows(&vehicle, COMMAND), "{:?}", vehicle.twist);
+}
+
+#[test]
+fn the_parts_errors_come_through_by_name() {
+    let named = |config| Drive::<f64, 7>::new(config).expect_err("refused").parameter;
+    assert_eq!(
+        named(DriveConfig {
+            command_point_m: [0.0, f64::NAN],
+            ..config()
+        }),
+        "command_point_m"
+    );
+    let mut bad = config();
+    bad.shaping.timeout_s = Some(-1.0);
+    assert_eq!(named(bad), "timeout_s");
+    let mut bad = config();
+    bad.control.pid.period_s = 0.0;
+    assert_eq!(named(bad), "period_s");
+}
+
+proptest! {
+    #[test]
+    fn nothing_is_ever_nan_and_torque_stays_within_limits_for_any_input_at_all(
+        inputs in prop::collection::vec(
+            (prop::array::uniform7(prop::option::of(any::<f32>())), prop::option::of(prop::array::uniform3(any::<f32>())),
+             prop::array::uniform7(any::<bool>()), prop::array::uniform7(0.01..100.0_f32)), 1..40),
+    ) {
+        let gains = PidGains { kp_n_m_s_rad: 0.3_f32, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.01 };
+        let control = WheelControlConfig {
+            pid: PidConfig::new(gains, 1e-3),
+            limits: [TorqueLimit::line(2.0, 0.1).expect("valid"); 7],
+            coordination: Coordination::synchronised(),
+        };
+        let single = DriveConfig {
+            discretize: true,
+            speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::YawFirst).expect("valid")),
+            slip: Some(SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 2, leave_periods: 2 }),
+            noise: Some(OdometryNoise { wheel_rad_per_sqrt_rad: 0.01, residual_gain: 1.0 }),
+            ..DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid"), control)
+        };
+        let drive = Drive::new(single).expect("valid");
+        let mut state = DriveState::new(&drive);
+        for (readings, command, lifted, path) in inputs {
+            let input = DriveInput {
+                command: command.map(BodyTwist::from_array),
+                readings_rad_s: readings,
+                lifted,
+                path: PathFactors::new(path).expect("in range"),
+            };
+            let sample = drive.step(&mut state, &input);
+            let w = &sample.wheels;
+            for i in 0..7 {
+                prop_assert!(w.applied.n_m[i].abs() <= 2.0);
+                prop_assert!(w.requested.n_m[i].is_finite() && sample.slip.slip_rad_s[i].is_finite());
+            }
+            prop_assert!(w.reference.is_finite() && w.measured.is_finite() && sample.slip.residual.is_finite());
+            let pose = sample.pose;
+            prop_assert!(pose.x_m.is_finite() && pose.y_m.is_finite() && pose.yaw_rad.is_finite());
+            prop_assert!(state.covariance.matrix().iter().flatten().all(|c| c.is_finite()));
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! What stands between whoever commands a vehicle and its controller: a check, a time-out and an emergency stop around
+//! the limits.
+
+use crate::error::{ConfigError, not_negative, positive};
+use crate::limits::limit;
+use crate::twist_limits::Vector;
+use crate::{AxisLimits, BodyTwist, Real, TwistLimiter, TwistLimiterState, TwistLimits};
+
+/// How fast an emergency stop loses speed. Linear and yaw stop each by itself, so that neither waits for the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmergencyDeceleration<R> {
+    /// Loss of speed along the direction of (vx, vy) \[m/s^2\], > 0; infinity means at once.
+    pub linear_m_s2: R,
+    /// Loss of yaw rate \[rad/s^2\], > 0; infinity means at once.
+    pub yaw_rad_s2: R,
+}
+
+/// Everything that a [`CommandShaper`] needs to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapingConfig<R> {
+    /// Limits of the twist that goes out.
+    pub limits: TwistLimits<R>,
+    /// How old a command may become \[s\], finite and >= 0; 0 uses it in one period only, `None` for ever.
+    pub timeout_s: Option<R>,
+    /// Deceleration of an emergency stop; `None` stops at once.
+    pub emergency_deceleration: Option<EmergencyDeceleration<R>>,
+}
+
+impl<R: Real> ShapingConfig<R> {
+    /// Nothing in the way of a command that is a number: no limits, no time-out; an emergency stop is immediate.
+    #[must_use]
+    pub fn none() -> Self {
+        let unlimited = AxisLimits::unlimited();
+        Self {
+            limits: TwistLimits::PerAxis {
+                vx: unlimited,
+                vy: unlimited,
+                wz: unlimited,
+            },
+            timeout_s: None,
+            emergency_deceleration: None,
+        }
+    }
+}
+
+/// Why the twist is what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandStatus {
+    /// No command since the start or since the release of an emergency stop: rest, or on the way there.
+    Idle,
+    /// The twist is the command.
+    Following,
+    /// The limits keep the twist from the command, or still do.
+    Limited,
+    /// The last command is too old: rest, or on the way there.
+    TimedOut,
+    /// The emergency stop is latched: rest, or on the way there.
+    EmergencyStop,
+}
+
+/// One control period's twist and the reason for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapedCommand<R> {
+    /// What the vehicle is to do.
+    pub twist: BodyTwist<R>,
+    /// Why.
+    pub status: CommandStatus,
+    /// A command arrived in this period and was refused: a component is not finite or above 1e6 in magnitude.
+    pub rejected: bool,
+}
+
+/// What a [`CommandShaper`] remembers between steps; `default` is at rest, without a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaperState<R> {
+    limiter: TwistLimiterState<R>,
+    command: Option<BodyTwist<R>>,
+    /// Periods since `command` arrived.
+    age: u32,
+    stopped: bool,
+}
+
+impl<R: Real> Default for ShaperState<R> {
+    fn default() -> Self {
+        Self::at(&BodyTwist::zero())
+    }
+}
+
+impl<R: Real> ShaperState<R> {
+    /// Moving steadily with `twist`, without a command: a vehicle that is taken over while it moves.
+    #[must_use]
+    pub fn at(twist: &BodyTwist<R>) -> Self {
+        Self {
+            limiter: TwistLimiterState::at(twist),
+            command: None,
+            age: 0,
+            stopped: false,
+        }
+    }
+
+    /// The twist that the last step returned.
+    #[must_use]
+    pub fn twist(&self) -> BodyTwist<R> {
+        self.limiter.twist()
+    }
+
+    /// Latches the emergency stop from the next step on, and forgets the command.
+    pub fn emergency_stop(&mut self) {
+        self.stopped = true;
+        self.command = None;
+    }
+
+    /// Ends the emergency stop. Only a command that arrives from now on moves the vehicle.
+    pub fn release(&mut self) {
+        self.stopped = false;
+    }
+
+    /// Is the emergency stop latched?
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+}
+
+/// Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
+/// the limits and stops in an emergency. What changes from step to step is in [`ShaperState`].
+///
+/// A refused command counts as none: the last good one stays in force until it expires. A command that expires is
+/// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
+/// commands are followed from the velocity reached.
+///
+/// ```
+/// use omni_core::{BodyTwist, CommandShaper, CommandStatus, MotionLimits, ShaperState, ShapingConfig, TwistLimits};
+/// let linear = MotionLimits { acceleration: 1.0_f64, deceleration: 2.0, ..MotionLimits::unlimited() };
+/// let shaper = CommandShaper::new(
+///     ShapingConfig {
+///         limits: TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() },
+///         timeout_s: Some(0.5),
+///         emergency_deceleration: None,
+///     },
+///     0.25,
+/// )?;
+/// let mut state = ShaperState::default();
+/// let forward = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+/// let shaped = shaper.step(&mut state, Some(&forward));
+/// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.25, CommandStatus::Limited));
+/// let broken = BodyTwist { vx_m_s: f64::NAN, ..forward };
+/// let shaped = shaper.step(&mut state, Some(&broken)); // 0.25 s old, and the best there is
+/// assert_eq!((shaped.twist.vx_m_s, shaped.status, shaped.rejected), (0.5, CommandStatus::Following, true));
+/// assert_eq!(shaper.step(&mut state, None).twist.vx_m_s, 0.5); // 0.5 s old
+/// let shaped = shaper.step(&mut state, None);
+/// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.0, CommandStatus::TimedOut));
+/// state.emergency_stop();
+/// assert_eq!(shaper.step(&mut state, Some(&forward)).status, CommandStatus::EmergencyStop);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommandShaper<R> {
+    limiter: TwistLimiter<R>,
+    /// The highest age at which a command counts.
+    oldest: u32,
+    /// Linear and yaw speed that an emergency stop takes a period.
+    emergency_steps: [R; 2],
+}
+
+impl<R: Real> CommandShaper<R> {
+    /// A shaper that is stepped every `period_s` \[s\], finite and > 0.
+    ///
+    /// # Errors
+    /// The parameter that is out of range; those of the limits as in [`TwistLimiter::new`].
+    pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
+        let dt = positive("period_s", period_s)?;
+        let oldest = match config.timeout_s {
+            // A ratio that is a whole number but for rounding is that number; the cast saturates.
+            Some(timeout) => {
+                let periods = not_negative("timeout_s", timeout)?.as_f64() / dt.as_f64();
+                (periods * (1.0 + 1e-6)) as u32
+            }
+            None => u32::MAX,
+        };
+        let none = R::of(f64::INFINITY);
+        let emergency = config.emergency_deceleration.unwrap_or(EmergencyDeceleration {
+            linear_m_s2: none,
+            yaw_rad_s2: none,
+        });
+        Ok(Self {
+            limiter: TwistLimiter::new(config.limits, period_s)?,
+            oldest,
+            emergency_steps: [
+                limit("emergency_deceleration.linear_m_s2", emergency.linear_m_s2)? * dt,
+                limit("emergency_deceleration.yaw_rad_s2", emergency.yaw_rad_s2)? * dt,
+            ],
+        })
+    }
+
+    /// One control period; `command` is the one that arrived in it, if one did. The twist is always finite.
+    pub fn step(&self, state: &mut ShaperState<R>, command: Option<&BodyTwist<R>>) -> ShapedCommand<R> {
+        let accepted = command.filter(|command| is_sane(command));
+        let rejected = command.is_some() && accepted.is_none();
+        if state.stopped {
+            state.limiter = TwistLimiterState::at(&self.braked(&state.twist()));
+            return ShapedCommand {
+                twist: state.twist(),
+                status: CommandStatus::EmergencyStop,
+                rejected,
+            };
+        }
+        if accepted.is_some() {
+            state.command = accepted.copied();
+            state.age = 0;
+        } else {
+            state.age = state.age.saturating_add(1);
+        }
+        let rest = BodyTwist::zero();
+        let (target, status) = match state.command {
+            None => (rest, CommandStatus::Idle),
+            Some(_) if state.age > self.oldest => (rest, CommandStatus::TimedOut),
+            Some(command) => (command, CommandStatus::Following),
+        };
+        let twist = self.limiter.step(&mut state.limiter, &target);
+        let status = if status == CommandStatus::Following && twist != target {
+            CommandStatus::Limited
+        } else {
+            status
+        };
+        ShapedCommand {
+            twist,
+            status,
+            rejected,
+        }
+    }
+
+    /// `twist` after one period of emergency stop.
+    fn braked(&self, twist: &BodyTwist<R>) -> BodyTwist<R> {
+        let [linear, yaw] = self.emergency_steps;
+        let planar = less(
+            Vector {
+                x: twist.vx_m_s,
+                y: twist.vy_m_s,
+            },
+            linear,
+        );
+        let turn = Vector {
+            x: twist.wz_rad_s,
+            y: R::zero(),
+        };
+        BodyTwist {
+            vx_m_s: planar.x,
+            vy_m_s: planar.y,
+            wz_rad_s: less(turn, yaw).x,
+        }
+    }
+}
+
+/// `velocity` shorter by `step`, no less than nothing.
+fn less<R: Real>(velocity: Vector<R>, step: R) -> Vector<R> {
+    let speed = velocity.norm();
+    // Where the step is below the resolution of R, or the square of the speed overflows, it stops at once: a brake must
+    // never do nothing.
+    let rest = (speed - step) / speed;
+    let factor = if speed > step && rest < R::one() {
+        rest
+    } else {
+        R::zero()
+    };
+    velocity.scaled(factor)
+}
+
+/// Is every component finite and no more than 1e6 in magnitude?
+fn is_sane<R: Real>(command: &BodyTwist<R>) -> bool {
+    command.to_array().iter().all(|v| v.abs() <= R::of(1e6))
+}
+
+#[cfg(test)]
+mod tests;
