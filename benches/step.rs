@@ -10,8 +10,8 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use num_traits::float::FloatCore;
 use omni_core::{
-    BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
-    WheelControlConfig, WheelLayout, WheelVelocities,
+    AxisLimits, BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
+    TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout, WheelVelocities,
 };
 use omni_sim::Simulation;
 use omni_sim::config::Scenario;
@@ -97,7 +97,7 @@ fn shortest<O>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut call: i
     shortest_s.get()
 }
 
-/// A whole step, from the command to torques within limits that keep the wheels together, next to as many loops of the
+/// A whole step, from the command, limited axis by axis, to torques within limits that keep the wheels together, next to as many loops of the
 /// `pid` crate as there are wheels, which know nothing of each other. Prints the ratio of the times.
 fn against_pid<R: Real + FloatCore, const N: usize>(
     c: &mut Criterion,
@@ -118,10 +118,18 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     };
 
     let mut group = c.benchmark_group(format!("step_against_pid_{N}_{scalar}"));
-    let mut state = ControlState::default();
+    let axis = AxisLimits::symmetric(R::of(1.0), R::of(1e4), R::of(1e4), R::of(f64::INFINITY));
+    let limits = TwistLimits::PerAxis {
+        vx: axis,
+        vy: axis,
+        wz: axis,
+    };
+    let limiter = TwistLimiter::new(limits, R::of(PERIOD_S)).expect("valid");
+    let (mut limited, mut state) = (TwistLimiterState::default(), ControlState::default());
     let whole = shortest(&mut group, "omni", || {
+        let command = limiter.step(&mut limited, black_box(&command));
         controller
-            .step(&mut state, black_box(&command), black_box(&measured[next()]))
+            .step(&mut state, &command, black_box(&measured[next()]))
             .wheels
             .applied
     });

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use num_traits::float::FloatCore;
 use omni_core::{
-    BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
-    WheelControlConfig, WheelLayout, WheelVelocities,
+    AxisLimits, BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
+    TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout, WheelVelocities,
 };
 
 const USAGE: &str = "usage: instructions omni|pid 3|4|7 f32|f64 free|saturated STEPS";
@@ -82,15 +82,32 @@ fn inputs<R: Real, const N: usize>(controller: &Controller<R, N>, saturated: boo
     })
 }
 
-/// The step as the interrupt of a motor controller calls it: command and measurements in, torques out.
+/// Velocity and acceleration limits of each axis, met by no command here: what limiting costs when it does nothing.
+fn limiter<R: Real>() -> TwistLimiter<R> {
+    let axis = AxisLimits::symmetric(R::of(1.0), R::of(1e4), R::of(1e4), R::of(f64::INFINITY));
+    let limits = TwistLimits::PerAxis {
+        vx: axis,
+        vy: axis,
+        wz: axis,
+    };
+    TwistLimiter::new(limits, R::of(PERIOD_S)).expect("valid")
+}
+
+/// What the step needs and remembers.
+struct Vehicle<R, const N: usize> {
+    limiter: TwistLimiter<R>,
+    limited: TwistLimiterState<R>,
+    controller: Controller<R, N>,
+    state: ControlState<R, N>,
+}
+
+/// The step as the interrupt of a motor controller calls it: command and measurements in, the command limited, torques out.
 #[inline(never)]
-fn omni_step<R: Real, const N: usize>(
-    controller: &Controller<R, N>,
-    state: &mut ControlState<R, N>,
-    input: &Input<R, N>,
-) -> [R; N] {
-    controller
-        .step(state, &input.command, &input.measured)
+fn omni_step<R: Real, const N: usize>(vehicle: &mut Vehicle<R, N>, input: &Input<R, N>) -> [R; N] {
+    let command = vehicle.limiter.step(&mut vehicle.limited, &input.command);
+    vehicle
+        .controller
+        .step(&mut vehicle.state, &command, &input.measured)
         .wheels
         .applied
         .n_m
@@ -140,9 +157,14 @@ fn run<R: Real + FloatCore, const N: usize>(
     let mut torques = [R::zero(); N];
     let turns = inputs.iter().cycle().take(steps);
     if omni {
-        let mut state = ControlState::default();
+        let mut vehicle = Vehicle {
+            limiter: limiter(),
+            limited: TwistLimiterState::default(),
+            controller,
+            state: ControlState::default(),
+        };
         for input in turns {
-            torques = omni_step(black_box(&controller), &mut state, black_box(input));
+            torques = omni_step(black_box(&mut vehicle), black_box(input));
             black_box(&torques);
         }
     } else {
@@ -159,8 +181,8 @@ fn run<R: Real + FloatCore, const N: usize>(
         .iter()
         .zip(&last.measured.rad_s)
         .any(|(&torque, &velocity)| {
-            let (lower, upper) = limit.range(velocity);
-            torque >= upper * R::of(0.9999) || torque <= lower * R::of(0.9999)
+            let range = limit.range(velocity);
+            torque >= range.upper_n_m * R::of(0.9999) || torque <= range.lower_n_m * R::of(0.9999)
         })
 }
 

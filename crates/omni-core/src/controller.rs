@@ -97,7 +97,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
             reference: &reference,
             measured,
             dropped: None,
-            caps: None,
+            within: None,
         };
         let wheels = if self.wheels.shares_integral() {
             self.wheels.run(state, &inputs, |errors| {

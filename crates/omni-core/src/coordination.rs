@@ -172,23 +172,49 @@ pub struct TorqueRanges<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> TorqueRanges<R, N> {
-    /// The range of one wheel.
-    ///
-    /// # Panics
-    /// Where `index` is not below `N`.
+    /// The range of one wheel; nothing but 0 where `index` is not below `N`.
     #[must_use]
     pub fn wheel(&self, index: usize) -> TorqueRange<R> {
-        TorqueRange {
-            lower_n_m: self.lower_n_m[index],
-            upper_n_m: self.upper_n_m[index],
+        match (self.lower_n_m.get(index), self.upper_n_m.get(index)) {
+            (Some(&lower_n_m), Some(&upper_n_m)) => TorqueRange { lower_n_m, upper_n_m },
+            _ => TorqueRange::none(),
         }
     }
 
-    /// Every range brought within +-`caps`, each >= 0.
-    pub(crate) fn cap(&mut self, caps: &[R; N]) {
-        for ((lower, upper), &cap) in self.lower_n_m.iter_mut().zip(&mut self.upper_n_m).zip(caps) {
-            *lower = if *lower < -cap { -cap } else { *lower };
-            *upper = if *upper > cap { cap } else { *upper };
+    /// No limits at all: infinite.
+    #[must_use]
+    pub fn unlimited() -> Self {
+        let infinite = R::one() / R::zero();
+        Self {
+            lower_n_m: [-infinite; N],
+            upper_n_m: [infinite; N],
+        }
+    }
+
+    /// Sets the range of one wheel; nothing where `index` is not below `N`.
+    pub fn set(&mut self, index: usize, range: &TorqueRange<R>) {
+        if let (Some(lower), Some(upper)) = (self.lower_n_m.get_mut(index), self.upper_n_m.get_mut(index)) {
+            (*lower, *upper) = (range.lower_n_m, range.upper_n_m);
+        }
+    }
+
+    /// Every range cut to `other`'s; ends of that which are NaN or on the wrong side of 0 stand for 0.
+    pub(crate) fn restrict(&mut self, other: &Self) {
+        let zero = R::zero();
+        for i in 0..N {
+            let (lower, upper) = (other.lower_n_m[i], other.upper_n_m[i]);
+            let lower = if lower < zero { lower } else { zero };
+            let upper = if upper > zero { upper } else { zero };
+            self.lower_n_m[i] = if lower > self.lower_n_m[i] {
+                lower
+            } else {
+                self.lower_n_m[i]
+            };
+            self.upper_n_m[i] = if upper < self.upper_n_m[i] {
+                upper
+            } else {
+                self.upper_n_m[i]
+            };
         }
     }
 

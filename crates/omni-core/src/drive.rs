@@ -10,8 +10,8 @@ use crate::{
     BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation, Fault,
     FaultConfig, FaultMonitor, FaultState, ForwardMap, Kinematics, Odometry, OdometryNoise, OdometryState,
     PathFactors, PlanarPose, PoseCovariance, Real, ShapedCommand, ShaperState, ShapingConfig, SlipConfig,
-    SlipDetector, SlipSample, SlipState, SpeedLimits, WheelControlConfig, WheelLayout, WheelSample,
-    WheelVelocities,
+    SlipDetector, SlipSample, SlipState, SpeedLimits, TorqueRanges, WheelControlConfig, WheelLayout,
+    WheelSample, WheelVelocities,
 };
 
 /// Everything a [`Drive`] is made of; checked by [`Drive::new`].
@@ -69,6 +69,8 @@ pub struct DriveInput<R, const N: usize> {
     pub lifted: [bool; N],
     /// Path of each wheel over path of the body beneath it.
     pub path: PathFactors<R, N>,
+    /// Torque ranges that hold besides the motors' own limits: a hot motor, a low battery.
+    pub torque_ranges: TorqueRanges<R, N>,
 }
 
 impl<R: Real, const N: usize> DriveInput<R, N> {
@@ -80,6 +82,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
             readings_rad_s: velocities.rad_s.map(Some),
             lifted: [false; N],
             path: PathFactors::default(),
+            torque_ranges: TorqueRanges::unlimited(),
         }
     }
 
@@ -286,7 +289,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             reference: &reference,
             measured: &measured,
             dropped: Some(&dropped),
-            caps: None,
+            within: Some(&input.torque_ranges),
         };
         let observed = *state.slip.observed();
         let wheels = self

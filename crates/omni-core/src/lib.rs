@@ -36,7 +36,9 @@ pub use faults::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState};
 pub use kinematics::{ForwardMap, Kinematics, PathFactors, residual_shares};
 pub use layout::{CONDITION_LIMIT, Wheel, WheelLayout};
 pub use limits::{AxisLimits, RateLimiter, RateLimiterState};
-pub use motor::TorqueLimit;
+pub use motor::{
+    DcMotor, DcMotorConfig, Gearbox, ThermalConfig, ThermalModel, ThermalState, TorqueLimit, TorqueTable,
+};
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 pub use pid::{
     AntiWindup, FeedForward, IntegrationOrder, LastStep, Pid, PidConfig, PidGains, PidSample, PidState,

@@ -1,26 +1,53 @@
-//! What torque an actuator can give at a velocity.
+//! What torque an actuator can give.
+//!
+//! | room | covers |
+//! |---|---|
+//! | [`TorqueLimit`] | torque-speed line in four quadrants with a cap, the limit the loops use every step |
+//! | [`TorqueTable`] | the same from measured points |
+//! | [`DcMotor`] | the line from a data sheet: torque constant, resistance, voltage, no-load current, current limit |
+//! | [`Gearbox`] | ratio and efficiency, the right way round in each quadrant |
+//! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |
+//!
+//! Loops take [`TorqueLimit`]s; what the other rooms allow at the moment goes in as [`TorqueRanges`] with
+//! [`crate::WheelController::step_within`].
+
+mod dc;
+mod gearbox;
+mod table;
+mod thermal;
+
+pub use dc::{DcMotor, DcMotorConfig};
+pub use gearbox::Gearbox;
+pub use table::TorqueTable;
+pub use thermal::{ThermalConfig, ThermalModel, ThermalState};
 
 use crate::error::{ConfigError, not_negative, positive};
-use crate::{Real, TorqueRanges};
+use crate::{Real, TorqueRange, TorqueRanges};
 
 /// Torque-speed line of a DC motor, in four quadrants: speed costs torque only while the motor drives.
 ///
-/// Driving (torque and velocity of one sign): `max(0, stall - slope |v|)`. Braking: `stall`. As printed, eq. (13) turns
-/// negative above 114.5 rpm and would push a fast wheel backwards; here a limit is never negative.
+/// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking: `min(cap, stall)`. As
+/// printed, eq. (13) turns negative above 114.5 rpm and would push a fast wheel backwards; here a limit is never negative.
 ///
 /// ```
 /// use omni_core::TorqueLimit;
 /// let limit = TorqueLimit::chugo(); // eq. (13): -1.713 v + 196.13, in mN.m and rpm
 /// let rpm = core::f64::consts::PI / 30.0;
-/// let (brake, drive) = limit.range(100.0 * rpm);
-/// assert!((drive - 24.83e-3_f64).abs() < 1e-9);
-/// assert!((brake + 196.13e-3_f64).abs() < 1e-9);
-/// assert_eq!(limit.range(200.0 * rpm).1, 0.0);
+/// let range = limit.range(100.0 * rpm);
+/// assert!((range.upper_n_m - 24.83e-3_f64).abs() < 1e-9);
+/// assert!((range.lower_n_m + 196.13e-3_f64).abs() < 1e-9);
+/// assert_eq!(limit.range(200.0 * rpm).upper_n_m, 0.0);
+/// // A driver that limits the current to what 50 mN.m take:
+/// assert_eq!(limit.capped(0.05)?.range(0.0).upper_n_m, 0.05);
+/// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueLimit<R> {
+    /// Where the line meets rest.
     stall_n_m: R,
     slope_n_m_s_rad: R,
+    /// Largest torque in any quadrant, at most the stall torque.
+    cap_n_m: R,
 }
 
 impl<R: Real> TorqueLimit<R> {
@@ -29,9 +56,11 @@ impl<R: Real> TorqueLimit<R> {
     /// # Errors
     /// Parameter `torque_n_m` where it is not finite or not positive.
     pub fn constant(torque_n_m: R) -> Result<Self, ConfigError> {
+        let torque = positive("torque_n_m", torque_n_m)?;
         Ok(Self {
-            stall_n_m: positive("torque_n_m", torque_n_m)?,
+            stall_n_m: torque,
             slope_n_m_s_rad: R::zero(),
+            cap_n_m: torque,
         })
     }
 
@@ -40,9 +69,24 @@ impl<R: Real> TorqueLimit<R> {
     /// # Errors
     /// The parameter that is out of range.
     pub fn line(stall_torque_n_m: R, slope_n_m_s_rad: R) -> Result<Self, ConfigError> {
+        let stall = positive("stall_torque_n_m", stall_torque_n_m)?;
+        let slope = not_negative("slope_n_m_s_rad", slope_n_m_s_rad)?;
         Ok(Self {
-            stall_n_m: positive("stall_torque_n_m", stall_torque_n_m)?,
-            slope_n_m_s_rad: not_negative("slope_n_m_s_rad", slope_n_m_s_rad)?,
+            stall_n_m: stall,
+            slope_n_m_s_rad: slope,
+            cap_n_m: stall,
+        })
+    }
+
+    /// The same with no more than `torque_n_m` > 0 \[N.m\] in any quadrant: what a current limit leaves.
+    ///
+    /// # Errors
+    /// Parameter `torque_n_m` where it is not finite or not positive.
+    pub fn capped(self, torque_n_m: R) -> Result<Self, ConfigError> {
+        let cap = positive("torque_n_m", torque_n_m)?;
+        Ok(Self {
+            cap_n_m: if cap < self.cap_n_m { cap } else { self.cap_n_m },
+            ..self
         })
     }
 
@@ -52,32 +96,47 @@ impl<R: Real> TorqueLimit<R> {
     pub fn chugo() -> Self {
         let milli = 1e-3;
         let rpm = core::f64::consts::PI / 30.0;
+        let stall = R::of(196.13 * milli);
         Self {
-            stall_n_m: R::of(196.13 * milli),
+            stall_n_m: stall,
             slope_n_m_s_rad: R::of(1.713 * milli / rpm),
+            cap_n_m: stall,
         }
     }
 
-    /// Lowest (<= 0) and highest (>= 0) torque \[N.m\] at the actuator velocity \[rad/s\].
+    /// Lowest and highest torque at the actuator velocity \[rad/s\]. Nothing where that is NaN.
+    #[inline]
     #[must_use]
-    pub fn range(&self, velocity_rad_s: R) -> (R, R) {
+    pub fn range(&self, velocity_rad_s: R) -> TorqueRange<R> {
         let driving = self.stall_n_m - self.slope_n_m_s_rad * velocity_rad_s.abs();
-        let driving = if driving > R::zero() { driving } else { R::zero() };
-        if velocity_rad_s > R::zero() {
-            (-self.stall_n_m, driving)
-        } else if velocity_rad_s < R::zero() {
-            (-driving, self.stall_n_m)
-        } else {
-            (-self.stall_n_m, self.stall_n_m)
-        }
+        four_quadrants(driving, self.cap_n_m, velocity_rad_s)
     }
 }
 
-/// The limits of `N` actuators, their numbers side by side.
+/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or in any case.
+#[inline]
+fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> TorqueRange<R> {
+    let zero = R::zero();
+    let driving = if driving < braking { driving } else { braking };
+    let driving = if driving > zero { driving } else { zero };
+    let (lower_n_m, upper_n_m) = if velocity > zero {
+        (-braking, driving)
+    } else if velocity < zero {
+        (-driving, braking)
+    } else if velocity == zero {
+        (-braking, braking)
+    } else {
+        (zero, zero)
+    };
+    TorqueRange { lower_n_m, upper_n_m }
+}
+
+/// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TorqueLimits<R, const N: usize> {
     stall: [R; N],
     slope: [R; N],
+    cap: [R; N],
 }
 
 impl<R: Real, const N: usize> TorqueLimits<R, N> {
@@ -85,10 +144,11 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
         Self {
             stall: limits.map(|l| l.stall_n_m),
             slope: limits.map(|l| l.slope_n_m_s_rad),
+            cap: limits.map(|l| l.cap_n_m),
         }
     }
 
-    /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
+    /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\], which is a number.
     #[inline]
     pub(crate) fn ranges(&self, velocities: &[R; N]) -> TorqueRanges<R, N> {
         let zero = R::zero();
@@ -97,11 +157,12 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
             upper_n_m: [zero; N],
         };
         for i in 0..N {
-            let (v, stall) = (velocities[i], self.stall[i]);
-            let driving = stall - self.slope[i] * v.abs();
+            let (v, cap) = (velocities[i], self.cap[i]);
+            let driving = self.stall[i] - self.slope[i] * v.abs();
+            let driving = if driving < cap { driving } else { cap };
             let driving = if driving > zero { driving } else { zero };
-            ranges.upper_n_m[i] = if v > zero { driving } else { stall };
-            ranges.lower_n_m[i] = if v < zero { -driving } else { -stall };
+            ranges.upper_n_m[i] = if v > zero { driving } else { cap };
+            ranges.lower_n_m[i] = if v < zero { -driving } else { -cap };
         }
         ranges
     }
@@ -117,7 +178,10 @@ mod tests {
     fn torque_limit_is_never_negative_at_any_speed() {
         let limit = TorqueLimit::<f64>::chugo();
         for rpm in -400..=400_i32 {
-            let (lower, upper) = limit.range(f64::from(rpm) * RPM);
+            let TorqueRange {
+                lower_n_m: lower,
+                upper_n_m: upper,
+            } = limit.range(f64::from(rpm) * RPM);
             assert!(lower <= 0.0 && upper >= 0.0, "{rpm} rpm: {lower} {upper}");
             let printed = 1e-3 * (196.13 - 1.713 * f64::from(rpm.abs())).max(0.0);
             let driving = if rpm < 0 { -lower } else { upper };
@@ -129,8 +193,8 @@ mod tests {
     fn limits_of_opposite_velocities_mirror_each_other() {
         let limit = TorqueLimit::line(2.0, 0.1).expect("valid");
         for v in [0.5, 3.0, 30.0] {
-            let ((a, b), (c, d)) = (limit.range(v), limit.range(-v));
-            assert_eq!((a, b), (-d, -c));
+            let (a, b) = (limit.range(v), limit.range(-v));
+            assert_eq!((a.lower_n_m, a.upper_n_m), (-b.upper_n_m, -b.lower_n_m));
         }
     }
 
@@ -138,8 +202,51 @@ mod tests {
     fn load_torque_meets_equation_13_where_the_paper_s_wheels_settle() {
         // Speeds of notes.md: damper coefficient [N.m.s/rad] -> rpm at which the motor just holds the load.
         for (damper, rpm) in [(0.004, 91.999), (0.008, 76.891), (0.003, 96.751)] {
-            let (_, drive) = TorqueLimit::<f64>::chugo().range(rpm * RPM);
+            let drive = TorqueLimit::<f64>::chugo().range(rpm * RPM).upper_n_m;
             assert!((drive - damper * rpm * RPM).abs() < 1e-6, "{damper}: {drive}"); // rpm are given to 0.001
+        }
+    }
+
+    #[test]
+    fn a_cap_holds_in_every_quadrant_and_only_ever_lowers() {
+        let limit = TorqueLimit::line(2.0_f64, 0.1)
+            .expect("valid")
+            .capped(1.2)
+            .expect("valid");
+        for (v, lower, upper) in [
+            (0.0, -1.2, 1.2),
+            (5.0, -1.2, 1.2),
+            (10.0, -1.2, 1.0),
+            (-10.0, -1.0, 1.2),
+            (30.0, -1.2, 0.0),
+        ] {
+            let range = limit.range(v);
+            assert!(
+                (range.lower_n_m - lower).abs() < 1e-15 && (range.upper_n_m - upper).abs() < 1e-15,
+                "{v}: {range:?}"
+            );
+        }
+        assert_eq!(limit.capped(5.0), Ok(limit));
+        assert_eq!(limit.capped(0.0).expect_err("refused").parameter, "torque_n_m");
+        assert_eq!(limit.range(f64::NAN), TorqueRange::none());
+    }
+
+    #[test]
+    fn limits_side_by_side_are_the_limits_one_by_one() {
+        let one = TorqueLimit::line(2.0_f32, 0.1)
+            .expect("valid")
+            .capped(1.2)
+            .expect("valid");
+        let limits = [
+            one,
+            TorqueLimit::constant(0.5).expect("valid"),
+            TorqueLimit::chugo(),
+        ];
+        for v in [-200.0, -3.0, 0.0, 1e-3, 7.0, 1e5_f32] {
+            let ranges = TorqueLimits::new(&limits).ranges(&[v; 3]);
+            for (i, limit) in limits.iter().enumerate() {
+                assert_eq!(ranges.wheel(i), limit.range(v));
+            }
         }
     }
 }

@@ -110,8 +110,8 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) measured: &'a WheelVelocities<R, N>,
     /// Wheels to be let go whatever they measure; none where nobody knows of any.
     pub(crate) dropped: Option<&'a [bool; N]>,
-    /// Torque caps \[N.m\], >= 0, below the actuators' own limits.
-    pub(crate) caps: Option<&'a [R; N]>,
+    /// Ranges that hold besides the actuators' own limits.
+    pub(crate) within: Option<&'a TorqueRanges<R, N>>,
 }
 
 /// The parts of each wheel's torque \[N.m\].
@@ -172,7 +172,50 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 reference,
                 measured,
                 dropped: None,
-                caps: None,
+                within: None,
+            },
+            |errors| *errors,
+        )
+    }
+
+    /// [`WheelController::step`] with ranges that hold besides the actuators' own limits: a torque table, a hot motor.
+    ///
+    /// Ends that are NaN, or on the wrong side of 0, stand for 0.
+    ///
+    /// ```
+    /// use omni_core::{ControlState, Coordination, PidConfig, PidGains, TorqueLimit, TorqueRanges};
+    /// use omni_core::{WheelControlConfig, WheelController};
+    /// let gains = PidGains { kp_n_m_s_rad: 0.1_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// let wheels = WheelController::new(WheelControlConfig {
+    ///     pid: PidConfig::new(gains, 1e-3),
+    ///     limits: [TorqueLimit::constant(1.0)?; 2],
+    ///     coordination: Coordination::independent(),
+    /// })?;
+    /// let hot = TorqueRanges { lower_n_m: [-0.5, -2.0], upper_n_m: [0.5, 2.0] };
+    /// let sample = wheels.step_within(&mut ControlState::default(), &[20.0; 2].into(), &[0.0; 2].into(), &hot);
+    /// assert_eq!(sample.applied.n_m, [0.5, 1.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step_within(
+        &self,
+        state: &mut ControlState<R, N>,
+        reference: &WheelVelocities<R, N>,
+        measured: &WheelVelocities<R, N>,
+        ranges: &TorqueRanges<R, N>,
+    ) -> WheelSample<R, N> {
+        let rest = WheelVelocities::zero();
+        let reference = if all_plausible(&reference.rad_s) {
+            reference
+        } else {
+            &rest
+        };
+        self.run(
+            state,
+            &LoopInputs {
+                reference,
+                measured,
+                dropped: None,
+                within: Some(ranges),
             },
             |errors| *errors,
         )
@@ -202,8 +245,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 &mut range,
             );
         }
-        if let Some(caps) = inputs.caps {
-            range.cap(caps);
+        if let Some(within) = inputs.within {
+            range.restrict(within);
         }
 
         let mut error = [R::zero(); N];

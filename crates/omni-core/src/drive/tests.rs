@@ -483,6 +483,7 @@ proptest! {
                 readings_rad_s: readings,
                 lifted,
                 path: PathFactors::new(path).expect("in range"),
+                torque_ranges: TorqueRanges { lower_n_m: path.map(|p| -p), upper_n_m: path.map(|p| 2.0 - p) },
             };
             let sample = drive.step(&mut state, &input);
             let w = &sample.wheels;

@@ -1,0 +1,250 @@
+//! I2t: how long a motor may give more torque than it can give for ever.
+
+use crate::error::{ConfigError, positive, within};
+use crate::{Real, TorqueRange};
+
+/// Figures of a motor's heat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThermalConfig<R> {
+    /// Torque that it can give for ever \[N.m\], > 0.
+    pub continuous_torque_n_m: R,
+    /// Torque that it can give when cold \[N.m\], at least the continuous one.
+    pub peak_torque_n_m: R,
+    /// Thermal time constant of the winding \[s\], > 0.
+    pub time_constant_s: R,
+    /// Heat, as a share of what is allowed, from which torque is taken back, 0 to 0.99. 0.8 is usual.
+    pub derating_start: R,
+    /// Control period \[s\], > 0 and short against the time constant.
+    pub period_s: R,
+}
+
+/// First-order winding temperature driven by the square of the torque, and the torque it allows.
+///
+/// With x the heat (0 cold, 1 as hot as allowed): `T x' = (torque / continuous)^2 - x`, discretised exactly for a torque held
+/// over a period. Below the derating start the peak torque is allowed; above it the square of the torque falls linearly
+/// to the continuous one at x = 1, which is therefore never passed.
+///
+/// ```
+/// use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+/// let model = ThermalModel::new(ThermalConfig {
+///     continuous_torque_n_m: 1.0_f64,
+///     peak_torque_n_m: 2.0,
+///     time_constant_s: 10.0,
+///     derating_start: 0.8,
+///     period_s: 0.01,
+/// })?;
+/// let mut state = ThermalState::default();
+/// let mut periods = 0;
+/// while model.allowed_torque_n_m(&state) == 2.0 {
+///     model.update(&mut state, 2.0);
+///     periods += 1;
+/// }
+/// assert_eq!(periods, 224); // 10 s * ln(4 / (4 - 0.8)) = 2.23 s at peak torque
+/// for _ in 0..100_000 {
+///     let allowed = model.allowed_torque_n_m(&state);
+///     model.update(&mut state, allowed);
+/// }
+/// assert!((model.allowed_torque_n_m(&state) - 1.0).abs() < 1e-9);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThermalModel<R> {
+    continuous: R,
+    peak: R,
+    per_continuous_square: R,
+    /// Share of the way to the new equilibrium in one period, `1 - exp(-dt / T)`.
+    share: R,
+    start: R,
+    /// `(peak^2 / continuous^2 - 1) / (1 - start)`.
+    steepness: R,
+}
+
+/// How hot the motor is; `default` is cold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThermalState<R> {
+    /// 0 cold, 1 as hot as allowed.
+    pub heat: R,
+}
+
+impl<R: Real> Default for ThermalState<R> {
+    fn default() -> Self {
+        Self { heat: R::zero() }
+    }
+}
+
+impl<R: Real> ThermalModel<R> {
+    /// A model with these figures.
+    ///
+    /// # Errors
+    /// The figure out of range; `period_s` where it is so long that one period at peak torque could overheat the motor.
+    pub fn new(config: ThermalConfig<R>) -> Result<Self, ConfigError> {
+        let continuous = positive("continuous_torque_n_m", config.continuous_torque_n_m)?;
+        let peak = positive("peak_torque_n_m", config.peak_torque_n_m)?;
+        if peak < continuous {
+            return Err(ConfigError::new(
+                "peak_torque_n_m",
+                peak.as_f64(),
+                "at least continuous_torque_n_m",
+            ));
+        }
+        let time_constant = positive("time_constant_s", config.time_constant_s)?;
+        let period = positive("period_s", config.period_s)?;
+        let start = within("derating_start", config.derating_start, 0.0..=0.99, "0 to 0.99")?;
+        let share = -(-period / time_constant).exp_m1();
+        let square = (peak / continuous) * (peak / continuous);
+        let steepness = (square - R::one()) / (R::one() - start);
+        // The next heat is 1 - (1 - x) (1 - share (1 + steepness)): below 1 for as long as the bracket is not negative.
+        if share * (R::one() + steepness) > R::one() {
+            let allowed = "short enough that a period at peak torque does not overheat the motor";
+            return Err(ConfigError::new("period_s", period.as_f64(), allowed));
+        }
+        Ok(Self {
+            continuous,
+            peak,
+            per_continuous_square: R::one() / (continuous * continuous),
+            share,
+            start,
+            steepness,
+        })
+    }
+
+    /// Takes in the torque \[N.m\] of one period. One that is not finite changes nothing.
+    pub fn update(&self, state: &mut ThermalState<R>, torque_n_m: R) {
+        let target = torque_n_m * torque_n_m * self.per_continuous_square;
+        if target.is_finite_real() {
+            state.heat += self.share * (target - state.heat);
+        }
+    }
+
+    /// Torque allowed now \[N.m\], continuous to peak.
+    #[must_use]
+    pub fn allowed_torque_n_m(&self, state: &ThermalState<R>) -> R {
+        if state.heat <= self.start {
+            self.peak
+        } else if state.heat < R::one() {
+            self.continuous * (R::one() + self.steepness * (R::one() - state.heat)).sqrt()
+        } else {
+            self.continuous
+        }
+    }
+
+    /// A motor's torque range cut to what its heat allows.
+    #[must_use]
+    pub fn derated(&self, range: &TorqueRange<R>, state: &ThermalState<R>) -> TorqueRange<R> {
+        range.capped(self.allowed_torque_n_m(state))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const FIGURES: ThermalConfig<f64> = ThermalConfig {
+        continuous_torque_n_m: 0.8,
+        peak_torque_n_m: 2.4,
+        time_constant_s: 20.0,
+        derating_start: 0.8,
+        period_s: 1e-3,
+    };
+
+    #[test]
+    fn heat_at_a_constant_torque_is_the_exponential_of_the_closed_form() {
+        let model = ThermalModel::new(FIGURES).expect("valid");
+        for torque in [0.3, 0.8, 2.4] {
+            let mut state = ThermalState::default();
+            let square = (torque / 0.8) * (torque / 0.8);
+            for k in 1..=5000 {
+                model.update(&mut state, torque);
+                let exact = -square * (-1e-3 * f64::from(k) / 20.0).exp_m1();
+                assert!((state.heat - exact).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_continuous_torque_may_last_for_ever() {
+        let model = ThermalModel::new(FIGURES).expect("valid");
+        let mut state = ThermalState::default();
+        for _ in 0..1_000_000 {
+            model.update(&mut state, 0.8);
+            assert!(model.allowed_torque_n_m(&state) >= 0.8);
+        }
+        assert!(
+            (state.heat - 1.0).abs() < 1e-9 && state.heat <= 1.0,
+            "{}",
+            state.heat
+        );
+        let range = model.derated(
+            &TorqueRange {
+                lower_n_m: -2.4,
+                upper_n_m: 0.1,
+            },
+            &state,
+        );
+        assert!((range.lower_n_m + 0.8).abs() < 1e-6 && range.upper_n_m == 0.1);
+    }
+
+    #[test]
+    fn figures_are_checked_by_name_and_nonsense_changes_nothing() {
+        let named = |config| ThermalModel::<f64>::new(config).expect_err("refused").parameter;
+        assert_eq!(
+            named(ThermalConfig {
+                continuous_torque_n_m: 0.0,
+                ..FIGURES
+            }),
+            "continuous_torque_n_m"
+        );
+        assert_eq!(
+            named(ThermalConfig {
+                peak_torque_n_m: 0.7,
+                ..FIGURES
+            }),
+            "peak_torque_n_m"
+        );
+        assert_eq!(
+            named(ThermalConfig {
+                time_constant_s: f64::NAN,
+                ..FIGURES
+            }),
+            "time_constant_s"
+        );
+        assert_eq!(
+            named(ThermalConfig {
+                derating_start: 1.0,
+                ..FIGURES
+            }),
+            "derating_start"
+        );
+        assert_eq!(
+            named(ThermalConfig {
+                period_s: 5.0,
+                ..FIGURES
+            }),
+            "period_s"
+        );
+        let model = ThermalModel::new(FIGURES).expect("valid");
+        let mut state = ThermalState { heat: 0.5 };
+        model.update(&mut state, f64::NAN);
+        assert_eq!(state.heat, 0.5);
+    }
+
+    proptest! {
+        #[test]
+        fn a_motor_that_keeps_to_what_is_allowed_never_overheats(
+            demand in prop::collection::vec(0.0..10.0_f64, 1..50), peak in 1.0..6.0_f64, start in 0.0..0.95_f64, period in 1e-3..0.05_f64,
+        ) {
+            let config = ThermalConfig { peak_torque_n_m: 0.8 * peak, derating_start: start, period_s: period, ..FIGURES };
+            let model = ThermalModel::new(config).expect("valid");
+            let mut state = ThermalState::default();
+            for torque in demand {
+                for _ in 0..500 {
+                    let allowed = model.allowed_torque_n_m(&state);
+                    prop_assert!(allowed >= 0.8 * (1.0 - 1e-15) && allowed <= 0.8 * peak);
+                    model.update(&mut state, torque.min(allowed));
+                    prop_assert!(state.heat <= 1.0 + 1e-15); // rounding of the last step
+                }
+            }
+        }
+    }
+}
