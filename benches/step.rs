@@ -143,7 +143,7 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     });
     let separate = shortest(&mut group, "pid", || {
         let mut torques = [R::zero(); N];
-        for ((torque, pid), &y) in torques
+        for ((torque, pid), y) in torques
             .iter_mut()
             .zip(&mut loops)
             .zip(black_box(&measured[next()]).rad_s)

@@ -118,8 +118,8 @@ impl<R: Real, const N: usize> Loop for Sized<R, N> {
             d_n_m: s.wheels.d_n_m[i].as_f64(),
             requested_n_m: s.wheels.requested.n_m[i].as_f64(),
             applied_n_m: s.wheels.applied.n_m[i].as_f64(),
-            limit_lower_n_m: s.wheels.range[i].lower_n_m.as_f64(),
-            limit_upper_n_m: s.wheels.range[i].upper_n_m.as_f64(),
+            limit_lower_n_m: s.wheels.range.lower_n_m[i].as_f64(),
+            limit_upper_n_m: s.wheels.range.upper_n_m[i].as_f64(),
             saturated: s.wheels.saturated[i],
             residual_rad_s: residual.rad_s[i].as_f64(),
         }));
