@@ -1,6 +1,7 @@
 use super::*;
 use crate::Wheel;
 use proptest::prelude::*;
+use std::vec;
 
 fn chugo7(r1: f64, r2: f64, map: ForwardMap) -> Kinematics<f64, 7> {
     let layout = WheelLayout::chugo7(r1, r2, 0.066).expect("valid layout");
@@ -130,7 +131,105 @@ fn average_is_refused_where_it_is_not_an_inverse() {
     assert!(Kinematics::new(&layout).is_ok());
 }
 
+/// Wheels anywhere within a metre, rolling and rollers any way, that make a layout worth driving.
+fn any_layout() -> impl Strategy<Value = WheelLayout<f64, 5>> {
+    let wheel = (
+        -1.0..1.0_f64,
+        -1.0..1.0_f64,
+        0.0..6.3_f64,
+        -1.2..1.2_f64,
+        0.02..0.3_f64,
+        0.05..2.0_f64,
+        any::<bool>(),
+    );
+    prop::array::uniform5(wheel).prop_filter_map("ill-conditioned", |wheels| {
+        let wheels = wheels.map(|(x, y, direction, roller, radius, gear, reversed)| {
+            let (sin, cos) = direction.sin_cos();
+            let wheel = Wheel::omni([x, y], [cos, sin], radius).geared(gear);
+            let wheel = Wheel {
+                roller_angle_rad: roller,
+                ..wheel
+            };
+            if reversed {
+                wheel.with_reversed_motor()
+            } else {
+                wheel
+            }
+        });
+        WheelLayout::new(wheels).ok()
+    })
+}
+
+/// Largest number, at least 1: what a tolerance in units of rounding is relative to.
+fn scale(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(1.0, |m, x| m.max(x.abs()))
+}
+
 proptest! {
+    #[test]
+    fn forward_undoes_inverse_for_any_layout_weights_and_paths(
+        layout in any_layout(), weights in prop::array::uniform5(0.01..100.0_f64), factors in prop::array::uniform5(0.5..2.0_f64),
+        twist in prop::array::uniform3(-2.0..2.0_f64), out in 0..5_usize,
+    ) {
+        let twist = BodyTwist::from_array(twist);
+        let path = PathFactors::new(factors).expect("in range");
+        let mut maps = vec![Kinematics::new(&layout).expect("valid")];
+        maps.extend(Kinematics::weighted(&layout, &weights));
+        maps.extend(maps[0].excluding(&core::array::from_fn(|i| i == out)));
+        for kinematics in maps {
+            let wheels = kinematics.inverse_along(&twist, &path);
+            let back = kinematics.forward_along(&wheels, &path).to_array();
+            // Condition up to 100, squared by the normal equations; weights from 0.01 to 100 take another 100.
+            let tolerance = 1e-16 * 1e4 * 100.0 * 5.0;
+            for (got, expected) in back.iter().zip(twist.to_array()) {
+                prop_assert!((got - expected).abs() < tolerance, "{got} {expected}");
+            }
+            let again = kinematics.project_along(&wheels, &path).rad_s;
+            for (a, b) in again.iter().zip(wheels.rad_s) {
+                prop_assert!((a - b).abs() < tolerance * scale(&wheels.rad_s) * 10.0);
+            }
+        }
+    }
+
+    #[test]
+    fn both_maps_are_linear_and_the_residual_is_a_projection(
+        layout in any_layout(), a in prop::array::uniform5(-9.0..9.0_f64), b in prop::array::uniform5(-9.0..9.0_f64), k in -3.0..3.0_f64,
+    ) {
+        let kinematics = Kinematics::new(&layout).expect("valid");
+        let sum: [f64; 5] = core::array::from_fn(|i| a[i] + k * b[i]);
+        let (fa, fb, fs) = (kinematics.forward(&a.into()), kinematics.forward(&b.into()), kinematics.forward(&sum.into()));
+        let size = scale(&fa.to_array()).max(scale(&fb.to_array())) * 4.0;
+        for ((x, y), z) in fa.to_array().iter().zip(fb.to_array()).zip(fs.to_array()) {
+            prop_assert!((x + k * y - z).abs() < 1e-13 * size);
+        }
+        let (ia, ib, is) = (kinematics.inverse(&fa).rad_s, kinematics.inverse(&fb).rad_s, kinematics.inverse(&fs).rad_s);
+        for i in 0..5 {
+            prop_assert!((ia[i] + k * ib[i] - is[i]).abs() < 1e-11 * scale(&ia).max(scale(&ib)));
+        }
+        // (I - A A+)^2 = I - A A+, and what is left tells no motion.
+        let once = kinematics.residual(&a.into());
+        let twice = kinematics.residual(&once);
+        for (x, y) in once.rad_s.iter().zip(twice.rad_s) {
+            prop_assert!((x - y).abs() < 1e-9); // condition 100, squared, of numbers below 100
+        }
+        let sum: f64 = kinematics.redundancy().iter().sum();
+        prop_assert!((sum - 2.0).abs() < 1e-9, "five wheels check twice: {sum}");
+    }
+
+    #[test]
+    fn least_squares_has_the_smallest_residual(
+        layout in any_layout(), velocities in prop::array::uniform5(-9.0..9.0_f64), other in prop::array::uniform3(-0.1..0.1_f64),
+    ) {
+        let kinematics = Kinematics::new(&layout).expect("valid");
+        let best = kinematics.forward(&velocities.into());
+        let error = |t: &BodyTwist<f64>| {
+            kinematics.inverse(t).rad_s.iter().zip(velocities).map(|(a, v)| (a - v) * (a - v)).sum::<f64>()
+        };
+        let [x, y, w] = best.to_array();
+        let moved = BodyTwist::from_array([x + other[0], y + other[1], w + other[2]]);
+        prop_assert!(error(&best) <= error(&moved) * (1.0 + 1e-12) + 1e-9);
+    }
+
     #[test]
     fn forward_undoes_inverse_and_f32_follows_f64(
         r1 in 0.05..1.0, r2 in 0.05..1.0, radius in 0.02..0.2, vx in -2.0..2.0, vy in -2.0..2.0, wz in -3.0..3.0,
