@@ -9,8 +9,9 @@ use std::process::ExitCode;
 
 use num_traits::float::FloatCore;
 use omni_core::{
-    AxisLimits, BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
-    TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout, WheelVelocities,
+    AxisLimits, BodyTwist, ControlSample, ControlState, Controller, Coordination, PidConfig, PidGains, Real,
+    TorqueLimit, TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout,
+    WheelVelocities,
 };
 
 const USAGE: &str = "usage: instructions omni|pid 3|4|7 f32|f64 free|saturated STEPS";
@@ -99,6 +100,7 @@ struct Vehicle<R, const N: usize> {
     limited: TwistLimiterState<R>,
     controller: Controller<R, N>,
     state: ControlState<R, N>,
+    sample: ControlSample<R, N>,
 }
 
 /// The step as the interrupt of a motor controller calls it: command and measurements in, the command limited, torques out.
@@ -107,10 +109,8 @@ fn omni_step<R: Real, const N: usize>(vehicle: &mut Vehicle<R, N>, input: &Input
     let command = vehicle.limiter.step(&mut vehicle.limited, &input.command);
     vehicle
         .controller
-        .step(&mut vehicle.state, &command, &input.measured)
-        .wheels
-        .applied
-        .n_m
+        .step_into(&mut vehicle.state, &command, &input.measured, &mut vehicle.sample);
+    vehicle.sample.wheels.applied.n_m
 }
 
 /// The same of loops that know nothing of each other and whose references stay.
@@ -162,6 +162,7 @@ fn run<R: Real + FloatCore, const N: usize>(
             limited: TwistLimiterState::default(),
             controller,
             state: ControlState::default(),
+            sample: ControlSample::zero(),
         };
         for input in turns {
             torques = omni_step(black_box(&mut vehicle), black_box(input));

@@ -49,6 +49,17 @@ pub struct ControlSample<R, const N: usize> {
     pub wheels: WheelSample<R, N>,
 }
 
+impl<R: Real, const N: usize> ControlSample<R, N> {
+    /// All zero, to be written to by [`Controller::step_into`].
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            command: BodyTwist::zero(),
+            wheels: WheelSample::zero(),
+        }
+    }
+}
+
 impl<R: Real, const N: usize> Controller<R, N> {
     /// A controller of the vehicle that `layout` describes, with the least-squares forward map.
     ///
@@ -90,23 +101,36 @@ impl<R: Real, const N: usize> Controller<R, N> {
         command: &BodyTwist<R>,
         measured: &WheelVelocities<R, N>,
     ) -> ControlSample<R, N> {
+        let mut sample = ControlSample::zero();
+        self.step_into(state, command, measured, &mut sample);
+        sample
+    }
+
+    /// [`Controller::step`] into a sample that is there already: nothing is copied, for the smallest of processors.
+    #[inline]
+    pub fn step_into(
+        &self,
+        state: &mut ControlState<R, N>,
+        command: &BodyTwist<R>,
+        measured: &WheelVelocities<R, N>,
+        sample: &mut ControlSample<R, N>,
+    ) {
         let usable = command.to_array().iter().all(|&c| is_plausible(c));
-        let command = if usable { *command } else { BodyTwist::zero() };
-        let reference = self.kinematics.inverse(&command);
+        sample.command = if usable { *command } else { BodyTwist::zero() };
+        let reference = self.kinematics.inverse(&sample.command);
         let inputs = LoopInputs {
             reference: &reference,
             measured,
             dropped: None,
             within: None,
         };
-        let wheels = if self.wheels.shares_integral() {
-            self.wheels.run(state, &inputs, |errors| {
-                self.kinematics.project(&(*errors).into()).rad_s
-            })
-        } else {
-            self.wheels.run(state, &inputs, |errors| *errors)
-        };
-        ControlSample { command, wheels }
+        let share = |errors: &[R; N]| self.kinematics.project(&(*errors).into()).rad_s;
+        self.wheels.run(
+            state,
+            &inputs,
+            self.wheels.shares_integral().then_some(share),
+            &mut sample.wheels,
+        );
     }
 
     /// The loops, an integral shared by the wheels that `observed` trusts, each on its own path.
@@ -117,12 +141,14 @@ impl<R: Real, const N: usize> Controller<R, N> {
         observed: &Kinematics<R, N>,
         path: &PathFactors<R, N>,
     ) -> WheelSample<R, N> {
-        if self.wheels.shares_integral() {
-            self.wheels.run(state, inputs, |errors| {
-                observed.project_along(&(*errors).into(), path).rad_s
-            })
-        } else {
-            self.wheels.run(state, inputs, |errors| *errors)
-        }
+        let mut sample = WheelSample::zero();
+        let share = |errors: &[R; N]| observed.project_along(&(*errors).into(), path).rad_s;
+        self.wheels.run(
+            state,
+            inputs,
+            self.wheels.shares_integral().then_some(share),
+            &mut sample,
+        );
+        sample
     }
 }

@@ -148,14 +148,10 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
         }
     }
 
-    /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\], which is a number.
+    /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
     #[inline]
-    pub(crate) fn ranges(&self, velocities: &[R; N]) -> TorqueRanges<R, N> {
+    pub(crate) fn ranges(&self, velocities: &[R; N], ranges: &mut TorqueRanges<R, N>) {
         let zero = R::zero();
-        let mut ranges = TorqueRanges {
-            lower_n_m: [zero; N],
-            upper_n_m: [zero; N],
-        };
         for i in 0..N {
             let (v, cap) = (velocities[i], self.cap[i]);
             let driving = self.stall[i] - self.slope[i] * v.abs();
@@ -164,7 +160,6 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
             ranges.upper_n_m[i] = if v > zero { driving } else { cap };
             ranges.lower_n_m[i] = if v < zero { -driving } else { -cap };
         }
-        ranges
     }
 }
 
@@ -243,7 +238,8 @@ mod tests {
             TorqueLimit::chugo(),
         ];
         for v in [-200.0, -3.0, 0.0, 1e-3, 7.0, 1e5_f32] {
-            let ranges = TorqueLimits::new(&limits).ranges(&[v; 3]);
+            let mut ranges = TorqueRanges::unlimited();
+            TorqueLimits::new(&limits).ranges(&[v; 3], &mut ranges);
             for (i, limit) in limits.iter().enumerate() {
                 assert_eq!(ranges.wheel(i), limit.range(v));
             }

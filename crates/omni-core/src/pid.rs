@@ -119,10 +119,8 @@ pub struct Pid<R> {
     /// Some term compares with the step before: a derivative or a feed-forward.
     remembers: bool,
     feeds_forward: bool,
-    /// Change of the output with the reference, and its reciprocal (0 where there is none), later and in the first step.
-    slope: R,
+    /// Change of the reference with the output (0 where there is none), later and in the first step.
     per_slope: R,
-    first_slope: R,
     per_first_slope: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
@@ -261,9 +259,7 @@ impl<R: Real> Pid<R> {
             feed_forward,
             remembers: kd > zero || config.feed_forward != FeedForward::none(),
             feeds_forward: config.feed_forward != FeedForward::none(),
-            slope,
             per_slope: reciprocal(slope),
-            first_slope,
             per_first_slope: reciprocal(first_slope),
             anti_windup: config.anti_windup,
             tracking: config.anti_windup.tracking(dt)?,
@@ -413,13 +409,7 @@ impl<R: Real> Pid<R> {
         self.remembers
     }
 
-    /// How the output changes with the reference \[N.m per rad/s\]. In the first step what is compared with moves along.
-    #[inline]
-    pub(crate) fn slope(&self, started: bool) -> R {
-        if started { self.slope } else { self.first_slope }
-    }
-
-    /// [`Pid::slope`] term by term.
+    /// How each term changes with the reference \[N.m per rad/s\]. In the first step what is compared with moves along.
     #[inline]
     pub(crate) fn term_slopes(&self, started: bool) -> PidTerms<R> {
         let ff = self.feed_forward.gain;

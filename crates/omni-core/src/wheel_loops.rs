@@ -114,12 +114,41 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
 }
 
-/// The parts of each wheel's torque \[N.m\].
-struct Terms<R, const N: usize> {
-    p: [R; N],
-    i: [R; N],
-    d: [R; N],
-    ff: [R; N],
+/// Names the type of a `share` that is not there.
+type NotShared<R, const N: usize> = fn(&[R; N]) -> [R; N];
+
+/// What the loops remember of a step that was limited.
+struct Limited<R, const N: usize> {
+    /// What anti-windup adds to the integrals \[N.m\].
+    correction: [R; N],
+    corrected: bool,
+    derivative: [R; N],
+    realised: [R; N],
+}
+
+impl<R: Real, const N: usize> WheelSample<R, N> {
+    /// All zero, to be written to by [`WheelController::step_into`].
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = [R::zero(); N];
+        Self {
+            reference: WheelVelocities { rad_s: zero },
+            measured: WheelVelocities { rad_s: zero },
+            active: [false; N],
+            p_n_m: zero,
+            i_n_m: zero,
+            d_n_m: zero,
+            ff_n_m: zero,
+            requested: WheelTorques { n_m: zero },
+            applied: WheelTorques { n_m: zero },
+            range: TorqueRanges {
+                lower_n_m: zero,
+                upper_n_m: zero,
+            },
+            saturated: [false; N],
+            common_factor: R::one(),
+        }
+    }
 }
 
 impl<R: Real, const N: usize> WheelController<R, N> {
@@ -160,6 +189,35 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         reference: &WheelVelocities<R, N>,
         measured: &WheelVelocities<R, N>,
     ) -> WheelSample<R, N> {
+        let mut sample = WheelSample::zero();
+        self.step_into(state, reference, measured, &mut sample);
+        sample
+    }
+
+    /// [`WheelController::step`] into a sample that is there already: nothing is copied, for the smallest of processors.
+    ///
+    /// ```
+    /// use omni_core::{ControlState, Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// use omni_core::{WheelController, WheelSample};
+    /// let gains = PidGains { kp_n_m_s_rad: 0.5_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// let wheels = WheelController::new(WheelControlConfig {
+    ///     pid: PidConfig::new(gains, 1e-3),
+    ///     limits: [TorqueLimit::constant(1.0)?; 3],
+    ///     coordination: Coordination::synchronised(),
+    /// })?;
+    /// let (mut state, mut sample) = (ControlState::default(), WheelSample::zero());
+    /// wheels.step_into(&mut state, &[1.0; 3].into(), &[0.0; 3].into(), &mut sample);
+    /// assert_eq!(sample.applied.n_m, [0.5; 3]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    pub fn step_into(
+        &self,
+        state: &mut ControlState<R, N>,
+        reference: &WheelVelocities<R, N>,
+        measured: &WheelVelocities<R, N>,
+        sample: &mut WheelSample<R, N>,
+    ) {
         let rest = WheelVelocities::zero();
         let reference = if all_plausible(&reference.rad_s) {
             reference
@@ -174,8 +232,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 dropped: None,
                 within: None,
             },
-            |errors| *errors,
-        )
+            None::<NotShared<R, N>>,
+            sample,
+        );
     }
 
     /// [`WheelController::step`] with ranges that hold besides the actuators' own limits: a torque table, a hot motor.
@@ -209,210 +268,166 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         } else {
             &rest
         };
-        self.run(
-            state,
-            &LoopInputs {
-                reference,
-                measured,
-                dropped: None,
-                within: Some(ranges),
-            },
-            |errors| *errors,
-        )
+        let inputs = LoopInputs {
+            reference,
+            measured,
+            dropped: None,
+            within: Some(ranges),
+        };
+        let mut sample = WheelSample::zero();
+        self.run(state, &inputs, None::<NotShared<R, N>>, &mut sample);
+        sample
     }
 
-    /// A step whose integrals take in what `share` makes of the errors: linear, and the identity on the references.
+    /// A step whose integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is
+    /// linear, and the identity on the references.
     ///
-    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels; whatever else happens
-    /// is in functions of its own.
+    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
+    /// result is wanted; whatever else happens is in functions of its own.
     #[inline]
     pub(crate) fn run(
         &self,
         state: &mut ControlState<R, N>,
         inputs: &LoopInputs<'_, R, N>,
-        share: impl Fn(&[R; N]) -> [R; N],
-    ) -> WheelSample<R, N> {
-        let (mut reference, mut measured) = (inputs.reference.rad_s, inputs.measured.rad_s);
-        let mut active = [true; N];
-        let mut range = self.limits.ranges(&measured);
-        if inputs.dropped.is_some() || !all_plausible(&measured) {
-            let_go(
-                inputs.dropped,
-                state,
-                &mut reference,
-                &mut measured,
-                &mut active,
-                &mut range,
-            );
+        share: Option<impl Fn(&[R; N]) -> [R; N]>,
+        out: &mut WheelSample<R, N>,
+    ) {
+        out.reference = *inputs.reference;
+        out.measured = *inputs.measured;
+        out.active = [true; N];
+        out.common_factor = R::one();
+        self.limits.ranges(&out.measured.rad_s, &mut out.range);
+        if inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s) {
+            let_go(inputs.dropped, state, out);
         }
         if let Some(within) = inputs.within {
-            range.restrict(within);
+            out.range.restrict(within);
         }
 
-        let mut error = [R::zero(); N];
+        let mut taken_in = [R::zero(); N];
         for i in 0..N {
-            error[i] = reference[i] - measured[i];
+            taken_in[i] = out.reference.rad_s[i] - out.measured.rad_s[i];
         }
-        let mut taken_in = share(&error);
-        if self.shares_integral() && active.contains(&false) {
-            keep(&mut taken_in, &active);
+        if let Some(share) = &share {
+            taken_in = share(&taken_in);
+            keep(&mut taken_in, &out.active);
         }
-        let started = state.started;
-        let mut terms = self.terms(state, &reference, &measured, &taken_in);
-        let (mut requested, mut saturated, mut any) = ([R::zero(); N], [false; N], false);
+        self.write_terms(state, &taken_in, out);
+        let mut any = false;
+        let (mut requested, mut saturated) = ([R::zero(); N], [false; N]);
         for i in 0..N {
-            requested[i] = terms.p[i] + terms.i[i] + terms.d[i] + terms.ff[i];
-            saturated[i] = requested[i] > range.upper_n_m[i] || requested[i] < range.lower_n_m[i];
+            requested[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
+            saturated[i] = requested[i] > out.range.upper_n_m[i] || requested[i] < out.range.lower_n_m[i];
         }
         for s in saturated {
             any |= s;
         }
+        (out.requested.n_m, out.applied.n_m, out.saturated) = (requested, requested, saturated);
 
-        let mut common_factor = R::one();
-        let mut applied = requested;
-        let mut realised = reference;
-        let (mut correction, mut derivative) = (None, None);
-        if any {
-            let mut excess = [R::zero(); N];
-            match self.coordination.saturation {
-                Saturation::Clip => {}
-                Saturation::ScaleTorques => {
-                    common_factor = torque_factor(&requested, &range);
-                    for i in 0..N {
-                        applied[i] = common_factor * requested[i];
-                    }
-                }
-                Saturation::ScaleReference { floor } => {
-                    let slopes = self.reference_slopes(&reference, &started);
-                    common_factor = reference_factor(&requested, &slopes, &range, floor);
-                    let less = R::one() - common_factor;
-                    for i in 0..N {
-                        let removed = less * reference[i];
-                        taken_in[i] -= removed;
-                        realised[i] -= removed;
-                        applied[i] -= less * slopes[i];
-                        // Every term is affine in the reference.
-                        let slope = self.pid.term_slopes(started[i]);
-                        terms.p[i] -= slope.p_n_m * removed;
-                        terms.i[i] -= slope.i_n_m * removed;
-                        terms.d[i] -= slope.d_n_m * removed;
-                        terms.ff[i] -= slope.ff_n_m * removed;
-                    }
-                }
-            }
-            // Torque asked for by the terms as they are: what anti-windup compares with.
-            let asked = if self.scales_reference() {
-                applied
-            } else {
-                requested
-            };
-            let mut changed = false;
-            for i in 0..N {
-                applied[i] = range.clip(i, applied[i]);
-                excess[i] = applied[i] - asked[i];
-            }
-            for e in excess {
-                changed |= e != R::zero();
-            }
-            if changed {
-                let mut d = terms.d;
-                correction =
-                    Some(self.condition(&taken_in, &excess, &started, &active, &mut d, &mut realised));
-                derivative = Some(d);
-            }
-        }
-
-        // Remember.
         let ki_dt = self.pid.integral_gain_dt();
-        for i in 0..N {
-            state.integral_n_m[i] += ki_dt * taken_in[i];
-        }
-        if let Some(correction) = &mut correction {
-            if self.shares_integral() {
-                *correction = share(correction);
-                keep(correction, &active);
+        if any {
+            let mut limited = self.limit(state, &mut taken_in, out);
+            if let Some(share) = &share
+                && limited.corrected
+            {
+                limited.correction = share(&limited.correction);
+                keep(&mut limited.correction, &out.active);
             }
             for i in 0..N {
-                state.integral_n_m[i] += correction[i];
+                state.integral_n_m[i] += ki_dt * taken_in[i] + limited.correction[i];
             }
+            if self.pid.remembers() {
+                (state.derivative_n_m, state.last_reference_rad_s) = (limited.derivative, limited.realised);
+            }
+        } else {
+            for i in 0..N {
+                state.integral_n_m[i] += ki_dt * taken_in[i];
+            }
+            if self.pid.remembers() {
+                (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
+            }
+        }
+        if self.pid.remembers() {
+            (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
         }
         self.hold_integrals(state);
-        if self.pid.remembers() {
-            state.derivative_n_m = derivative.unwrap_or(terms.d);
-            state.last_reference_rad_s = realised;
-            state.last_measured_rad_s = measured;
-            state.started = active;
-        }
-        WheelSample {
-            reference: WheelVelocities { rad_s: reference },
-            measured: WheelVelocities { rad_s: measured },
-            active,
-            p_n_m: terms.p,
-            i_n_m: terms.i,
-            d_n_m: terms.d,
-            ff_n_m: terms.ff,
-            requested: WheelTorques { n_m: requested },
-            applied: WheelTorques { n_m: applied },
-            range,
-            saturated,
-            common_factor,
-        }
     }
 
-    fn scales_reference(&self) -> bool {
-        matches!(self.coordination.saturation, Saturation::ScaleReference { .. })
-    }
-
-    /// The terms of every wheel for a reference; changes nothing.
-    #[inline]
-    fn terms(
+    /// Brings the requested torques of `out` within the limits by the law of the coordination, and says what the loops are
+    /// to remember of it.
+    #[inline(never)]
+    fn limit(
         &self,
         state: &ControlState<R, N>,
-        reference: &[R; N],
-        measured: &[R; N],
-        taken_in: &[R; N],
-    ) -> Terms<R, N> {
-        let zero = [R::zero(); N];
-        let mut terms = Terms {
-            p: zero,
-            i: zero,
-            d: zero,
-            ff: zero,
-        };
-        for i in 0..N {
-            terms.p[i] = self.pid.proportional(reference[i], measured[i]);
-            terms.i[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
-        }
-        if self.pid.remembers() {
-            let (mut last_reference, mut last_measured) =
-                (state.last_reference_rad_s, state.last_measured_rad_s);
-            for i in 0..N {
-                if !state.started[i] {
-                    (last_reference[i], last_measured[i]) = (reference[i], measured[i]);
+        taken_in: &mut [R; N],
+        out: &mut WheelSample<R, N>,
+    ) -> Limited<R, N> {
+        let mut realised = out.reference.rad_s;
+        // Torque asked for by the terms as they are in the end: what anti-windup compares with.
+        let mut asked = out.requested.n_m;
+        match self.coordination.saturation {
+            Saturation::Clip => {}
+            Saturation::ScaleTorques => {
+                out.common_factor = torque_factor(&out.requested.n_m, &out.range);
+                for torque in &mut out.applied.n_m {
+                    *torque *= out.common_factor;
                 }
             }
-            for i in 0..N {
-                let change =
-                    self.pid
-                        .weighted_change(reference[i], last_reference[i], measured[i], last_measured[i]);
-                terms.d[i] = self.pid.derivative(state.derivative_n_m[i], change);
-            }
-            if self.pid.feeds_forward() {
+            Saturation::ScaleReference { floor } => {
+                // Every term is affine in the reference; what is compared with moves along in a wheel's first step.
+                let fresh = self.pid.remembers() && state.started.contains(&false);
+                let later = self.pid.term_slopes(true);
+                let slope = |i: usize| {
+                    if fresh {
+                        self.pid.term_slopes(state.started[i])
+                    } else {
+                        later
+                    }
+                };
+                let mut slopes = realised;
                 for i in 0..N {
-                    terms.ff[i] = self.pid.feed_forward(reference[i], last_reference[i]);
+                    slopes[i] *= slope(i).sum();
                 }
+                out.common_factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
+                let less = R::one() - out.common_factor;
+                for i in 0..N {
+                    let removed = less * realised[i];
+                    taken_in[i] -= removed;
+                    realised[i] -= removed;
+                    asked[i] -= less * slopes[i];
+                    out.p_n_m[i] -= slope(i).p_n_m * removed;
+                    out.i_n_m[i] -= slope(i).i_n_m * removed;
+                }
+                if self.pid.remembers() {
+                    for i in 0..N {
+                        let removed = less * out.reference.rad_s[i];
+                        out.d_n_m[i] -= slope(i).d_n_m * removed;
+                        out.ff_n_m[i] -= slope(i).ff_n_m * removed;
+                    }
+                }
+                out.applied.n_m = asked;
             }
         }
-        terms
-    }
-
-    /// Torque that each wheel's whole reference adds \[N.m\].
-    fn reference_slopes(&self, reference: &[R; N], started: &[bool; N]) -> [R; N] {
-        let mut slopes = *reference;
-        for (slope, &started) in slopes.iter_mut().zip(started) {
-            *slope *= self.pid.slope(started);
+        let mut excess = [R::zero(); N];
+        let mut changed = false;
+        for i in 0..N {
+            let applied = out.range.clip(i, out.applied.n_m[i]);
+            out.applied.n_m[i] = applied;
+            excess[i] = applied - asked[i];
         }
-        slopes
+        for e in excess {
+            changed |= e != R::zero();
+        }
+        let mut limited = Limited {
+            correction: [R::zero(); N],
+            corrected: changed,
+            derivative: out.d_n_m,
+            realised,
+        };
+        if changed {
+            self.condition(state, taken_in, &excess, out, &mut limited);
+        }
+        limited
     }
 
     /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with derivative and reference
@@ -420,29 +435,60 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     #[inline(never)]
     fn condition(
         &self,
+        state: &ControlState<R, N>,
         taken_in: &[R; N],
         excess: &[R; N],
-        started: &[bool; N],
-        active: &[bool; N],
-        derivative: &mut [R; N],
-        realised: &mut [R; N],
-    ) -> [R; N] {
-        // The law is a conditioned controller: what its floor leaves over is conditioned too, wheel by wheel.
-        let law = if self.scales_reference() {
-            AntiWindup::Conditioned
-        } else {
-            self.pid.anti_windup()
+        out: &WheelSample<R, N>,
+        limited: &mut Limited<R, N>,
+    ) {
+        // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
+        let law = match self.coordination.saturation {
+            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
+            _ => self.pid.anti_windup(),
         };
-        let mut correction = [R::zero(); N];
         for i in 0..N {
-            if active[i] {
-                correction[i] = self.pid.correction(law, taken_in[i], excess[i], started[i]);
-                let shift = self.pid.shift(law, excess[i], started[i]);
-                derivative[i] += self.pid.derivative_slope(started[i]) * shift;
-                realised[i] += shift;
+            if out.active[i] {
+                let started = state.started[i];
+                limited.correction[i] = self.pid.correction(law, taken_in[i], excess[i], started);
+                let shift = self.pid.shift(law, excess[i], started);
+                limited.derivative[i] += self.pid.derivative_slope(started) * shift;
+                limited.realised[i] += shift;
             }
         }
-        correction
+    }
+
+    /// Writes the terms of every wheel for its reference and measurement.
+    #[inline]
+    fn write_terms(&self, state: &ControlState<R, N>, taken_in: &[R; N], out: &mut WheelSample<R, N>) {
+        for i in 0..N {
+            out.p_n_m[i] = self
+                .pid
+                .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
+            out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
+            out.d_n_m[i] = R::zero();
+            out.ff_n_m[i] = R::zero();
+        }
+        if !self.pid.remembers() {
+            return;
+        }
+        let (mut last_reference, mut last_measured) = (state.last_reference_rad_s, state.last_measured_rad_s);
+        for i in 0..N {
+            if !state.started[i] {
+                (last_reference[i], last_measured[i]) = (out.reference.rad_s[i], out.measured.rad_s[i]);
+            }
+        }
+        for i in 0..N {
+            let (r, y) = (out.reference.rad_s[i], out.measured.rad_s[i]);
+            let change = self
+                .pid
+                .weighted_change(r, last_reference[i], y, last_measured[i]);
+            out.d_n_m[i] = self.pid.derivative(state.derivative_n_m[i], change);
+        }
+        if self.pid.feeds_forward() {
+            for i in 0..N {
+                out.ff_n_m[i] = self.pid.feed_forward(out.reference.rad_s[i], last_reference[i]);
+            }
+        }
     }
 
     /// Integrals held where [`AntiWindup::Clamp`] says so; shared ones by one factor for all, because cut one by one they
@@ -495,17 +541,14 @@ fn keep<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
 fn let_go<R: Real, const N: usize>(
     dropped: Option<&[bool; N]>,
     state: &mut ControlState<R, N>,
-    reference: &mut [R; N],
-    measured: &mut [R; N],
-    active: &mut [bool; N],
-    range: &mut TorqueRanges<R, N>,
+    out: &mut WheelSample<R, N>,
 ) {
     let zero = R::zero();
     for i in 0..N {
-        if dropped.is_some_and(|dropped| dropped[i]) || !is_plausible(measured[i]) {
-            active[i] = false;
-            (reference[i], measured[i]) = (zero, zero);
-            (range.lower_n_m[i], range.upper_n_m[i]) = (zero, zero);
+        if dropped.is_some_and(|dropped| dropped[i]) || !is_plausible(out.measured.rad_s[i]) {
+            out.active[i] = false;
+            (out.reference.rad_s[i], out.measured.rad_s[i]) = (zero, zero);
+            (out.range.lower_n_m[i], out.range.upper_n_m[i]) = (zero, zero);
             (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
         }
     }

@@ -43,6 +43,9 @@ impl<R: Real> Gram<R> {
     /// `(A^T W A)^-1 A^T W`. All zeros where the Gram matrix is singular: call a check first.
     pub(super) fn forward<const N: usize>(&self, a: &[[R; 3]; N], weights: &[R; N]) -> [[R; N]; 3] {
         let inverse = self.matrix.try_inverse().unwrap_or_else(Matrix3::zeros);
+        // One Newton step: what `forward` leaves of `A x = A x` falls from the square of the Gram matrix's condition to
+        // the condition itself, times the precision.
+        let inverse = inverse + (Matrix3::identity() - inverse * self.matrix) * inverse;
         let mut forward = [[R::zero(); N]; 3];
         for (j, row) in forward.iter_mut().enumerate() {
             for ((f, a), &weight) in row.iter_mut().zip(a).zip(weights) {

@@ -204,7 +204,7 @@ fn conditioned_output_is_that_of_the_reference_the_loop_could_follow() {
     let (mut a, mut b) = (PidState::default(), PidState::default());
     for k in 0..200 {
         let measured = 0.5 * (0.1 * f64::from(k)).sin();
-        let slope = free.slope(b.last.is_some());
+        let slope = free.term_slopes(b.last.is_some()).sum();
         let sample = saturated.step(&mut a, 10.0, measured);
         let realised = 10.0 + (sample.output_n_m - sample.terms.sum()) / slope;
         let same = free.step(&mut b, realised, measured);
