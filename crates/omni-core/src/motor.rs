@@ -137,6 +137,8 @@ pub(crate) struct TorqueLimits<R, const N: usize> {
     stall: [R; N],
     slope: [R; N],
     cap: [R; N],
+    /// No limit depends on the velocity.
+    constant: bool,
 }
 
 impl<R: Real, const N: usize> TorqueLimits<R, N> {
@@ -145,6 +147,7 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
             stall: limits.map(|l| l.stall_n_m),
             slope: limits.map(|l| l.slope_n_m_s_rad),
             cap: limits.map(|l| l.cap_n_m),
+            constant: limits.iter().all(|l| l.slope_n_m_s_rad == R::zero()),
         }
     }
 
@@ -152,6 +155,11 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
     #[inline]
     pub(crate) fn ranges(&self, velocities: &[R; N], ranges: &mut TorqueRanges<R, N>) {
         let zero = R::zero();
+        if self.constant {
+            ranges.upper_n_m = self.cap;
+            ranges.lower_n_m = self.cap.map(|cap| -cap);
+            return;
+        }
         for i in 0..N {
             let (v, cap) = (velocities[i], self.cap[i]);
             let driving = self.stall[i] - self.slope[i] * v.abs();
@@ -232,6 +240,16 @@ mod tests {
             .expect("valid")
             .capped(1.2)
             .expect("valid");
+        let constants = [
+            TorqueLimit::constant(0.5).expect("valid"),
+            TorqueLimit::constant(2.0_f32).expect("valid"),
+        ];
+        let mut ranges = TorqueRanges::unlimited();
+        TorqueLimits::new(&constants).ranges(&[-3.0, 3.0], &mut ranges);
+        assert_eq!(
+            (ranges.wheel(0), ranges.wheel(1)),
+            (constants[0].range(-3.0), constants[1].range(3.0))
+        );
         let limits = [
             one,
             TorqueLimit::constant(0.5).expect("valid"),

@@ -316,7 +316,14 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         let mut any = false;
         let (mut requested, mut saturated) = ([R::zero(); N], [false; N]);
         for i in 0..N {
-            requested[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
+            requested[i] = out.p_n_m[i] + out.i_n_m[i];
+        }
+        if self.pid.remembers() {
+            for i in 0..N {
+                requested[i] += out.d_n_m[i] + out.ff_n_m[i];
+            }
+        }
+        for i in 0..N {
             saturated[i] = requested[i] > out.range.upper_n_m[i] || requested[i] < out.range.lower_n_m[i];
         }
         for s in saturated {
@@ -465,9 +472,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 .pid
                 .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
             out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
-            out.d_n_m[i] = R::zero();
-            out.ff_n_m[i] = R::zero();
         }
+        (out.d_n_m, out.ff_n_m) = ([R::zero(); N], [R::zero(); N]);
         if !self.pid.remembers() {
             return;
         }
