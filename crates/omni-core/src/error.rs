@@ -72,6 +72,11 @@ pub(crate) fn within<R: crate::Real>(
     }
 }
 
+/// A control period \[s\] that a loop may have.
+pub(crate) fn period<R: crate::Real>(value: R) -> Result<R, ConfigError> {
+    within("period_s", value, 1e-6..=10.0, "0.000001 to 10")
+}
+
 pub(crate) const POSITIVE: &str = "finite and > 0";
 pub(crate) const NOT_NEGATIVE: &str = "finite and >= 0";
 pub(crate) const FINITE: &str = "finite";

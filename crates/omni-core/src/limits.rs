@@ -4,7 +4,7 @@
 //! addition, and no division by the period is left.
 
 use crate::Real;
-use crate::error::{ConfigError, positive};
+use crate::error::{ConfigError, period};
 
 /// Limits of one axis. The unit of velocity is the user's, \[m/s\] or \[rad/s\]; the other units follow from it.
 ///
@@ -262,7 +262,7 @@ pub struct RateLimiter<R> {
 }
 
 impl<R: Real> RateLimiter<R> {
-    /// A limiter that is stepped every `period_s` \[s\], finite and > 0.
+    /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
     /// The parameter that is out of range: `min_velocity` above 0, `max_velocity` below 0, any other not above 0, any
@@ -272,7 +272,7 @@ impl<R: Real> RateLimiter<R> {
     }
 
     pub(crate) fn named(limits: AxisLimits<R>, period_s: R, names: &AxisNames) -> Result<Self, ConfigError> {
-        let dt = positive("period_s", period_s)?;
+        let dt = period(period_s)?;
         let [min, max, up, down, reverse_up, reverse_down, jerk] = *names;
         Ok(Self {
             min: if limits.min_velocity <= R::zero() {

@@ -4,7 +4,7 @@
 //! pose are compensated sums (after Neumaier, 1974): in `f32` a step of 0.3 mm at 100 m from the origin would else be
 //! rounded to a multiple of 8 micrometres.
 
-use crate::error::{ConfigError, positive};
+use crate::error::{ConfigError, period};
 use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles, WheelVelocities};
 
 /// A sum and what its rounding left out, carried into the next addition.
@@ -168,13 +168,13 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
 }
 
 impl<R: Real, const N: usize> Odometry<R, N> {
-    /// Odometry stepped every `period_s` > 0 \[s\].
+    /// Odometry stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
-    /// Parameter `period_s` where it is not finite or not positive.
+    /// Parameter `period_s` out of its range.
     pub fn new(period_s: R) -> Result<Self, ConfigError> {
         Ok(Self {
-            period_s: positive("period_s", period_s)?,
+            period_s: period(period_s)?,
         })
     }
 

@@ -5,7 +5,7 @@ mod feed_forward;
 #[cfg(test)]
 mod tests;
 
-use crate::error::{ConfigError, within};
+use crate::error::{ConfigError, period, within};
 use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
 pub use feed_forward::FeedForward;
@@ -216,7 +216,7 @@ impl<R: Real> Pid<R> {
         let gain = |name, value| within(name, value, 0.0..=1e6, "0 to 1000000");
         let weight = |name, value| within(name, value, 0.0..=1.0, "0 to 1");
         let PidConfig { gains, output, .. } = config;
-        let dt = within("period_s", config.period_s, 1e-6..=10.0, "0.000001 to 10")?;
+        let dt = period(config.period_s)?;
         let kp = gain("kp_n_m_s_rad", gains.kp_n_m_s_rad)?;
         let ki_dt = gain("ki_n_m_rad", gains.ki_n_m_rad)? * dt;
         let kd = gain("kd_n_m_s2_rad", gains.kd_n_m_s2_rad)?;

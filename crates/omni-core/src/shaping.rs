@@ -1,7 +1,7 @@
 //! What stands between whoever commands a vehicle and its controller: a check, a time-out and an emergency stop around
 //! the limits.
 
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::{ConfigError, not_negative, period};
 use crate::limits::limit;
 use crate::twist_limits::Vector;
 use crate::{AxisLimits, BodyTwist, Real, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -163,12 +163,12 @@ pub struct CommandShaper<R> {
 }
 
 impl<R: Real> CommandShaper<R> {
-    /// A shaper that is stepped every `period_s` \[s\], finite and > 0.
+    /// A shaper that is stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
     /// The parameter that is out of range; those of the limits as in [`TwistLimiter::new`].
     pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
-        let dt = positive("period_s", period_s)?;
+        let dt = period(period_s)?;
         let oldest = match config.timeout_s {
             // A ratio that is a whole number but for rounding is that number; the cast saturates.
             Some(timeout) => {

@@ -1,6 +1,6 @@
 //! Velocity, acceleration and jerk limits of a twist: axis by axis, or along the motion.
 
-use crate::error::{ConfigError, positive};
+use crate::error::{ConfigError, period};
 use crate::limits::{
     AxisLimits, RateLimiter, RateLimiterState, Sum, axis_names, limit, ramp_start, speed_limit,
 };
@@ -129,7 +129,7 @@ enum Law<R> {
 }
 
 impl<R: Real> TwistLimiter<R> {
-    /// A limiter that is stepped every `period_s` \[s\], finite and > 0.
+    /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
     /// The parameter that is out of range, as `vx.jerk` or `yaw.velocity`; ranges as in [`AxisLimits`] and
@@ -239,7 +239,7 @@ struct Group<R> {
 
 impl<R: Real> Group<R> {
     fn new(limits: MotionLimits<R>, period_s: R, names: [&'static str; 4]) -> Result<Self, ConfigError> {
-        let dt = positive("period_s", period_s)?;
+        let dt = period(period_s)?;
         let [velocity, acceleration, deceleration, jerk] = names;
         Ok(Self {
             speed: speed_limit(velocity, limits.velocity)?,
