@@ -251,8 +251,8 @@ fn every_case_of_the_file_is_asserted_or_says_why_not() {
     }
     assert_eq!(asserted, CHECKS.len(), "an entry without a case");
     assert!(UNASSERTED.len() <= 5);
-    println!("{asserted} cases asserted, {} not:", UNASSERTED.len());
+    eprintln!("{asserted} cases asserted, {} not:", UNASSERTED.len());
     for (suite, id, why) in UNASSERTED {
-        println!("  {suite}/{id}: {why}");
+        eprintln!("  {suite}/{id}: {why}");
     }
 }
