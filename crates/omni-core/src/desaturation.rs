@@ -4,6 +4,22 @@ use crate::error::{ConfigError, within};
 use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
 
 /// What gives way when a wheel would have to turn faster than it can.
+///
+/// ```
+/// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
+/// // 5 rad/s of every wheel for translation, 20 for yaw, 10 allowed: yaw is too much even alone.
+/// let twist = BodyTwist { vx_m_s: 0.5, vy_m_s: 0.0, wz_rad_s: 4.0 };
+/// for (gives_way, translation, yaw) in [
+///     (Desaturation::Uniform, 10.0 / 25.0, 10.0 / 25.0),
+///     (Desaturation::YawFirst, 0.0, 10.0 / 20.0),
+///     (Desaturation::TranslationFirst, 1.0, (10.0 - 5.0) / 20.0),
+/// ] {
+///     let limited = SpeedLimits::new([10.0; 4], gives_way)?.desaturate(&kinematics, &twist);
+///     assert!((limited.translation_factor - translation).abs() < 1e-12 && (limited.yaw_factor - yaw).abs() < 1e-12);
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Desaturation {
     /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
@@ -14,7 +30,7 @@ pub enum Desaturation {
     TranslationFirst,
 }
 
-/// Speed limits of the actuators and what gives way to them.
+/// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
@@ -37,6 +53,20 @@ pub struct SpeedLimits<R, const N: usize> {
 }
 
 /// A twist that every wheel can follow.
+///
+/// ```
+/// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
+/// let weak_fourth = SpeedLimits::new([20.0, 20.0, 20.0, 5.0], Desaturation::Uniform)?;
+/// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO };
+/// let limited = weak_fourth.desaturate(&kinematics, &ahead);
+/// assert_eq!(limited.limiting, Some(3));
+/// assert!((limited.translation_factor - 5.0 / 10.0).abs() < 1e-12); // 5 rad/s of 10
+/// for velocity in limited.velocities.rad_s {
+///     assert!((velocity - 5.0).abs() < 1e-12); // all of them, to go on straight
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Desaturated<R, const N: usize> {
     /// The twist as reduced.
@@ -69,6 +99,12 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     ///
     /// # Errors
     /// Parameter `limit_rad_s` with the wheel's index.
+    ///
+    /// ```
+    /// use omni_core::{Desaturation, SpeedLimits};
+    /// let error = SpeedLimits::new([9.0_f64, 9.0, -9.0], Desaturation::Uniform).unwrap_err(); // a speed has no sign
+    /// assert_eq!((error.parameter, error.index, error.value), ("limit_rad_s", Some(2), -9.0));
+    /// ```
     pub fn new(limit_rad_s: [R; N], gives_way: Desaturation) -> Result<Self, ConfigError> {
         for (index, &limit) in limit_rad_s.iter().enumerate() {
             within("limit_rad_s", limit, f64::MIN_POSITIVE..=1e6, "above 0, to 1e6")
@@ -84,12 +120,33 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     }
 
     /// The twist nearest to `twist` in the chosen sense that every wheel can follow. Closed form, O(N).
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
+    /// // Ahead and to the left, front right and rear left turn with (0.8 + 0.6) / 0.1 = 14 rad/s; 7 is what they can.
+    /// let limits = SpeedLimits::new([7.0; 4], Desaturation::Uniform)?;
+    /// let twist = BodyTwist { vx_m_s: 0.8, vy_m_s: 0.6, wz_rad_s: 0.0 };
+    /// let limited = limits.desaturate(&kinematics, &twist).twist;
+    /// assert!((limited.vx_m_s - 0.4).abs() < 1e-12 && (limited.vy_m_s - 0.3).abs() < 1e-12); // the same direction
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn desaturate(&self, kinematics: &Kinematics<R, N>, twist: &BodyTwist<R>) -> Desaturated<R, N> {
         self.desaturate_without(kinematics, twist, &[false; N])
     }
 
     /// [`SpeedLimits::desaturate`] where the wheels marked in `dropped` have no say: they do not drive.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
+    /// let weak_fourth = SpeedLimits::new([20.0, 20.0, 20.0, 5.0], Desaturation::Uniform)?;
+    /// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO };
+    /// let without = weak_fourth.desaturate_without(&kinematics, &ahead, &[false, false, false, true]);
+    /// assert_eq!((without.translation_factor, without.limiting), (1.0, None)); // the others can do 10 rad/s
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn desaturate_without(
         &self,

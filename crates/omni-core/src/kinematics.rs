@@ -13,6 +13,17 @@ use crate::{BodyDisplacement, BodyTwist, Real, WheelAngles, WheelLayout, WheelVe
 use forward_map::{Gram, column_average};
 
 /// How a body twist is estimated from more wheel velocities than a body has motions.
+///
+/// ```
+/// use omni_core::{ForwardMap, Kinematics, WheelLayout};
+/// let layout = WheelLayout::<f64, 7>::chugo7(0.2, 0.1, 0.1)?;
+/// let spin = [0.0, 12.0, 0.0, 0.0, 0.0, 0.0, 0.0].into(); // wheel 2 alone
+/// let yaw_rate = |map| Kinematics::with_forward(&layout, map).expect("valid").forward(&spin).wz_rad_s;
+/// // A yaw rate of 1 turns wheels 2 and 6 twice (0.2 / 0.1), the others on the sides once.
+/// assert!((yaw_rate(ForwardMap::LeastSquares) - 12.0 * 2.0 / (2.0 * 4.0 + 4.0 * 1.0)).abs() < 1e-12);
+/// assert!((yaw_rate(ForwardMap::PaperAverage) - (12.0 / 2.0) / 6.0).abs() < 1e-12); // one of six votes
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForwardMap {
     /// `(A^T A)^-1 A^T`: the twist with the smallest sum of squared wheel errors \[rad/s\].
@@ -45,6 +56,12 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
     ///
     /// # Errors
     /// Parameter `path_factor` with the wheel's index.
+    ///
+    /// ```
+    /// use omni_core::PathFactors;
+    /// let error = PathFactors::new([1.0, 0.0, 1.0_f64]).unwrap_err(); // no wheel stays while the body moves
+    /// assert_eq!((error.parameter, error.index, error.value), ("path_factor", Some(1), 0.0));
+    /// ```
     pub fn new(factor: [R; N]) -> Result<Self, ConfigError> {
         for (index, &f) in factor.iter().enumerate() {
             within("path_factor", f, 0.01..=100.0, "0.01 to 100").map_err(|error| error.at(index))?;
@@ -55,7 +72,15 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         })
     }
 
-    /// Velocities of the wheels from those on flat ground: times the factors.
+    /// Velocities \[rad/s\] of the wheels from those on flat ground: times the factors.
+    ///
+    /// ```
+    /// use omni_core::{PathFactors, WheelVelocities};
+    /// let second_climbs = PathFactors::new([1.0, 1.5, 1.0])?;
+    /// let flat = WheelVelocities { rad_s: [4.0, 4.0, -4.0] };
+    /// assert_eq!(second_climbs.of_wheels(&flat).rad_s, [4.0, 6.0, -4.0]); // a longer path in the same time
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn of_wheels(&self, flat: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
         WheelVelocities {
@@ -63,7 +88,16 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         }
     }
 
-    /// What the wheels' velocities would be on flat ground: over the factors.
+    /// What the wheels' velocities \[rad/s\] would be on flat ground: over the factors. Undoes
+    /// [`PathFactors::of_wheels`].
+    ///
+    /// ```
+    /// use omni_core::{PathFactors, WheelVelocities};
+    /// let second_climbs = PathFactors::new([1.0, 2.0, 1.0])?;
+    /// let measured = WheelVelocities { rad_s: [4.0, 8.0, -4.0] };
+    /// assert_eq!(second_climbs.of_body(&measured).rad_s, [4.0, 4.0, -4.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn of_body(&self, wheels: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
         WheelVelocities {
@@ -104,6 +138,15 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// # Errors
     /// Parameter `layout` where the wheels cannot move the vehicle in three directions (the value is the rank reached),
     /// `condition_number` above [`crate::CONDITION_LIMIT`].
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// // vx is told by wheels 2 and 4, half of the radius each; driving forward, wheel 2 turns backwards.
+    /// let [_, second, _, fourth] = kinematics.forward_matrix()[0];
+    /// assert!((second + 0.05).abs() < 1e-15 && (fourth - 0.05).abs() < 1e-15);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn new(layout: &WheelLayout<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, ForwardMap::LeastSquares)
     }
@@ -113,6 +156,17 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// # Errors
     /// As [`Kinematics::new`]; parameter `forward_map` where the average is not a left inverse of this layout (the
     /// value is the largest deviation from the identity).
+    ///
+    /// ```
+    /// use omni_core::{ForwardMap, Kinematics, WheelLayout};
+    /// let seven = WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?;
+    /// let average = Kinematics::with_forward(&seven, ForwardMap::PaperAverage)?;
+    /// assert!((average.forward_matrix()[0][3] - 0.066 / 5.0).abs() < 1e-15); // one of five along x
+    /// // Three omni wheels of which each turns for forward and left motion at once: averages mix the two up.
+    /// let three = WheelLayout::<f64, 3>::omni(0.2, 0.3, 0.05)?;
+    /// assert_eq!(Kinematics::with_forward(&three, ForwardMap::PaperAverage).unwrap_err().parameter, "forward_map");
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn with_forward(layout: &WheelLayout<R, N>, map: ForwardMap) -> Result<Self, ConfigError> {
         let least_squares = Self::weighted(layout, &[R::one(); N])?;
         match map {
@@ -191,6 +245,17 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// Actuator velocities \[rad/s\] that move the vehicle with `twist`: eqs. (8), (9). The wheels turn `gear` times that.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let turn_left = BodyTwist { wz_rad_s: 0.5, ..BodyTwist::ZERO };
+    /// let wheels = kinematics.inverse(&turn_left).rad_s;
+    /// assert!((wheels[5] - 0.30 * 0.5 / 0.066).abs() < 1e-12); // wheel 6, R1 ahead of the middle
+    /// assert!((wheels[6] - 0.23 * 0.5 / 0.066).abs() < 1e-12); // wheel 7, R2 beside it
+    /// assert_eq!(wheels[3], 0.0); // wheel 4 in the middle
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn inverse(&self, twist: &BodyTwist<R>) -> WheelVelocities<R, N> {
         let [vx, vy, wz] = twist.to_array();
@@ -199,13 +264,36 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         }
     }
 
-    /// [`Kinematics::inverse`] of wheels that cover `path` times the way of the body beneath them.
+    /// [`Kinematics::inverse`] of wheels that cover `path` times the way of the body beneath them: actuator velocities
+    /// \[rad/s\].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, PathFactors, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let forward = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let front_climbs = PathFactors::new([1.2, 1.2, 1.0, 1.0])?;
+    /// let wheels = kinematics.inverse_along(&forward, &front_climbs).rad_s;
+    /// assert!((wheels[0] - 1.2 * 0.5 / 0.1).abs() < 1e-12 && (wheels[2] - 0.5 / 0.1).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn inverse_along(&self, twist: &BodyTwist<R>, path: &PathFactors<R, N>) -> WheelVelocities<R, N> {
         path.of_wheels(&self.inverse(twist))
     }
 
-    /// The twist that the actuator velocities \[rad/s\] amount to: eq. (6).
+    /// The twist that the actuator velocities \[rad/s\] amount to: eq. (6), by the forward map chosen. Linear;
+    /// velocities that no motion explains are averaged out, not refused.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// // Every wheel at 5 rad/s: straight ahead with 5 * 0.1 m/s.
+    /// let twist = kinematics.forward(&[5.0; 4].into());
+    /// assert!((twist.vx_m_s - 0.5).abs() < 1e-12 && twist.vy_m_s.abs() < 1e-12 && twist.wz_rad_s.abs() < 1e-12);
+    /// // The right wheels forward, the left ones back: a turn to the left, 0.5 m/s at (0.6 + 0.4) / 2 m.
+    /// assert!((kinematics.forward(&[-5.0, 5.0, -5.0, 5.0].into()).wz_rad_s - 1.0).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn forward(&self, velocities: &WheelVelocities<R, N>) -> BodyTwist<R> {
         BodyTwist::from_array(self.apply_forward(&velocities.rad_s))
@@ -213,6 +301,16 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
 
     /// [`Kinematics::forward`] of wheels that cover `path` times the way of the body beneath them: each wheel's velocity
     /// is first divided by its factor. Undoes [`Kinematics::inverse_along`].
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, PathFactors, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let front_climbs = PathFactors::new([1.2, 1.2, 1.0, 1.0])?;
+    /// let measured = [6.0, 6.0, 5.0, 5.0].into();
+    /// assert!((kinematics.forward_along(&measured, &front_climbs).vx_m_s - 0.5).abs() < 1e-12); // what the body does
+    /// assert!((kinematics.forward(&measured).vx_m_s - 0.55).abs() < 1e-12); // what it would be on flat ground
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn forward_along(
         &self,
@@ -236,7 +334,19 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         BodyDisplacement::from_array(self.apply_forward(&increments.rad))
     }
 
-    /// The part of increments of the actuator angles \[rad\] that no motion of the vehicle explains.
+    /// The part of increments of the actuator angles \[rad\] that no motion of the vehicle explains: `(I - A A+) dphi`,
+    /// the residual of [`Kinematics::residual`] for angles.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelAngles, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// // All by 0.1 rad, the first by 0.04 more: four wheels share a slip that one check finds.
+    /// let rest = kinematics.increment_residual(&WheelAngles { rad: [0.14, 0.1, 0.1, 0.1] });
+    /// for (rest, expected) in rest.rad.iter().zip([0.01, 0.01, -0.01, -0.01]) {
+    ///     assert!((rest - expected).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn increment_residual(&self, increments: &WheelAngles<R, N>) -> WheelAngles<R, N> {
         WheelAngles {
@@ -248,13 +358,36 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         }
     }
 
-    /// The part of `velocities` \[rad/s\] that some motion of a rigid body explains: `A A+ v`.
+    /// The part of `velocities` \[rad/s\] that some motion of a rigid body explains: `A A+ v`. Projecting twice changes
+    /// nothing more; with [`Kinematics::residual`] it adds up to `velocities`.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.35, 0.27, 0.1)?)?;
+    /// // Wheel 4 alone spins with 5 rad/s: a fifth of it could be forward motion, in which all five of them turn.
+    /// let explained = kinematics.project(&[0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0].into());
+    /// for (wheel, expected) in explained.rad_s.iter().zip([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0]) {
+    ///     assert!((wheel - expected).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn project(&self, velocities: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
         self.inverse(&self.forward(velocities))
     }
 
-    /// [`Kinematics::project`] of wheels that cover `path` times the way of the body beneath them.
+    /// [`Kinematics::project`] of wheels that cover `path` times the way of the body beneath them: actuator velocities
+    /// \[rad/s\].
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, PathFactors, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let climbing = [6.0, 6.0, 5.0, 5.0].into();
+    /// let front_climbs = PathFactors::new([1.2, 1.2, 1.0, 1.0])?;
+    /// let explained = kinematics.project_along(&climbing, &front_climbs);
+    /// assert!((explained.rad_s[0] - 6.0).abs() < 1e-12); // all of it is one motion
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn project_along(
         &self,
@@ -306,19 +439,49 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// Condition number of the inverse map, yaw measured at the wheels' mean lever: 1 (best) to
-    /// [`crate::CONDITION_LIMIT`].
+    /// [`crate::CONDITION_LIMIT`]. The largest over the smallest singular value, of all wheels alike: weights and
+    /// wheels left out do not count.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// // Four omni wheels on a circle: no direction of motion is told better than another, whatever the lengths.
+    /// let four = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// assert!((four.condition_number() - 1.0).abs() < 1e-12);
+    /// // Five wheels along x against two along y.
+    /// let seven = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// assert!((seven.condition_number() - 2.5_f64.sqrt()).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn condition_number(&self) -> R {
         Gram::new(&self.inverse, &[R::one(); N]).condition_number()
     }
 
-    /// The inverse map `A`, one row `[1/m, 1/m, 1]` a wheel: the matrix printed as eq. (9).
+    /// The inverse map `A`, `N` x 3, one row `[rad/m, rad/m, 1]` a wheel: the matrix printed as eq. (9).
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let [vx, vy, wz] = kinematics.inverse_matrix()[2]; // wheel 3, rear left, turns backwards on the way forward
+    /// assert!((vx + 1.0 / 0.066).abs() < 1e-12 && vy == 0.0 && (wz - 0.23 / 0.066).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn inverse_matrix(&self) -> &[[R; 3]; N] {
         &self.inverse
     }
 
-    /// The forward map, one row an axis: J of eq. (7) where [`ForwardMap::PaperAverage`] was chosen.
+    /// The forward map, 3 x `N`, one row an axis, in \[m/rad, m/rad, 1\]: J of eq. (7) where
+    /// [`ForwardMap::PaperAverage`] was chosen. A wheel left out has a column of zeros.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let [vx, vy, _] = kinematics.forward_matrix();
+    /// assert!((vx[0] - 0.066 / 5.0).abs() < 1e-15 && (vx[2] + 0.066 / 5.0).abs() < 1e-15); // five wheels roll along x
+    /// assert!((vy[1] + 0.066 / 2.0).abs() < 1e-15 && (vy[5] - 0.066 / 2.0).abs() < 1e-15); // wheels 2 and 6 along y
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn forward_matrix(&self) -> &[[R; N]; 3] {
         &self.forward

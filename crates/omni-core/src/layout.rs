@@ -39,9 +39,17 @@ pub struct Wheel<R> {
 }
 
 impl<R: Real> Wheel<R> {
-    /// An omni wheel (rollers along the rim) at `position_m`, rolling along `rolling_direction`; direct drive.
+    /// An omni wheel (rollers along the rim) at `position_m` \[m\], rolling along `rolling_direction` (any length but
+    /// zero), its radius `radius_m` \[m\]; direct drive. Ranges as those of the fields, checked when put into a
+    /// [`WheelLayout`].
     ///
-    /// Checked when put into a [`WheelLayout`].
+    /// ```
+    /// use omni_core::Wheel;
+    /// // 0.2 m ahead, rolling to the left: forward motion slides along its rollers.
+    /// let front = Wheel::omni([0.2_f64, 0.0], [0.0, 3.0], 0.1);
+    /// let [vx, vy, wz] = front.rates_per_twist();
+    /// assert!(vx == 0.0 && (vy - 1.0 / 0.1).abs() < 1e-12 && (wz - 0.2 / 0.1).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn omni(position_m: [R; 2], rolling_direction: [R; 2], radius_m: R) -> Self {
         Self {
@@ -73,13 +81,30 @@ impl<R: Real> Wheel<R> {
         }
     }
 
-    /// The same wheel behind a gear: wheel velocity over actuator velocity is `gear`.
+    /// The same wheel behind a gear: wheel velocity over actuator velocity is `gear`, 1e-6 to 1000, checked when put
+    /// into a [`WheelLayout`]. Replaces a gear it had.
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// let direct = Wheel::omni([0.0_f64, 0.2], [1.0, 0.0], 0.05);
+    /// // Behind 20:1 the motor turns twenty times for one turn of the wheel: 20 rad/s a rad/s of it.
+    /// let ratio = direct.geared(0.05).rates_per_twist()[0] / direct.rates_per_twist()[0];
+    /// assert!((ratio - 20.0).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn geared(self, gear: R) -> Self {
         Self { gear, ..self }
     }
 
-    /// The same wheel with its motor mounted the other way round.
+    /// The same wheel with its motor mounted the other way round: the actuator's velocity and torque change sign.
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// let wheel = Wheel::omni([0.0_f64, 0.2], [1.0, 0.0], 0.05);
+    /// assert_eq!(wheel.rates_per_twist()[0], 20.0);
+    /// assert_eq!(wheel.with_reversed_motor().rates_per_twist()[0], -20.0);
+    /// assert_eq!(wheel.with_reversed_motor().with_reversed_motor(), wheel);
+    /// ```
     #[must_use]
     pub fn with_reversed_motor(self) -> Self {
         Self {
@@ -88,7 +113,14 @@ impl<R: Real> Wheel<R> {
         }
     }
 
-    /// Wheel velocity per actuator velocity: the gear with the sign of the mounting.
+    /// Wheel velocity per actuator velocity: the gear, negative for a motor mounted the other way round.
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// let wheel = Wheel::omni([0.0, 0.2], [1.0, 0.0], 0.05).geared(0.05).with_reversed_motor();
+    /// assert_eq!(wheel.wheel_per_actuator(), -0.05);
+    /// assert!((40.0_f64 * wheel.wheel_per_actuator() + 2.0).abs() < 1e-15); // 40 rad/s of the motor, -2 of the wheel
+    /// ```
     #[must_use]
     pub fn wheel_per_actuator(&self) -> R {
         if self.reversed { -self.gear } else { self.gear }
@@ -98,6 +130,15 @@ impl<R: Real> Wheel<R> {
     ///
     /// A wheel constrains the ground velocity of its contact along the roller's axis `a` only:
     /// `a . (v + wz x p) = k v_i r (a . d)`.
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// // A roller whose axis points 60 degrees to the left of forward, no lever.
+    /// let wheel = Wheel::mecanum([0.0, 0.0], 60.0_f64.to_radians(), 0.1);
+    /// let [vx, vy, wz] = wheel.rates_per_twist();
+    /// assert!((vx - 10.0).abs() < 1e-12); // 1 / r, whatever the rollers
+    /// assert!((vy - 10.0 * 3.0_f64.sqrt()).abs() < 1e-12 && wz == 0.0); // tan(60) / r
+    /// ```
     #[must_use]
     pub fn rates_per_twist(&self) -> [R; 3] {
         let [dx, dy] = self.unit_direction();
@@ -108,7 +149,14 @@ impl<R: Real> Wheel<R> {
         [ax / reach, ay / reach, (ay * x - ax * y) / reach]
     }
 
-    /// The rolling direction with length 1.
+    /// The rolling direction with length 1; NaN for a direction of length zero, which no [`WheelLayout`] accepts.
+    ///
+    /// ```
+    /// use omni_core::Wheel;
+    /// let wheel = Wheel::omni([0.0_f64, 0.0], [3.0, -4.0], 0.1);
+    /// let [x, y] = wheel.unit_direction();
+    /// assert!((x - 0.6).abs() < 1e-15 && (y + 0.8).abs() < 1e-15);
+    /// ```
     #[must_use]
     pub fn unit_direction(&self) -> [R; 2] {
         let [x, y] = self.rolling_direction;
@@ -140,7 +188,17 @@ impl<R: Real> Wheel<R> {
     }
 }
 
-/// `N` wheels that together can move the vehicle in every direction; checked when built.
+/// `N` wheels that together can move the vehicle in every direction; checked when built. Their order is that of every
+/// array over wheels.
+///
+/// ```
+/// use omni_core::{Kinematics, WheelLayout};
+/// let layout = WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?;
+/// let rows = *Kinematics::new(&layout)?.inverse_matrix();
+/// assert_eq!(rows[1], layout.wheels()[1].rates_per_twist()); // wheel 2 has index 1, here and everywhere
+/// assert!((rows[1][2] - 0.30 / 0.066).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelLayout<R, const N: usize> {
     wheels: [Wheel<R>; N],
@@ -200,6 +258,13 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
     }
 
     /// The wheels, in order.
+    ///
+    /// ```
+    /// use omni_core::WheelLayout;
+    /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.05)?;
+    /// assert_eq!(layout.wheels()[2].position_m, [-0.3, 0.2]); // the third is rear left
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn wheels(&self) -> &[Wheel<R>; N] {
         &self.wheels

@@ -36,13 +36,39 @@ mod sealed {
 /// assert_eq!(0.25_f32.as_f64(), 0.25);
 /// ```
 pub trait Real: sealed::Sealed {
-    /// The nearest value of this type to `x`.
+    /// The nearest value of this type to `x`; infinite where `x` is beyond its range, NaN for NaN.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// assert_eq!(f32::of(0.1), 0.1_f32); // rounded once
+    /// assert!((f32::of(0.1).as_f64() - 0.1).abs() < 0.1 * 2.0_f64.powi(-24)); // half a unit in the last place
+    /// assert_eq!(f32::of(1e39), f32::INFINITY);
+    /// ```
     fn of(x: f64) -> Self;
     /// This value as `f64`, exactly.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// assert_eq!(0.1_f32.as_f64(), 13_421_773.0 / 2.0_f64.powi(27)); // what 0.1 is in binary, digit by digit
+    /// ```
     fn as_f64(self) -> f64;
     /// Neither infinite nor NaN.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// assert!(f32::MAX.is_finite_real() && !(2.0 * f32::MAX).is_finite_real());
+    /// assert!(!f64::NAN.is_finite_real());
+    /// ```
     fn is_finite_real(self) -> bool;
-    /// `self` held between `lower` and `upper`; `upper` wins where they cross. Unlike `f32::clamp` it cannot panic.
+    /// `self` held between `lower` and `upper`; `upper` wins where they cross. Unlike `f32::clamp` it cannot panic. NaN
+    /// stays NaN; a bound that is NaN bounds nothing.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// assert_eq!((-3.0_f32).limited(-1.0, 2.0), -1.0);
+    /// assert_eq!(1.5_f32.limited(-1.0, 2.0), 1.5);
+    /// assert_eq!(0.0_f32.limited(2.0, 1.0), 1.0); // crossed
+    /// ```
     fn limited(self, lower: Self, upper: Self) -> Self {
         let x = if self < lower { lower } else { self };
         if x > upper { upper } else { x }

@@ -46,7 +46,13 @@ impl BodyTwist<f64> {
 }
 
 impl<R: Real> BodyTwist<R> {
-    /// At rest.
+    /// At rest: 0 m/s, 0 m/s, 0 rad/s.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// assert_eq!(BodyTwist::<f32>::zero().to_array(), [0.0_f32; 3]);
+    /// assert_eq!(BodyTwist::zero(), BodyTwist::ZERO); // the constant is f64 only
+    /// ```
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -57,12 +63,24 @@ impl<R: Real> BodyTwist<R> {
     }
 
     /// `[vx, vy, wz]` in \[m/s, m/s, rad/s\]: the vector X' of eq. (6).
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// let left = BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO };
+    /// assert_eq!(left.to_array(), [0.0, 0.2, 0.0]);
+    /// ```
     #[must_use]
     pub fn to_array(self) -> [R; 3] {
         [self.vx_m_s, self.vy_m_s, self.wz_rad_s]
     }
 
-    /// The inverse of [`BodyTwist::to_array`].
+    /// The inverse of [`BodyTwist::to_array`]: `[vx, vy, wz]` in \[m/s, m/s, rad/s\].
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// let turn_right = BodyTwist::from_array([0.0, 0.0, -0.5]);
+    /// assert_eq!(turn_right.wz_rad_s, -0.5);
+    /// ```
     #[must_use]
     pub fn from_array([vx_m_s, vy_m_s, wz_rad_s]: [R; 3]) -> Self {
         Self {
@@ -151,7 +169,17 @@ impl<R: Real> BodyTwist<R> {
         of_point.at_point([-x_m, -y_m])
     }
 
-    /// The same motion seen from the world, for a vehicle at `pose`.
+    /// The same motion seen from the world, for a vehicle at `pose`: (vx, vy) turned by the yaw. The place has no
+    /// effect. Undoes [`WorldTwist::to_body`]. In `f32` the yaw should stay within 8192 rad ([`Real::sine_cosine`]).
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, PlanarPose};
+    /// let facing_left = PlanarPose { yaw_rad: core::f64::consts::FRAC_PI_2, ..PlanarPose::origin() };
+    /// let world = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.1, wz_rad_s: 0.5 }.to_world(&facing_left);
+    /// assert!((world.vy_m_s - 0.3).abs() < 1e-15); // its forward is the world's y,
+    /// assert!((world.vx_m_s + 0.1).abs() < 1e-15); // its left the way against the world's x
+    /// assert_eq!(world.wz_rad_s, 0.5);
+    /// ```
     #[must_use]
     pub fn to_world(self, pose: &PlanarPose<R>) -> WorldTwist<R> {
         let (sin, cos) = pose.yaw_rad.sine_cosine();
@@ -187,19 +215,38 @@ pub struct BodyDisplacement<R> {
 }
 
 impl<R: Real> BodyDisplacement<R> {
-    /// No motion.
+    /// No motion: 0 m, 0 m, 0 rad.
+    ///
+    /// ```
+    /// use omni_core::{BodyDisplacement, PlanarPose};
+    /// let pose = PlanarPose { x_m: 2.0, y_m: -1.0, yaw_rad: 0.7 };
+    /// assert_eq!(pose.moved_by(&BodyDisplacement::zero()), pose);
+    /// assert_eq!(BodyDisplacement::<f64>::zero().to_array(), [0.0; 3]);
+    /// ```
     #[must_use]
     pub fn zero() -> Self {
         Self::from_array([R::zero(); 3])
     }
 
     /// `[dx, dy, dyaw]` in \[m, m, rad\].
+    ///
+    /// ```
+    /// use omni_core::BodyDisplacement;
+    /// let moved = BodyDisplacement { dx_m: 0.5, dy_m: -0.1, dyaw_rad: 6.5 };
+    /// assert_eq!(moved.to_array(), [0.5, -0.1, 6.5]); // more than a turn stays more than a turn
+    /// ```
     #[must_use]
     pub fn to_array(self) -> [R; 3] {
         [self.dx_m, self.dy_m, self.dyaw_rad]
     }
 
-    /// The inverse of [`BodyDisplacement::to_array`].
+    /// The inverse of [`BodyDisplacement::to_array`]: `[dx, dy, dyaw]` in \[m, m, rad\].
+    ///
+    /// ```
+    /// use omni_core::{BodyDisplacement, BodyTwist};
+    /// let twist = BodyTwist { vx_m_s: 0.5, vy_m_s: -0.25, wz_rad_s: 1.0 };
+    /// assert_eq!(twist.over(2.0), BodyDisplacement::from_array([1.0, -0.5, 2.0]));
+    /// ```
     #[must_use]
     pub fn from_array([dx_m, dy_m, dyaw_rad]: [R; 3]) -> Self {
         Self { dx_m, dy_m, dyaw_rad }
@@ -236,7 +283,16 @@ pub struct WorldTwist<R> {
 }
 
 impl<R: Real> WorldTwist<R> {
-    /// The same motion in the frame of a vehicle at `pose`.
+    /// The same motion in the frame of a vehicle at `pose`: (vx, vy) turned back by the yaw. The place has no effect.
+    /// Undoes [`BodyTwist::to_world`]. In `f32` the yaw should stay within 8192 rad ([`Real::sine_cosine`]).
+    ///
+    /// ```
+    /// use omni_core::{PlanarPose, WorldTwist};
+    /// // Facing 30 degrees to the left of world x: world y is half ahead of it, the rest to its left.
+    /// let pose = PlanarPose { yaw_rad: core::f64::consts::FRAC_PI_6, ..PlanarPose::origin() };
+    /// let body = WorldTwist { vx_m_s: 0.0, vy_m_s: 1.0, wz_rad_s: 0.0 }.to_body(&pose);
+    /// assert!((body.vx_m_s - 0.5).abs() < 1e-15 && (body.vy_m_s - 0.75_f64.sqrt()).abs() < 1e-15);
+    /// ```
     #[must_use]
     pub fn to_body(self, pose: &PlanarPose<R>) -> BodyTwist<R> {
         let (sin, cos) = pose.yaw_rad.sine_cosine();
@@ -270,7 +326,14 @@ pub struct PlanarPose<R> {
 }
 
 impl<R: Real> PlanarPose<R> {
-    /// At the world's origin, facing along its x.
+    /// At the world's origin, facing along its x: 0 m, 0 m, 0 rad.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, PlanarPose};
+    /// let twist = BodyTwist { vx_m_s: 0.3, vy_m_s: -0.1, wz_rad_s: 0.5 };
+    /// let world = twist.to_world(&PlanarPose::origin()); // here both frames are the same
+    /// assert_eq!((world.vx_m_s, world.vy_m_s), (0.3, -0.1));
+    /// ```
     #[must_use]
     pub fn origin() -> Self {
         Self {
@@ -286,6 +349,15 @@ impl<R: Real> PlanarPose<R> {
     /// sin(dyaw/2) / (dyaw/2) R(yaw + dyaw/2) (dx, dy). The heading is added up as it is, not wrapped; in `f32` it should
     /// stay within 8192 rad ([`Real::sine_cosine`]). Over many steps use [`Odometry`](crate::Odometry), which does
     /// not lose what a sum rounds away.
+    ///
+    /// ```
+    /// use omni_core::{BodyDisplacement, PlanarPose};
+    /// // Half a circle of radius 1 m to the left: 2 m to the left of where it began, facing back.
+    /// let half_turn = core::f64::consts::PI;
+    /// let end = PlanarPose::origin().moved_by(&BodyDisplacement { dx_m: half_turn, dy_m: 0.0, dyaw_rad: half_turn });
+    /// assert!(end.x_m.abs() < 1e-15 && (end.y_m - 2.0).abs() < 1e-15);
+    /// assert_eq!(end.yaw_rad, half_turn);
+    /// ```
     #[must_use]
     pub fn moved_by(self, displacement: &BodyDisplacement<R>) -> Self {
         let [dx, dy] = displacement.in_world(self.yaw_rad);

@@ -13,12 +13,28 @@ macro_rules! per_wheel {
 
         impl<R: Real, const N: usize> $name<R, N> {
             /// Zero for every wheel.
+            ///
+            /// At rest, or without torque: a start for what is filled in wheel by wheel.
+            ///
+            /// ```
+            /// use omni_core::{WheelAngles, WheelTorques, WheelVelocities};
+            /// assert_eq!(WheelVelocities::<f32, 3>::zero().rad_s, [0.0; 3]);
+            /// assert_eq!(WheelTorques::<f64, 4>::zero().n_m, [0.0; 4]);
+            /// assert_eq!(WheelAngles::<f64, 7>::zero().rad, [0.0; 7]);
+            /// ```
             #[must_use]
             pub fn zero() -> Self {
                 Self { $field: [R::zero(); N] }
             }
 
             /// Every number is finite: neither NaN nor infinite.
+            ///
+            /// ```
+            /// use omni_core::{WheelAngles, WheelTorques, WheelVelocities};
+            /// assert!(WheelVelocities { rad_s: [1e30_f32, -1e30] }.is_finite()); // absurd, but a number
+            /// assert!(!WheelTorques { n_m: [0.5, f64::NAN] }.is_finite()); // one is enough
+            /// assert!(!WheelAngles { rad: [0.0, f64::NEG_INFINITY] }.is_finite());
+            /// ```
             #[must_use]
             pub fn is_finite(&self) -> bool {
                 self.$field.iter().all(|x| x.is_finite_real())
