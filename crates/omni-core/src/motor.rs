@@ -55,6 +55,14 @@ impl<R: Real> TorqueLimit<R> {
     ///
     /// # Errors
     /// Parameter `torque_n_m` where it is not finite or not positive.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let limit = TorqueLimit::constant(2.0)?;
+    /// assert_eq!(limit.range(-1000.0).lower_n_m, -2.0); // drives backwards as strongly as at rest
+    /// assert_eq!(TorqueLimit::constant(-2.0).unwrap_err().parameter, "torque_n_m");
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn constant(torque_n_m: R) -> Result<Self, ConfigError> {
         let torque = positive("torque_n_m", torque_n_m)?;
         Ok(Self {
@@ -67,7 +75,15 @@ impl<R: Real> TorqueLimit<R> {
     /// A line from `stall_torque_n_m` > 0 \[N.m\] at rest down by `slope_n_m_s_rad` >= 0 \[N.m per rad/s\].
     ///
     /// # Errors
-    /// The parameter that is out of range.
+    /// Parameter `stall_torque_n_m` or `slope_n_m_s_rad` where it is out of range or not finite.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let limit = TorqueLimit::line(2.0, 0.25)?;
+    /// // 2 N.m at rest, 0.25 less for every rad/s, nothing from 2.0 / 0.25 = 8 rad/s on.
+    /// assert_eq!([0.0, 4.0, 8.0, 9.0].map(|v| limit.range(v).upper_n_m), [2.0, 1.0, 0.0, 0.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn line(stall_torque_n_m: R, slope_n_m_s_rad: R) -> Result<Self, ConfigError> {
         let stall = positive("stall_torque_n_m", stall_torque_n_m)?;
         let slope = not_negative("slope_n_m_s_rad", slope_n_m_s_rad)?;
@@ -82,6 +98,15 @@ impl<R: Real> TorqueLimit<R> {
     ///
     /// # Errors
     /// Parameter `torque_n_m` where it is not finite or not positive.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let capped = TorqueLimit::line(2.0, 0.25)?.capped(1.5)?;
+    /// // Flat up to (2.0 - 1.5) / 0.25 = 2 rad/s, then the line.
+    /// assert_eq!([0.0, 2.0, 4.0].map(|v| capped.range(v).upper_n_m), [1.5, 1.5, 1.0]);
+    /// assert_eq!(capped.capped(9.0)?, capped); // a higher cap changes nothing
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn capped(self, torque_n_m: R) -> Result<Self, ConfigError> {
         let cap = positive("torque_n_m", torque_n_m)?;
         Ok(Self {
@@ -92,6 +117,15 @@ impl<R: Real> TorqueLimit<R> {
 
     /// Eq. (13): 196.13 mN.m at rest, 1.713 mN.m less for every rpm. Serves the simulation of section 3.3 of the paper;
     /// its peak power of 0.59 W cannot lift a vehicle over a step.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let limit = TorqueLimit::<f64>::chugo();
+    /// assert!((limit.range(0.0).upper_n_m - 0.19613).abs() < 1e-12);
+    /// let no_load_rad_s = 196.13 / 1.713 * core::f64::consts::PI / 30.0; // 114.5 rpm
+    /// assert!(limit.range(0.999 * no_load_rad_s).upper_n_m > 0.0);
+    /// assert_eq!(limit.range(1.001 * no_load_rad_s).upper_n_m, 0.0);
+    /// ```
     #[must_use]
     pub fn chugo() -> Self {
         let milli = 1e-3;
@@ -104,7 +138,16 @@ impl<R: Real> TorqueLimit<R> {
         }
     }
 
-    /// Lowest and highest torque at the actuator velocity \[rad/s\]. Nothing where that is NaN.
+    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. Nothing where that is NaN.
+    ///
+    /// ```
+    /// use omni_core::{TorqueLimit, TorqueRange};
+    /// let limit = TorqueLimit::line(2.0, 0.25)?;
+    /// // Turning backwards it drives with up to 1 N.m and brakes with up to 2.
+    /// assert_eq!(limit.range(-4.0), TorqueRange { lower_n_m: -1.0, upper_n_m: 2.0 });
+    /// assert_eq!(limit.range(f64::NAN), TorqueRange { lower_n_m: 0.0, upper_n_m: 0.0 });
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[inline]
     #[must_use]
     pub fn range(&self, velocity_rad_s: R) -> TorqueRange<R> {

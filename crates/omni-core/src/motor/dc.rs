@@ -4,7 +4,21 @@ use super::TorqueLimit;
 use crate::Real;
 use crate::error::{ConfigError, not_negative, positive};
 
-/// Figures of a data sheet.
+/// Figures of a data sheet; checked by [`DcMotor::new`].
+///
+/// ```
+/// use omni_core::{DcMotor, DcMotorConfig};
+/// let sheet = DcMotorConfig {
+///     torque_constant_n_m_a: 0.05,
+///     resistance_ohm: 2.0,
+///     no_load_current_a: 0.1,
+///     supply_v: 12.0_f64,
+///     current_limit_a: None,
+/// };
+/// let stall = |config| DcMotor::new(config).expect("valid").torque_limit().range(0.0).upper_n_m;
+/// assert!((stall(sheet) - 0.05 * (12.0 / 2.0 - 0.1)).abs() < 1e-12); // 6 A less friction
+/// assert!((stall(DcMotorConfig { current_limit_a: Some(2.0), ..sheet }) - 0.05 * (2.0 - 0.1)).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DcMotorConfig<R> {
     /// Torque constant \[N.m/A\], > 0; the same number is the back-EMF constant \[V per rad/s\].
@@ -46,8 +60,22 @@ impl<R: Real> DcMotor<R> {
     /// A motor with these figures.
     ///
     /// # Errors
-    /// The figure out of range; `no_load_current_a` at or above what the supply can drive, `current_limit_a` at or below
-    /// the no-load current.
+    /// The field of [`DcMotorConfig`] that is out of range, by its name; `no_load_current_a` at or above what the
+    /// supply can drive, `current_limit_a` at or below the no-load current.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// // At 12 V over 2 ohm friction that takes 6 A is all that the supply can drive.
+    /// let error = DcMotor::new(DcMotorConfig { no_load_current_a: 6.0, ..config }).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("no_load_current_a", 6.0));
+    /// ```
     pub fn new(config: DcMotorConfig<R>) -> Result<Self, ConfigError> {
         let kt = positive("torque_constant_n_m_a", config.torque_constant_n_m_a)?;
         let resistance = positive("resistance_ohm", config.resistance_ohm)?;
@@ -71,21 +99,66 @@ impl<R: Real> DcMotor<R> {
         Ok(Self { config, limit })
     }
 
-    /// The torque-speed line at the shaft, friction taken off, capped by the current limit. Braking, friction would help;
-    /// it is left out, on the safe side.
+    /// The torque-speed line at the shaft \[N.m, rad/s\], friction taken off, capped by the current limit: stall torque
+    /// `kt (U / R - i0)`, slope `kt^2 / R`. Braking, friction would help; it is left out, on the safe side.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let limit = DcMotor::new(config)?.torque_limit(); // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
+    /// let at_100_rad_s = 0.05 * (12.0 / 2.0 - 0.1) - 0.05 * 0.05 / 2.0 * 100.0;
+    /// assert!((limit.range(100.0).upper_n_m - at_100_rad_s).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn torque_limit(&self) -> TorqueLimit<R> {
         self.limit
     }
 
-    /// Speed without load \[rad/s\].
+    /// Speed without load \[rad/s\], `(U - R i0) / kt`: where the line of [`DcMotor::torque_limit`] ends.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let motor = DcMotor::new(config)?; // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
+    /// assert!((motor.no_load_speed_rad_s() - (12.0 - 2.0 * 0.1) / 0.05).abs() < 1e-9); // 236 rad/s
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn no_load_speed_rad_s(&self) -> R {
         let c = &self.config;
         (c.supply_v - c.resistance_ohm * c.no_load_current_a) / c.torque_constant_n_m_a
     }
 
-    /// Current \[A\] for a shaft torque \[N.m\] at a velocity \[rad/s\], friction included; positive drives forwards.
+    /// Current \[A\] for a shaft torque \[N.m\] at a velocity \[rad/s\], `torque / kt + i0 sgn(w)`: friction included;
+    /// positive drives forwards.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let motor = DcMotor::new(config)?; // 0.05 N.m/A, 0.1 A
+    /// assert!((motor.current_a(0.1, 50.0) - (2.0 + 0.1)).abs() < 1e-12);
+    /// assert!((motor.current_a(0.1, -50.0) - (2.0 - 0.1)).abs() < 1e-12); // it brakes, and friction helps
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn current_a(&self, torque_n_m: R, velocity_rad_s: R) -> R {
         let idle = self.config.no_load_current_a;
@@ -99,7 +172,22 @@ impl<R: Real> DcMotor<R> {
         torque_n_m / self.config.torque_constant_n_m_a + friction
     }
 
-    /// Voltage \[V\] at the terminals for a torque at a velocity.
+    /// Voltage \[V\] at the terminals for a shaft torque \[N.m\] at a velocity \[rad/s\], `R i + kt w`; positive drives
+    /// forwards.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
+    /// assert!((motor.voltage_v(0.1, 100.0) - (2.0 * (2.0 + 0.1) + 0.05 * 100.0)).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn voltage_v(&self, torque_n_m: R, velocity_rad_s: R) -> R {
         let c = &self.config;
@@ -107,13 +195,46 @@ impl<R: Real> DcMotor<R> {
             + c.torque_constant_n_m_a * velocity_rad_s
     }
 
-    /// Electrical power \[W\]; negative flows back into the supply.
+    /// Electrical power \[W\], `U i`, for a shaft torque \[N.m\] at a velocity \[rad/s\]; negative flows back into the
+    /// supply.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
+    /// // What goes in turns the shaft, heats the winding (2.1 A) and overcomes friction.
+    /// let sum = 0.1 * 100.0 + 2.0 * 2.1 * 2.1 + 0.05 * 0.1 * 100.0;
+    /// assert!((motor.electrical_power_w(0.1, 100.0) - sum).abs() < 1e-12);
+    /// assert!(motor.electrical_power_w(-0.02, 100.0) < 0.0); // gentle braking charges
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn electrical_power_w(&self, torque_n_m: R, velocity_rad_s: R) -> R {
         self.voltage_v(torque_n_m, velocity_rad_s) * self.current_a(torque_n_m, velocity_rad_s)
     }
 
-    /// Heat of the winding \[W\], `R i^2`.
+    /// Heat of the winding \[W\], `R i^2`, for a shaft torque \[N.m\] at a velocity \[rad/s\]; never negative.
+    ///
+    /// ```
+    /// # use omni_core::{DcMotor, DcMotorConfig};
+    /// # let config = DcMotorConfig {
+    /// #     torque_constant_n_m_a: 0.05_f64,
+    /// #     resistance_ohm: 2.0,
+    /// #     no_load_current_a: 0.1,
+    /// #     supply_v: 12.0,
+    /// #     current_limit_a: None,
+    /// # };
+    /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A
+    /// assert!((motor.heat_w(0.1, 0.0) - 2.0 * 2.0 * 2.0).abs() < 1e-12); // holding 0.1 N.m at rest takes 2 A
+    /// assert!((motor.heat_w(-0.2, 0.0) - 4.0 * 8.0).abs() < 1e-12); // twice the torque, four times the heat
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn heat_w(&self, torque_n_m: R, velocity_rad_s: R) -> R {
         let i = self.current_a(torque_n_m, velocity_rad_s);

@@ -27,7 +27,13 @@ impl<R: Real> Gearbox<R> {
     /// `ratio` turns of the motor for one of the output, 0.001 to 1e6; `efficiency` 0.01 to 1 in both directions.
     ///
     /// # Errors
-    /// The parameter out of range.
+    /// Parameter `ratio` or `efficiency` where it is out of range.
+    ///
+    /// ```
+    /// use omni_core::Gearbox;
+    /// let error = Gearbox::new(20.0, 1.2).unwrap_err(); // gives more than it takes
+    /// assert_eq!((error.parameter, error.value), ("efficiency", 1.2));
+    /// ```
     pub fn new(ratio: R, efficiency: R) -> Result<Self, ConfigError> {
         Ok(Self {
             ratio: within("ratio", ratio, 1e-3..=1e6, "0.001 to 1e6")?,
@@ -36,6 +42,12 @@ impl<R: Real> Gearbox<R> {
     }
 
     /// Motor velocity \[rad/s\] at an output velocity \[rad/s\].
+    ///
+    /// ```
+    /// use omni_core::Gearbox;
+    /// assert_eq!(Gearbox::new(20.0, 0.8)?.motor_velocity(-1.5), -30.0); // losses cost torque, not velocity
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn motor_velocity(&self, output_rad_s: R) -> R {
         output_rad_s * self.ratio
@@ -43,6 +55,13 @@ impl<R: Real> Gearbox<R> {
 
     /// Torque at the output \[N.m\] that a motor torque \[N.m\] holds at an output velocity \[rad/s\]. At rest the motor
     /// counts as driving.
+    ///
+    /// ```
+    /// use omni_core::Gearbox;
+    /// let gear = Gearbox::new(10.0, 0.5)?;
+    /// assert_eq!([2.0, 0.0, -2.0].map(|velocity| gear.output_torque(0.25, velocity)), [1.25, 1.25, 5.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn output_torque(&self, motor_n_m: R, output_rad_s: R) -> R {
         let lossless = motor_n_m * self.ratio;
@@ -53,7 +72,16 @@ impl<R: Real> Gearbox<R> {
         }
     }
 
-    /// The inverse: motor torque for an output torque.
+    /// The inverse of [`Gearbox::output_torque`]: motor torque \[N.m\] for an output torque \[N.m\] at an output
+    /// velocity \[rad/s\].
+    ///
+    /// ```
+    /// use omni_core::Gearbox;
+    /// let gear = Gearbox::new(10.0, 0.5)?;
+    /// assert_eq!(gear.motor_torque(1.25, 2.0), 1.25 / 10.0 / 0.5); // lifting a load
+    /// assert_eq!(gear.motor_torque(1.25, -2.0), 1.25 / 10.0 * 0.5); // letting it down takes a quarter of that
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn motor_torque(&self, output_n_m: R, output_rad_s: R) -> R {
         let lossless = output_n_m / self.ratio;
@@ -66,6 +94,15 @@ impl<R: Real> Gearbox<R> {
 
     /// A motor's torque range at the output, at an output velocity \[rad/s\]: ask the motor at
     /// [`Gearbox::motor_velocity`].
+    ///
+    /// ```
+    /// use omni_core::{Gearbox, TorqueLimit, TorqueRange};
+    /// let (gear, motor) = (Gearbox::new(10.0, 0.5)?, TorqueLimit::line(1.0, 0.025)?);
+    /// // At 2 rad/s the motor turns with 20 and drives with 0.5 N.m, 2.5 behind the gear. It brakes with 1, there 20.
+    /// let range = gear.output_range(&motor.range(gear.motor_velocity(2.0)), 2.0);
+    /// assert_eq!(range, TorqueRange { lower_n_m: -1.0 * 10.0 / 0.5, upper_n_m: 0.5 * 10.0 * 0.5 });
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn output_range(&self, motor: &TorqueRange<R>, output_rad_s: R) -> TorqueRange<R> {
         TorqueRange {

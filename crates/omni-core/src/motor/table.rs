@@ -30,6 +30,12 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// # Errors
     /// Parameter `speed_rad_s` where a speed is not above the one before (the first: not >= 0), `driving_torque_n_m` where a
     /// torque is negative, `points` where there are none, `braking_torque_n_m`.
+    ///
+    /// ```
+    /// use omni_core::TorqueTable;
+    /// let error = TorqueTable::new([(0.0, 2.0), (20.0, 0.0), (10.0, 1.0)], 2.5).unwrap_err(); // not in order
+    /// assert_eq!((error.parameter, error.value), ("speed_rad_s", 10.0));
+    /// ```
     pub fn new(points: [(R, R); M], braking_torque_n_m: R) -> Result<Self, ConfigError> {
         if M == 0 {
             return Err(ConfigError::new("points", 0.0, "1 or more"));
@@ -53,7 +59,17 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
         })
     }
 
-    /// Lowest and highest torque at the actuator velocity \[rad/s\]. Nothing where that is NaN. O(M).
+    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. At rest both are the braking torque;
+    /// nothing where the velocity is NaN. O(M).
+    ///
+    /// ```
+    /// use omni_core::TorqueTable;
+    /// let table = TorqueTable::new([(0.0, 2.0), (10.0, 1.0), (30.0, 0.0)], 2.5)?;
+    /// // Halfway between points, at the last one, beyond it.
+    /// assert_eq!([5.0, 20.0, 30.0, 99.0].map(|v| table.range(v).upper_n_m), [1.5, 0.5, 0.0, 0.0]);
+    /// assert_eq!(table.range(0.0).upper_n_m, 2.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn range(&self, velocity_rad_s: R) -> TorqueRange<R> {
         let speed = velocity_rad_s.abs();

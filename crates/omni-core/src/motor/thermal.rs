@@ -3,7 +3,25 @@
 use crate::error::{ConfigError, positive, within};
 use crate::{Real, TorqueRange};
 
-/// Figures of a motor's heat.
+/// Figures of a motor's heat; checked by [`ThermalModel::new`].
+///
+/// ```
+/// use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+/// let config = ThermalConfig {
+///     continuous_torque_n_m: 1.0_f64,
+///     peak_torque_n_m: 2.0,
+///     time_constant_s: 10.0,
+///     derating_start: 0.8,
+///     period_s: 0.01,
+/// };
+/// let (model, mut state) = (ThermalModel::new(config)?, ThermalState::default());
+/// for _ in 0..1000 {
+///     model.update(&mut state, 1.0);
+/// }
+/// // After one time constant at the continuous torque.
+/// assert!((state.heat - (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalConfig<R> {
     /// Torque that it can give for ever \[N.m\], > 0.
@@ -60,9 +78,25 @@ pub struct ThermalModel<R> {
 }
 
 /// How hot the motor is; `default` is cold.
+///
+/// ```
+/// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+/// # let config = ThermalConfig {
+/// #     continuous_torque_n_m: 1.0_f64,
+/// #     peak_torque_n_m: 2.0,
+/// #     time_constant_s: 10.0,
+/// #     derating_start: 0.8,
+/// #     period_s: 0.01,
+/// # };
+/// let model = ThermalModel::new(config)?;
+/// assert_eq!(ThermalState::<f64>::default().heat, 0.0);
+/// // Switched on again while still hot: no more than the continuous torque.
+/// assert_eq!(model.allowed_torque_n_m(&ThermalState { heat: 1.0 }), 1.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalState<R> {
-    /// 0 cold, 1 as hot as allowed.
+    /// 0 cold, 1 as hot as allowed; more where it gave more torque than was allowed. Never negative.
     pub heat: R,
 }
 
@@ -76,7 +110,21 @@ impl<R: Real> ThermalModel<R> {
     /// A model with these figures.
     ///
     /// # Errors
-    /// The figure out of range; `period_s` where it is so long that one period at peak torque could overheat the motor.
+    /// The field of [`ThermalConfig`] that is out of range, by its name; `period_s` where it is so long that one period
+    /// at peak torque could overheat the motor.
+    ///
+    /// ```
+    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+    /// # let config = ThermalConfig {
+    /// #     continuous_torque_n_m: 1.0_f64,
+    /// #     peak_torque_n_m: 2.0,
+    /// #     time_constant_s: 10.0,
+    /// #     derating_start: 0.8,
+    /// #     period_s: 0.01,
+    /// # };
+    /// let error = ThermalModel::new(ThermalConfig { peak_torque_n_m: 0.5, ..config }).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("peak_torque_n_m", 0.5)); // below the continuous torque of 1 N.m
+    /// ```
     pub fn new(config: ThermalConfig<R>) -> Result<Self, ConfigError> {
         let continuous = positive("continuous_torque_n_m", config.continuous_torque_n_m)?;
         let peak = positive("peak_torque_n_m", config.peak_torque_n_m)?;
@@ -108,7 +156,23 @@ impl<R: Real> ThermalModel<R> {
         })
     }
 
-    /// Takes in the torque \[N.m\] of one period. One that is not finite changes nothing.
+    /// Takes in the torque \[N.m\] of one period, of either sign. One that is not finite changes nothing.
+    ///
+    /// ```
+    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+    /// # let config = ThermalConfig {
+    /// #     continuous_torque_n_m: 1.0_f64,
+    /// #     peak_torque_n_m: 2.0,
+    /// #     time_constant_s: 10.0,
+    /// #     derating_start: 0.8,
+    /// #     period_s: 0.01,
+    /// # };
+    /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 10 s, periods of 0.01 s
+    /// let mut state = ThermalState { heat: 0.5 };
+    /// model.update(&mut state, -2.0); // towards (2 / 1)^2
+    /// assert!((state.heat - (4.0 + (0.5 - 4.0) * (-0.01_f64 / 10.0).exp())).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn update(&self, state: &mut ThermalState<R>, torque_n_m: R) {
         let target = torque_n_m * torque_n_m * self.per_continuous_square;
         if target.is_finite_real() {
@@ -116,7 +180,24 @@ impl<R: Real> ThermalModel<R> {
         }
     }
 
-    /// Torque allowed now \[N.m\], continuous to peak.
+    /// Torque allowed now \[N.m\], either way: continuous to peak.
+    ///
+    /// ```
+    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+    /// # let config = ThermalConfig {
+    /// #     continuous_torque_n_m: 1.0_f64,
+    /// #     peak_torque_n_m: 2.0,
+    /// #     time_constant_s: 10.0,
+    /// #     derating_start: 0.8,
+    /// #     period_s: 0.01,
+    /// # };
+    /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 2 N.m peak, derating from 0.8 on
+    /// let allowed = [0.8, 0.9, 1.0].map(|heat| model.allowed_torque_n_m(&ThermalState { heat }));
+    /// for (allowed, square) in allowed.iter().zip([4.0, 2.5, 1.0]) {
+    ///     assert!((allowed * allowed - square).abs() < 1e-12); // in between: halfway from 2^2 to 1^2
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn allowed_torque_n_m(&self, state: &ThermalState<R>) -> R {
         if state.heat <= self.start {
@@ -128,7 +209,24 @@ impl<R: Real> ThermalModel<R> {
         (self.continuous * (R::one() + self.steepness * left).sqrt()).limited(self.continuous, self.peak)
     }
 
-    /// A motor's torque range cut to what its heat allows.
+    /// A motor's torque range \[N.m\] cut to what its heat allows.
+    ///
+    /// ```
+    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+    /// # let config = ThermalConfig {
+    /// #     continuous_torque_n_m: 1.0_f64,
+    /// #     peak_torque_n_m: 2.0,
+    /// #     time_constant_s: 10.0,
+    /// #     derating_start: 0.8,
+    /// #     period_s: 0.01,
+    /// # };
+    /// # use omni_core::TorqueRange;
+    /// let model = ThermalModel::new(config)?; // 1 N.m continuous
+    /// let range = TorqueRange { lower_n_m: -2.0, upper_n_m: 0.25 }; // driving fast, it has little left
+    /// let hot = model.derated(&range, &ThermalState { heat: 1.0 });
+    /// assert_eq!((hot.lower_n_m, hot.upper_n_m), (-1.0, 0.25));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn derated(&self, range: &TorqueRange<R>, state: &ThermalState<R>) -> TorqueRange<R> {
         range.capped(self.allowed_torque_n_m(state))
