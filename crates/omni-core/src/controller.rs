@@ -41,6 +41,21 @@ pub struct Controller<R, const N: usize> {
 }
 
 /// Every signal of one step of a [`Controller`].
+///
+/// ```
+/// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+/// // A command that is not a number stands for rest: gain 0.3 brakes wheels that turn with 1 rad/s.
+/// let broken = BodyTwist { vx_m_s: f64::NAN, ..BodyTwist::ZERO };
+/// let sample = controller.step(&mut ControlState::default(), &broken, &[1.0; 4].into());
+/// assert_eq!(sample.command, BodyTwist::ZERO);
+/// assert_eq!(sample.wheels.applied.n_m, [-0.3; 4]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlSample<R, const N: usize> {
     /// The command; rest where the one given was not finite, or beyond 1e6.
@@ -50,7 +65,14 @@ pub struct ControlSample<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> ControlSample<R, N> {
-    /// All zero, to be written to by [`Controller::step_into`].
+    /// At rest, to be written to by [`Controller::step_into`]: all zero but the common factor, which is 1.
+    ///
+    /// ```
+    /// use omni_core::ControlSample;
+    /// let sample = ControlSample::<f32, 4>::zero();
+    /// assert_eq!((sample.command.vx_m_s, sample.wheels.applied.n_m), (0.0, [0.0; 4]));
+    /// assert_eq!(sample.wheels.common_factor, 1.0);
+    /// ```
     #[must_use]
     pub fn zero() -> Self {
         Self {
@@ -65,6 +87,19 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// # Errors
     /// As [`Kinematics::new`] and [`WheelController::new`], but with any [`crate::Integral`].
+    ///
+    /// ```
+    /// use omni_core::{Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+    /// let never = WheelControlConfig { pid: PidConfig { period_s: 0.0, ..config.pid }, ..config };
+    /// let error = Controller::new(&layout, never).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("period_s", 0.0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn new(layout: &WheelLayout<R, N>, config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, config, ForwardMap::LeastSquares)
     }
@@ -73,6 +108,20 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// # Errors
     /// As [`Controller::new`], and as [`Kinematics::with_forward`].
+    ///
+    /// ```
+    /// use omni_core::{Controller, ForwardMap, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 7], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let layout = WheelLayout::chugo7(0.2, 0.1, 0.1)?;
+    /// let controller = Controller::with_forward(&layout, config, ForwardMap::PaperAverage)?;
+    /// // Wheel 2 alone, 0.2 m behind the middle: one of six votes on the yaw rate, 12 * 0.1 / 0.2 rad/s.
+    /// let spin = [0.0, 12.0, 0.0, 0.0, 0.0, 0.0, 0.0].into();
+    /// assert!((controller.kinematics().forward(&spin).wz_rad_s - 6.0 / 6.0).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn with_forward(
         layout: &WheelLayout<R, N>,
         config: WheelControlConfig<R, N>,
@@ -85,15 +134,45 @@ impl<R: Real, const N: usize> Controller<R, N> {
     }
 
     /// The maps between twist and wheel velocities.
+    ///
+    /// ```
+    /// use omni_core::{Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// // What the wheels say of the motion: 5 rad/s of wheels of 0.1 m.
+    /// assert!((controller.kinematics().forward(&[5.0; 4].into()).vx_m_s - 0.5).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         &self.kinematics
     }
 
-    /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured`.
+    /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured` \[rad/s\]. To
+    /// be called once every control period.
     ///
-    /// A command that is not finite stands for rest; a measurement that is not lets its wheel go. What the measured
-    /// velocities say of the vehicle's motion is [`Kinematics::forward`] and [`Kinematics::residual`].
+    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not lets its wheel go. What
+    /// the measured velocities say of the vehicle's motion is [`Kinematics::forward`] and [`Kinematics::residual`].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// // 0.1 m/s of wheels of 0.1 m are 1 rad/s; kp is 0.3 N.m per rad/s. Wheel 2 is there, wheel 3 does not answer.
+    /// let ahead = BodyTwist { vx_m_s: 0.1, ..BodyTwist::ZERO };
+    /// let sample = controller.step(&mut ControlState::default(), &ahead, &[0.0, 1.0, f64::NAN, 0.0].into());
+    /// for (torque, expected) in sample.wheels.applied.n_m.iter().zip([0.3, 0.0, 0.0, 0.3]) {
+    ///     assert!((torque - expected).abs() < 1e-12);
+    /// }
+    /// assert_eq!(sample.wheels.active, [true, true, false, true]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[inline]
     pub fn step(
         &self,
@@ -107,6 +186,21 @@ impl<R: Real, const N: usize> Controller<R, N> {
     }
 
     /// [`Controller::step`] into a sample that is there already: nothing is copied, for the smallest of processors.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, ControlSample, ControlState, Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let (mut state, mut sample) = (ControlState::default(), ControlSample::zero());
+    /// for measured in [4.0, 6.0] {
+    ///     controller.step_into(&mut state, &BodyTwist::ZERO, &[measured; 4].into(), &mut sample);
+    /// }
+    /// assert_eq!(sample.wheels.applied.n_m, [-0.25 * 6.0; 4]); // of the last step
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[inline]
     pub fn step_into(
         &self,

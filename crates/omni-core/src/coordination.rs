@@ -7,6 +7,23 @@ use crate::Real;
 use crate::error::ConfigError;
 
 /// How requested torques are brought within the limits.
+///
+/// ```
+/// use omni_core::{ControlState, Coordination, Integral, Saturation, WheelControlConfig, WheelController};
+/// # use omni_core::{PidConfig, PidGains, TorqueLimit};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (pid, limits) = (PidConfig::new(gains, 1e-3), [TorqueLimit::constant(1.0)?; 2]);
+/// let applied = |saturation| {
+///     let coordination = Coordination { saturation, integral: Integral::PerWheel };
+///     let wheels = WheelController::new(WheelControlConfig { pid, limits, coordination }).expect("valid");
+///     // Errors of 16 and -8 rad/s at a gain of 0.125 ask for 2 and -1 N.m; 1 N.m is the limit.
+///     wheels.step(&mut ControlState::default(), &[16.0, -16.0].into(), &[0.0, -8.0].into()).applied.n_m
+/// };
+/// assert_eq!(applied(Saturation::Clip), [1.0, -1.0]);
+/// assert_eq!(applied(Saturation::ScaleTorques), [1.0, -0.5]); // half of each torque
+/// assert_eq!(applied(Saturation::ScaleReference { floor: 0.0 }), [1.0, 0.0]); // half of each reference: 8 and -8
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
@@ -24,6 +41,23 @@ pub enum Saturation<R> {
 }
 
 /// Which error the integrals take in.
+///
+/// ```
+/// use omni_core::{BodyTwist, ControlState, Controller, Coordination, Integral, Saturation, WheelLayout};
+/// # use omni_core::{PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 5.0, kd_n_m_s2_rad: 0.0 };
+/// # let (pid, limits) = (PidConfig::new(gains, 0.1_f64), [TorqueLimit::constant(2.0)?; 4]);
+/// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+/// for (integral, expected) in [(Integral::PerWheel, 0.5), (Integral::Shared, 0.0)] {
+///     let coordination = Coordination { saturation: Saturation::Clip, integral };
+///     let controller = Controller::new(&layout, WheelControlConfig { pid, limits, coordination })?;
+///     let mut state = ControlState::default();
+///     // Front against rear is no motion of the vehicle; ki dt is 0.5.
+///     controller.step(&mut state, &BodyTwist::ZERO, &[-1.0, -1.0, 1.0, 1.0].into());
+///     assert!((state.integral_n_m[0] - expected).abs() < 1e-12);
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integral {
     /// Each wheel its own.
@@ -53,7 +87,13 @@ impl<R: Real> Coordination<R> {
     /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
     pub const PRESETS: [&'static str; 4] = ["independent", "paper", "synchronised", "load_sharing"];
 
-    /// The policy of that name, if there is one.
+    /// The policy of that name, one of [`Coordination::PRESETS`]; none for any other.
+    ///
+    /// ```
+    /// use omni_core::Coordination;
+    /// assert_eq!(Coordination::<f64>::PRESETS.map(|name| Coordination::<f64>::preset(name).is_some()), [true; 4]);
+    /// assert_eq!(Coordination::<f64>::preset("synchronized"), None); // British spelling
+    /// ```
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         match name {
@@ -66,6 +106,19 @@ impl<R: Real> Coordination<R> {
     }
 
     /// Each wheel on its own: the paper's "general controller".
+    ///
+    /// ```
+    /// use omni_core::{ControlState, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let wheels = WheelController::new(config)?; // with Coordination::independent(), limits of 1 N.m
+    /// let sample = wheels.step(&mut ControlState::default(), &[16.0, 4.0].into(), &[0.0; 2].into());
+    /// assert_eq!(sample.requested.n_m, [2.0, 0.5]);
+    /// assert_eq!(sample.applied.n_m, [1.0, 0.5]); // the second gives what it was asked for
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn independent() -> Self {
         Self {
@@ -75,6 +128,21 @@ impl<R: Real> Coordination<R> {
     }
 
     /// Eqs. (10)-(12) literally. It does not synchronise, whatever the text says: see docs/paper.md.
+    ///
+    /// ```
+    /// use omni_core::{ControlState, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::paper());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.0625), limits, coordination };
+    /// let wheels = WheelController::new(config)?; // with Coordination::paper(), limits of 1 N.m
+    /// let mut state = ControlState::default();
+    /// let sample = wheels.step(&mut state, &[8.0, 2.0].into(), &[0.0; 2].into());
+    /// assert_eq!(sample.requested.n_m, [3.0, 0.75]);
+    /// assert_eq!(sample.common_factor, 1.0 / 3.0);
+    /// assert_eq!(state.integral_n_m, [2.0, 0.5]); // 4 * 0.0625 s of the whole errors: not told of the limit
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -84,6 +152,20 @@ impl<R: Real> Coordination<R> {
     }
 
     /// What the text of section 3.2 describes: references reduced together, to no less than 0.3 of what was asked.
+    ///
+    /// ```
+    /// use omni_core::{ControlState, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::synchronised());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let wheels = WheelController::new(config)?; // with Coordination::synchronised(), limits of 1 N.m
+    /// // 8 N.m would need an eighth of the references. No less than 0.3 is taken, and wheel 1 saturates.
+    /// let sample = wheels.step(&mut ControlState::default(), &[64.0, 8.0].into(), &[0.0; 2].into());
+    /// assert_eq!((sample.common_factor, sample.applied.n_m[0]), (0.3, 1.0));
+    /// assert!((sample.applied.n_m[1] - 0.3 * 1.0).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn synchronised() -> Self {
         Self {
@@ -92,7 +174,24 @@ impl<R: Real> Coordination<R> {
         }
     }
 
-    /// Each wheel cut to its own limit, one integral for the vehicle's motion: the least heat.
+    /// Each wheel cut to its own limit, one integral for the vehicle's motion: the least heat. Needs a layout, as
+    /// [`crate::Controller`] has.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 5.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::load_sharing());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.1_f64), limits, coordination };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let mut state = ControlState::default();
+    /// // Wheel 1 alone lags by 2 rad/s: three quarters of that can be motion, in which the others take part.
+    /// controller.step(&mut state, &BodyTwist::ZERO, &[-2.0, 0.0, 0.0, 0.0].into());
+    /// for (integral, expected) in state.integral_n_m.iter().zip([1.5, -0.5, 0.5, 0.5]) {
+    ///     assert!((integral - 5.0 * 0.1 * expected).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn load_sharing() -> Self {
         Self {
@@ -111,7 +210,15 @@ impl<R: Real> Coordination<R> {
     }
 }
 
-/// Torque limits of one wheel at its present velocity \[N.m\].
+/// Torque limits of one wheel at its present velocity \[N.m\]; positive drives it in its rolling direction.
+///
+/// ```
+/// use omni_core::{TorqueLimit, TorqueRange};
+/// // 1 N.m at rest, 0.1 less for every rad/s; braking takes nothing from it.
+/// let at_5_rad_s = TorqueLimit::line(1.0, 0.1)?.range(5.0);
+/// assert_eq!(at_5_rad_s, TorqueRange { lower_n_m: -1.0, upper_n_m: 0.5 });
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueRange<R> {
     /// Lowest torque, <= 0.
@@ -122,6 +229,13 @@ pub struct TorqueRange<R> {
 
 impl<R: Real> TorqueRange<R> {
     /// No limits at all: infinite.
+    ///
+    /// ```
+    /// use omni_core::TorqueRange;
+    /// let range = TorqueRange::<f32>::unlimited();
+    /// assert_eq!(range.clip(-1e30), -1e30);
+    /// assert!(!range.exceeded_by(f32::MAX));
+    /// ```
     #[must_use]
     pub fn unlimited() -> Self {
         let infinite = R::one() / R::zero();
@@ -132,6 +246,12 @@ impl<R: Real> TorqueRange<R> {
     }
 
     /// Nothing but 0: a wheel that is let go.
+    ///
+    /// ```
+    /// use omni_core::TorqueRange;
+    /// assert_eq!(TorqueRange::none().clip(-0.7), 0.0);
+    /// assert!(TorqueRange::none().exceeded_by(1e-9));
+    /// ```
     #[must_use]
     pub fn none() -> Self {
         Self {
@@ -140,7 +260,13 @@ impl<R: Real> TorqueRange<R> {
         }
     }
 
-    /// The range with both ends brought within +-`torque_n_m` >= 0.
+    /// The range with both ends brought within +-`torque_n_m` >= 0 \[N.m\].
+    ///
+    /// ```
+    /// use omni_core::TorqueRange;
+    /// let range = TorqueRange { lower_n_m: -1.0, upper_n_m: 0.5 };
+    /// assert_eq!(range.capped(0.7), TorqueRange { lower_n_m: -0.7, upper_n_m: 0.5 }); // only ever narrower
+    /// ```
     #[must_use]
     pub fn capped(&self, torque_n_m: R) -> Self {
         Self {
@@ -149,20 +275,40 @@ impl<R: Real> TorqueRange<R> {
         }
     }
 
-    /// Is `torque_n_m` outside?
+    /// Is `torque_n_m` \[N.m\] outside? The limits themselves are inside, and so is NaN.
+    ///
+    /// ```
+    /// use omni_core::TorqueRange;
+    /// let range = TorqueRange { lower_n_m: -1.0, upper_n_m: 0.5 };
+    /// assert!(!range.exceeded_by(0.5) && range.exceeded_by(0.6));
+    /// assert!(!range.exceeded_by(-1.0) && range.exceeded_by(-1.1));
+    /// ```
     #[must_use]
     pub fn exceeded_by(&self, torque_n_m: R) -> bool {
         torque_n_m > self.upper_n_m || torque_n_m < self.lower_n_m
     }
 
-    /// `torque_n_m` cut to the range.
+    /// `torque_n_m` \[N.m\] cut to the range.
+    ///
+    /// ```
+    /// use omni_core::TorqueRange;
+    /// let range = TorqueRange { lower_n_m: -1.0, upper_n_m: 0.5 };
+    /// assert_eq!([-3.0, 0.2, 3.0].map(|torque| range.clip(torque)), [-1.0, 0.2, 0.5]);
+    /// ```
     #[must_use]
     pub fn clip(&self, torque_n_m: R) -> R {
         torque_n_m.limited(self.lower_n_m, self.upper_n_m)
     }
 }
 
-/// Torque limits of `N` wheels at their present velocities \[N.m\].
+/// Torque limits of `N` wheels at their present velocities \[N.m\], in the layout's order.
+///
+/// ```
+/// use omni_core::TorqueRanges;
+/// // Wheel 2 may brake, but not drive.
+/// let ranges = TorqueRanges { lower_n_m: [-1.0, -1.0], upper_n_m: [1.0, 0.0] };
+/// assert_eq!([0, 1].map(|wheel| ranges.wheel(wheel).clip(0.4)), [0.4, 0.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueRanges<R, const N: usize> {
     /// Lowest torque of each, <= 0.
@@ -173,6 +319,13 @@ pub struct TorqueRanges<R, const N: usize> {
 
 impl<R: Real, const N: usize> TorqueRanges<R, N> {
     /// The range of one wheel; nothing but 0 where `index` is not below `N`.
+    ///
+    /// ```
+    /// use omni_core::{TorqueRange, TorqueRanges};
+    /// let ranges = TorqueRanges { lower_n_m: [-1.0, -2.0], upper_n_m: [1.0, 2.0] };
+    /// assert_eq!(ranges.wheel(1), TorqueRange { lower_n_m: -2.0, upper_n_m: 2.0 });
+    /// assert_eq!(ranges.wheel(2).upper_n_m, 0.0); // there is no wheel 3
+    /// ```
     #[must_use]
     pub fn wheel(&self, index: usize) -> TorqueRange<R> {
         match (self.lower_n_m.get(index), self.upper_n_m.get(index)) {
@@ -182,6 +335,12 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
     }
 
     /// No limits at all: infinite.
+    ///
+    /// ```
+    /// use omni_core::TorqueRanges;
+    /// let ranges = TorqueRanges::<f64, 7>::unlimited();
+    /// assert_eq!((ranges.lower_n_m[0], ranges.upper_n_m[6]), (f64::NEG_INFINITY, f64::INFINITY));
+    /// ```
     #[must_use]
     pub fn unlimited() -> Self {
         let infinite = R::one() / R::zero();
@@ -192,6 +351,15 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
     }
 
     /// Sets the range of one wheel; nothing where `index` is not below `N`.
+    ///
+    /// ```
+    /// use omni_core::{TorqueLimit, TorqueRanges};
+    /// let mut ranges = TorqueRanges::<f64, 4>::unlimited();
+    /// ranges.set(3, &TorqueLimit::constant(0.5)?.range(0.0)); // the fourth motor is hot
+    /// assert_eq!((ranges.wheel(3).lower_n_m, ranges.wheel(3).upper_n_m), (-0.5, 0.5));
+    /// assert!(ranges.wheel(2).upper_n_m > 1e300); // the others stay as they were
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn set(&mut self, index: usize, range: &TorqueRange<R>) {
         if let (Some(lower), Some(upper)) = (self.lower_n_m.get_mut(index), self.upper_n_m.get_mut(index)) {
             (*lower, *upper) = (range.lower_n_m, range.upper_n_m);

@@ -10,7 +10,17 @@ use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
 pub use feed_forward::FeedForward;
 
-/// Gains of eq. (10) on an actuator velocity error.
+/// Gains of eq. (10), `u = kp e + ki (integral of e) + kd e'`, on an actuator velocity error e \[rad/s\].
+///
+/// ```
+/// use omni_core::{Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
+/// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25))?, PidState::default());
+/// pid.step(&mut state, 1.0, 1.0);
+/// // An error of 1 rad/s from one period to the next.
+/// assert_eq!(pid.step(&mut state, 2.0, 1.0).output_n_m, 2.0 * 1.0 + 4.0 * (1.0 * 0.25) + 0.5 * (1.0 / 0.25));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidGains<R> {
     /// Proportional gain k_p \[N.m per rad/s\], 0 to 1e6.
@@ -22,6 +32,17 @@ pub struct PidGains<R> {
 }
 
 /// When the integral takes in the present error. References differ: see docs/conventions.md.
+///
+/// ```
+/// use omni_core::{IntegrationOrder, Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+/// let (before, after) = (IntegrationOrder::BeforeOutput, IntegrationOrder::AfterOutput);
+/// for (order, outputs) in [(before, [1.0, 2.0]), (after, [0.0, 1.0])] {
+///     let (pid, mut state) = (Pid::new(PidConfig { order, ..PidConfig::new(gains, 0.25) })?, PidState::default());
+///     assert_eq!([0; 2].map(|_| pid.step(&mut state, 1.0, 0.0).output_n_m), outputs); // ki dt is 1
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegrationOrder {
     /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
@@ -66,8 +87,16 @@ pub struct PidConfig<R> {
 }
 
 impl<R: Real> PidConfig<R> {
-    /// Eq. (10) and nothing else: whole weights, no filter, no feed-forward, no limits, the integral taken in before the
-    /// output and never held back.
+    /// Eq. (10) and nothing else, with a control period of `period_s` \[s\], 1e-6 to 10: whole weights, no filter, no
+    /// feed-forward, no limits, the integral taken in before the output and never held back.
+    ///
+    /// ```
+    /// use omni_core::{AntiWindup, PidConfig, PidGains};
+    /// let gains = PidGains { kp_n_m_s_rad: 2.0_f64, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
+    /// let config = PidConfig::new(gains, 1e-3);
+    /// assert_eq!((config.proportional_weight, config.derivative_weight, config.derivative_filter_s), (1.0, 1.0, 0.0));
+    /// assert_eq!((config.output.upper_n_m, config.anti_windup), (f64::INFINITY, AntiWindup::None));
+    /// ```
     #[must_use]
     pub fn new(gains: PidGains<R>, period_s: R) -> Self {
         Self {
@@ -83,7 +112,18 @@ impl<R: Real> PidConfig<R> {
         }
     }
 
-    /// The same with the derivative of the measurement alone.
+    /// The same with the derivative of the measurement alone (`derivative_weight` 0): it brakes what moves, and a step
+    /// of the reference does not kick.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.5 };
+    /// let pid = Pid::new(PidConfig::new(gains, 0.25).with_derivative_on_measurement())?;
+    /// let mut state = PidState::default();
+    /// pid.step(&mut state, 0.0, 0.0);
+    /// assert_eq!(pid.step(&mut state, 9.0, 1.0).output_n_m, -0.5 * (1.0 / 0.25)); // 9 is not looked at
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn with_derivative_on_measurement(self) -> Self {
         Self {
@@ -128,6 +168,16 @@ pub struct Pid<R> {
 }
 
 /// What a PID loop remembers between steps; `default` is a fresh start.
+///
+/// ```
+/// use omni_core::{LastStep, Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 1.0 };
+/// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25))?, PidState::default());
+/// pid.step(&mut state, 3.0, 1.0);
+/// assert_eq!((state.integral_n_m, state.derivative_n_m), (4.0 * 2.0 * 0.25, 0.0)); // nothing to differ from yet
+/// assert_eq!(state.last, Some(LastStep { reference_rad_s: 3.0, measured_rad_s: 1.0 }));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState<R> {
     /// Integral term \[N.m\].
@@ -139,6 +189,17 @@ pub struct PidState<R> {
 }
 
 /// The step before, as far as a loop needs it.
+///
+/// ```
+/// use omni_core::{LastStep, Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 1.0 };
+/// let pid = Pid::new(PidConfig::new(gains, 0.25))?;
+/// // Taken over from another loop, which saw no error: an error of 1 rad/s now has come up within one period.
+/// let last = Some(LastStep { reference_rad_s: 5.0, measured_rad_s: 5.0 });
+/// let mut state = PidState { last, ..PidState::default() };
+/// assert_eq!(pid.step(&mut state, 5.0, 4.0).output_n_m, 1.0 / 0.25);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastStep<R> {
     /// Reference as realised \[rad/s\].
@@ -174,7 +235,15 @@ impl<R: Real> PidState<R> {
     }
 }
 
-/// The terms of one output \[N.m\].
+/// The terms of one output \[N.m\]: those of eq. (10) and the feed-forward.
+///
+/// ```
+/// use omni_core::{Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
+/// let terms = Pid::new(PidConfig::new(gains, 0.25))?.step(&mut PidState::default(), 3.0, 1.0).terms;
+/// assert_eq!((terms.p_n_m, terms.i_n_m, terms.d_n_m, terms.ff_n_m), (2.0 * 2.0, 4.0 * 2.0 * 0.25, 0.0, 0.0));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidTerms<R> {
     /// Proportional term \[N.m\].
@@ -189,6 +258,11 @@ pub struct PidTerms<R> {
 
 impl<R: Real> PidTerms<R> {
     /// The output asked for: the sum of the four \[N.m\].
+    ///
+    /// ```
+    /// use omni_core::PidTerms;
+    /// assert_eq!(PidTerms { p_n_m: 1.0, i_n_m: 0.5, d_n_m: -0.25, ff_n_m: 2.0 }.sum(), 3.25);
+    /// ```
     #[must_use]
     pub fn sum(&self) -> R {
         self.p_n_m + self.i_n_m + self.d_n_m + self.ff_n_m
@@ -196,6 +270,16 @@ impl<R: Real> PidTerms<R> {
 }
 
 /// One step of a loop.
+///
+/// ```
+/// use omni_core::{Pid, PidConfig, PidGains, PidState, TorqueRange};
+/// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// let output = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
+/// let pid = Pid::new(PidConfig { output, ..PidConfig::new(gains, 1e-3) })?;
+/// let sample = pid.step(&mut PidState::default(), 0.0, 3.0);
+/// assert_eq!((sample.terms.sum(), sample.output_n_m, sample.saturated), (-2.0 * 3.0, -1.0, true));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidSample<R> {
     /// The terms.
@@ -212,6 +296,13 @@ impl<R: Real> Pid<R> {
     /// # Errors
     /// The parameter that is out of its range; `tracking_time_s` below the period; `output.lower_n_m` above 0 or
     /// `output.upper_n_m` below.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains};
+    /// let gains = PidGains { kp_n_m_s_rad: -2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// let error = Pid::new(PidConfig::new(gains, 1e-3)).unwrap_err(); // would drive away from the reference
+    /// assert_eq!((error.parameter, error.value), ("kp_n_m_s_rad", -2.0));
+    /// ```
     pub fn new(config: PidConfig<R>) -> Result<Self, ConfigError> {
         let gain = |name, value| within(name, value, 0.0..=1e6, "0 to 1000000");
         let weight = |name, value| within(name, value, 0.0..=1.0, "0 to 1");
@@ -267,10 +358,20 @@ impl<R: Real> Pid<R> {
         })
     }
 
-    /// One step: the output that brings `measured_rad_s` to `reference_rad_s`, within the limits of the configuration.
+    /// One step: the output \[N.m\] that brings `measured_rad_s` to `reference_rad_s`, within the limits of the
+    /// configuration. To be called once every period.
     ///
     /// A reference or measurement that is not finite, or beyond 1e6 rad/s, changes nothing in the state and yields the
     /// integral term alone.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+    /// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25))?, PidState::default());
+    /// assert_eq!(pid.step(&mut state, -1.0, 0.0).output_n_m, -(2.0 + 4.0 * 0.25));
+    /// assert_eq!(pid.step(&mut state, -1.0, f64::NAN).output_n_m, -1.0); // what the integral holds
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut PidState<R>, reference_rad_s: R, measured_rad_s: R) -> PidSample<R> {
         let zero = R::zero();
         if !(is_plausible(reference_rad_s) && is_plausible(measured_rad_s)) {

@@ -11,7 +11,21 @@ use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
 use crate::{AntiWindup, Pid, PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
-/// Everything that the loops of `N` wheels need to know; validated by [`WheelController::new`].
+/// Everything that the loops of `N` wheels need to know; checked by [`WheelController::new`] or
+/// [`crate::Controller::new`].
+///
+/// ```
+/// use omni_core::{ControlState, Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig, WheelController};
+/// let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// let wheels = WheelController::new(WheelControlConfig {
+///     pid: PidConfig::new(gains, 1e-3),
+///     limits: [TorqueLimit::constant(1.0)?, TorqueLimit::constant(0.5)?], // one loop, two motors
+///     coordination: Coordination::independent(),
+/// })?;
+/// let sample = wheels.step(&mut ControlState::default(), &[8.0, -8.0].into(), &[0.0; 2].into());
+/// assert_eq!(sample.applied.n_m, [1.0, -0.5]); // 0.25 * 8 is too much for either
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelControlConfig<R, const N: usize> {
     /// The loop, the same for every wheel. Its `output` limits are ignored: the actuators' count.
@@ -23,6 +37,21 @@ pub struct WheelControlConfig<R, const N: usize> {
 }
 
 /// What the loops remember between steps; `default` is a fresh start.
+///
+/// ```
+/// use omni_core::{ControlState, WheelController};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.25), limits, coordination };
+/// let wheels = WheelController::new(config)?;
+/// let mut state = ControlState::default();
+/// for _ in 0..2 {
+///     wheels.step(&mut state, &[1.0, 0.5].into(), &[0.0; 2].into());
+/// }
+/// assert_eq!(state.integral_n_m, [2.0 * 0.25 * 2.0, 2.0 * 0.25 * 1.0]); // ki dt times the sum of the errors
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlState<R, const N: usize> {
     /// Integral term of each wheel \[N.m\].
@@ -52,6 +81,20 @@ impl<R: Real, const N: usize> Default for ControlState<R, N> {
 
 /// Every signal of one control step, per wheel in the layout's order. Velocities \[rad/s\] and torques \[N.m\] are the
 /// actuators'. Nothing in it is ever NaN.
+///
+/// ```
+/// use omni_core::{ControlState, WheelController};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.125), limits, coordination };
+/// let wheels = WheelController::new(config)?;
+/// let sample = wheels.step(&mut ControlState::default(), &[2.0, 8.0].into(), &[0.0, 0.0].into());
+/// assert_eq!((sample.p_n_m[0], sample.i_n_m[0]), (0.5 * 2.0, 2.0 * 0.125 * 2.0));
+/// assert_eq!(sample.requested.n_m, [1.5, 6.0]);
+/// assert_eq!((sample.applied.n_m, sample.saturated), ([1.5, 2.0], [false, true])); // limits of 2 N.m
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.
@@ -127,7 +170,13 @@ struct Limited<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> WheelSample<R, N> {
-    /// All zero, to be written to by [`WheelController::step_into`].
+    /// At rest, to be written to by [`WheelController::step_into`]: all zero but the common factor, which is 1.
+    ///
+    /// ```
+    /// use omni_core::WheelSample;
+    /// let sample = WheelSample::<f32, 3>::zero();
+    /// assert_eq!((sample.applied.n_m, sample.active, sample.common_factor), ([0.0; 3], [false; 3], 1.0));
+    /// ```
     #[must_use]
     pub fn zero() -> Self {
         let zero = [R::zero(); N];
@@ -155,8 +204,20 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// Loops as configured.
     ///
     /// # Errors
-    /// The gain, period or floor that is out of range; parameter `integral` for [`Integral::Shared`], which needs the
+    /// Those of [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the
     /// layout that a [`crate::Controller`] has.
+    ///
+    /// ```
+    /// use omni_core::{Integral, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let coordination = Coordination { integral: Integral::Shared, ..Coordination::independent() };
+    /// let error = WheelController::new(WheelControlConfig { coordination, ..config }).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("integral", 1.0)); // no vehicle, no motion to share
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn new(config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         if config.coordination.integral == Integral::Shared {
             let allowed = "per wheel (0): wheels without a vehicle share no motion";
@@ -178,10 +239,26 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         self.coordination.integral == Integral::Shared
     }
 
-    /// One step: torques that bring the velocities `measured` to `reference`.
+    /// One step: torques \[N.m\] that bring the velocities `measured` to `reference` \[rad/s\]. To be called once every
+    /// control period. O(N).
     ///
-    /// A reference that is not finite, or beyond 1e6 rad/s, stands for rest of all wheels; a measurement that is not lets
-    /// its wheel go.
+    /// A reference that is not finite, or beyond 1e6 rad/s, stands for rest of all wheels; a measurement that is not
+    /// lets its wheel go.
+    ///
+    /// ```
+    /// use omni_core::{ControlState, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let wheels = WheelController::new(config)?;
+    /// let mut state = ControlState::default();
+    /// assert_eq!(wheels.step(&mut state, &[3.0, 0.0].into(), &[0.0, 1.0].into()).applied.n_m, [1.5, -0.5]);
+    /// // A broken encoder costs its own wheel only, a broken reference stops all.
+    /// assert_eq!(wheels.step(&mut state, &[3.0, 0.0].into(), &[f64::NAN, 1.0].into()).applied.n_m, [0.0, -0.5]);
+    /// assert_eq!(wheels.step(&mut state, &[f64::NAN, 3.0].into(), &[1.0, 1.0].into()).applied.n_m, [-0.5, -0.5]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[inline]
     pub fn step(
         &self,

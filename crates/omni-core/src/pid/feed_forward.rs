@@ -31,6 +31,14 @@ pub struct FeedForward<R> {
 
 impl<R: Real> FeedForward<R> {
     /// None: every coefficient 0.
+    ///
+    /// ```
+    /// use omni_core::{FeedForward, Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// let pid = Pid::new(PidConfig { feed_forward: FeedForward::none(), ..PidConfig::new(gains, 1e-3) })?;
+    /// assert_eq!(pid.step(&mut PidState::default(), 5.0, 5.0).output_n_m, 0.0); // no error, no torque
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn none() -> Self {
         Self {
