@@ -36,7 +36,14 @@ pub struct AxisLimits<R> {
 }
 
 impl<R: Real> AxisLimits<R> {
-    /// No limit at all.
+    /// No limit at all: every field infinite, `min_velocity` minus infinity.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
+    /// let limiter = RateLimiter::new(AxisLimits::unlimited(), 1e-3)?;
+    /// assert_eq!(limiter.step(&mut RateLimiterState::default(), -100.0), -100.0); // there in one period
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn unlimited() -> Self {
         let none = R::of(f64::INFINITY);
@@ -44,6 +51,13 @@ impl<R: Real> AxisLimits<R> {
     }
 
     /// The same limits forward and in reverse; units and ranges as those of the fields.
+    ///
+    /// ```
+    /// use omni_core::AxisLimits;
+    /// let limits = AxisLimits::symmetric(1.5, 2.0, 4.0, 50.0);
+    /// assert_eq!((limits.min_velocity, limits.max_velocity), (-1.5, 1.5));
+    /// assert_eq!((limits.reverse_acceleration, limits.reverse_deceleration), (2.0, 4.0));
+    /// ```
     #[must_use]
     pub fn symmetric(velocity: R, acceleration: R, deceleration: R, jerk: R) -> Self {
         Self {
@@ -131,6 +145,15 @@ impl<R: Real> Sum<R> {
 }
 
 /// Velocity and acceleration of a limited axis; `default` is at rest.
+///
+/// ```
+/// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
+/// // One limiter serves any number of axes, each with a state of its own.
+/// let limiter = RateLimiter::new(AxisLimits::symmetric(2.0, 1.0, 1.0, f64::INFINITY), 0.25)?;
+/// let (mut one, mut other) = (RateLimiterState::default(), RateLimiterState::at(1.0));
+/// assert_eq!([limiter.step(&mut one, 2.0), limiter.step(&mut other, 2.0)], [0.25, 1.25]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateLimiterState<R> {
     pub(crate) velocity: Sum<R>,
@@ -147,6 +170,15 @@ impl<R: Real> Default for RateLimiterState<R> {
 impl<R: Real> RateLimiterState<R> {
     /// Moving steadily at `velocity` \[m/s or rad/s\], which may be outside the limits: the limiter then brings it in.
     /// One that is not finite counts as rest.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
+    /// let limiter = RateLimiter::new(AxisLimits::symmetric(1.0, 1.0, 2.0, f64::INFINITY), 0.25)?;
+    /// let mut state = RateLimiterState::at(2.0); // twice as fast as allowed
+    /// assert_eq!(limiter.step(&mut state, 2.0), 2.0 - 2.0 * 0.25); // brought in with the deceleration
+    /// assert_eq!(RateLimiterState::at(f64::NAN).velocity(), 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn at(velocity: R) -> Self {
         let zero = R::zero();
@@ -157,6 +189,15 @@ impl<R: Real> RateLimiterState<R> {
     }
 
     /// The velocity \[m/s or rad/s\] that the last step returned.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
+    /// let limiter = RateLimiter::new(AxisLimits::symmetric(1.0, 1.0, 2.0, f64::INFINITY), 0.25)?;
+    /// let mut state = RateLimiterState::at(-0.5);
+    /// limiter.step(&mut state, -1.0);
+    /// assert_eq!(state.velocity(), -0.75); // in reverse
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn velocity(&self) -> R {
         self.velocity.high
@@ -265,8 +306,15 @@ impl<R: Real> RateLimiter<R> {
     /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
-    /// The parameter that is out of range: `min_velocity` above 0, `max_velocity` below 0, any other not above 0, any
-    /// NaN.
+    /// The parameter that is out of range: `period_s`, `min_velocity` above 0, `max_velocity` below 0, any other limit
+    /// not above 0, any NaN.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, RateLimiter};
+    /// let limits = AxisLimits { min_velocity: 0.5, ..AxisLimits::symmetric(1.0, 1.0, 1.0, 1.0) }; // could never rest
+    /// let error = RateLimiter::new(limits, 1e-3).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("min_velocity", 0.5));
+    /// ```
     pub fn new(limits: AxisLimits<R>, period_s: R) -> Result<Self, ConfigError> {
         Self::named(limits, period_s, &axis_names!(""))
     }
@@ -298,6 +346,16 @@ impl<R: Real> RateLimiter<R> {
     ///
     /// A target that is not finite holds the velocity. A limit whose share of one period is below the resolution of `R`
     /// at the present velocity (acceleration of 6e-5 at 1.0, 1 kHz and `f32`) lets the velocity rest where it is.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
+    /// let limiter = RateLimiter::new(AxisLimits::symmetric(1.0, 1.0, 4.0, f64::INFINITY), 0.25)?;
+    /// let mut state = RateLimiterState::at(0.5);
+    /// // Braking with 4.0 it rests after half of the period; the other half accelerates backwards with 1.0.
+    /// assert_eq!(limiter.step(&mut state, -1.0), -1.0 * 0.125);
+    /// assert_eq!(limiter.step(&mut state, f64::NAN), -0.125); // no target: as before
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut RateLimiterState<R>, target: R) -> R {
         let velocity = state.velocity.high;
         let target = if target.is_finite_real() {

@@ -7,6 +7,20 @@ use crate::twist_limits::Vector;
 use crate::{AxisLimits, BodyTwist, Real, TwistLimiter, TwistLimiterState, TwistLimits};
 
 /// How fast an emergency stop loses speed. Linear and yaw stop each by itself, so that neither waits for the other.
+/// Checked by [`CommandShaper::new`].
+///
+/// ```
+/// use omni_core::{BodyTwist, CommandShaper, EmergencyDeceleration, ShaperState, ShapingConfig};
+/// let brakes = EmergencyDeceleration { linear_m_s2: 2.0, yaw_rad_s2: 8.0 };
+/// let config = ShapingConfig { emergency_deceleration: Some(brakes), ..ShapingConfig::none() };
+/// let shaper = CommandShaper::new(config, 0.125)?;
+/// let mut state = ShaperState::at(&BodyTwist { vx_m_s: 0.75, vy_m_s: 1.0, wz_rad_s: 1.0 });
+/// state.emergency_stop();
+/// // 1.25 m/s less 2.0 * 0.125 in the same direction: four fifths. The yaw rate is gone at once.
+/// let braked = shaper.step(&mut state, None).twist;
+/// assert!((braked.vx_m_s - 0.6_f64).abs() < 1e-12 && (braked.vy_m_s - 0.8).abs() < 1e-12 && braked.wz_rad_s == 0.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmergencyDeceleration<R> {
     /// Loss of speed along the direction of (vx, vy) \[m/s^2\], > 0; infinity means at once.
@@ -16,6 +30,17 @@ pub struct EmergencyDeceleration<R> {
 }
 
 /// Everything that a [`CommandShaper`] needs to know.
+///
+/// ```
+/// use omni_core::{BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig};
+/// // Commands hold for a tenth of a second, ten periods; after that the vehicle rests.
+/// let shaper = CommandShaper::new(ShapingConfig { timeout_s: Some(0.1), ..ShapingConfig::none() }, 0.01)?;
+/// let mut state = ShaperState::default();
+/// shaper.step(&mut state, Some(&BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO }));
+/// let periods = (0..100).take_while(|_| shaper.step(&mut state, None).status == CommandStatus::Following).count();
+/// assert_eq!((periods, state.twist().vx_m_s), (10, 0.0));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapingConfig<R> {
     /// Limits of the twist that goes out.
@@ -28,6 +53,17 @@ pub struct ShapingConfig<R> {
 
 impl<R: Real> ShapingConfig<R> {
     /// Nothing in the way of a command that is a number: no limits, no time-out; an emergency stop is immediate.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, CommandShaper, ShaperState, ShapingConfig};
+    /// let shaper = CommandShaper::new(ShapingConfig::none(), 1e-3)?;
+    /// let mut state = ShaperState::default();
+    /// shaper.step(&mut state, Some(&BodyTwist { vx_m_s: 5.0, ..BodyTwist::ZERO }));
+    /// for _ in 0..10_000 {
+    ///     assert_eq!(shaper.step(&mut state, None).twist.vx_m_s, 5.0); // ten seconds without another command
+    /// }
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn none() -> Self {
         let unlimited = AxisLimits::unlimited();
@@ -44,6 +80,22 @@ impl<R: Real> ShapingConfig<R> {
 }
 
 /// Why the twist is what it is.
+///
+/// ```
+/// use omni_core::{AxisLimits, BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig, TwistLimits};
+/// let [vx, vy, wz] = [AxisLimits::symmetric(1.0, 1.0, 1.0, f64::INFINITY); 3];
+/// let config = ShapingConfig { limits: TwistLimits::PerAxis { vx, vy, wz }, ..ShapingConfig::none() };
+/// let (shaper, mut state) = (CommandShaper::new(config, 0.25)?, ShaperState::default());
+/// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+/// let mut step = |command| {
+///     let shaped = shaper.step(&mut state, command);
+///     (shaped.twist.vx_m_s, shaped.status)
+/// };
+/// assert_eq!(step(None), (0.0, CommandStatus::Idle));
+/// assert_eq!(step(Some(&ahead)), (0.25, CommandStatus::Limited)); // 1 m/s^2 for 0.25 s
+/// assert_eq!(step(None), (0.5, CommandStatus::Following));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommandStatus {
     /// No command since the start or since the release of an emergency stop: rest, or on the way there.
@@ -58,7 +110,15 @@ pub enum CommandStatus {
     EmergencyStop,
 }
 
-/// One control period's twist and the reason for it.
+/// One control period's twist and the reason for it. The twist is always finite.
+///
+/// ```
+/// use omni_core::{BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig};
+/// let (shaper, mut state) = (CommandShaper::new(ShapingConfig::none(), 1e-3)?, ShaperState::default());
+/// let shaped = shaper.step(&mut state, Some(&BodyTwist { vx_m_s: 2e6, ..BodyTwist::ZERO })); // beyond 1e6
+/// assert_eq!((shaped.twist.vx_m_s, shaped.status, shaped.rejected), (0.0, CommandStatus::Idle, true));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapedCommand<R> {
     /// What the vehicle is to do.
@@ -70,6 +130,15 @@ pub struct ShapedCommand<R> {
 }
 
 /// What a [`CommandShaper`] remembers between steps; `default` is at rest, without a command.
+///
+/// ```
+/// use omni_core::{BodyTwist, CommandShaper, ShaperState, ShapingConfig};
+/// let (shaper, mut state) = (CommandShaper::new(ShapingConfig::none(), 1e-3)?, ShaperState::default());
+/// assert_eq!(state.twist().vx_m_s, 0.0);
+/// shaper.step(&mut state, Some(&BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO }));
+/// assert_eq!(state.twist().vx_m_s, 0.5);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaperState<R> {
     limiter: TwistLimiterState<R>,
@@ -87,6 +156,16 @@ impl<R: Real> Default for ShaperState<R> {
 
 impl<R: Real> ShaperState<R> {
     /// Moving steadily with `twist`, without a command: a vehicle that is taken over while it moves.
+    ///
+    /// ```
+    /// use omni_core::{AxisLimits, BodyTwist, CommandShaper, ShaperState, ShapingConfig, TwistLimits};
+    /// let [vx, vy, wz] = [AxisLimits::symmetric(1.0, 1.0, 2.0, f64::INFINITY); 3];
+    /// let config = ShapingConfig { limits: TwistLimits::PerAxis { vx, vy, wz }, ..ShapingConfig::none() };
+    /// let mut state = ShaperState::at(&BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO });
+    /// // Nobody commands: it comes to rest as the limits say, 2 m/s^2 for 0.125 s.
+    /// assert_eq!(CommandShaper::new(config, 0.125)?.step(&mut state, None).twist.vx_m_s, 0.75);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn at(twist: &BodyTwist<R>) -> Self {
         Self {
@@ -98,23 +177,62 @@ impl<R: Real> ShaperState<R> {
     }
 
     /// The twist that the last step returned.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, ShaperState};
+    /// let towed = BodyTwist { vx_m_s: 0.5, vy_m_s: -0.25, wz_rad_s: 0.125 };
+    /// assert_eq!(ShaperState::at(&towed).twist().to_array(), [0.5, -0.25, 0.125]); // where it started
+    /// ```
     #[must_use]
     pub fn twist(&self) -> BodyTwist<R> {
         self.limiter.twist()
     }
 
     /// Latches the emergency stop from the next step on, and forgets the command.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig};
+    /// let (shaper, mut state) = (CommandShaper::new(ShapingConfig::none(), 1e-3)?, ShaperState::default());
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// shaper.step(&mut state, Some(&ahead));
+    /// state.emergency_stop();
+    /// let shaped = shaper.step(&mut state, Some(&ahead)); // whoever still commands is not heard
+    /// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.0, CommandStatus::EmergencyStop));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn emergency_stop(&mut self) {
         self.stopped = true;
         self.command = None;
     }
 
     /// Ends the emergency stop. Only a command that arrives from now on moves the vehicle.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig};
+    /// let (shaper, mut state) = (CommandShaper::new(ShapingConfig::none(), 1e-3)?, ShaperState::default());
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// shaper.step(&mut state, Some(&ahead));
+    /// state.emergency_stop();
+    /// state.release();
+    /// let shaped = shaper.step(&mut state, None); // the command from before the stop is forgotten
+    /// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.0, CommandStatus::Idle));
+    /// assert_eq!(shaper.step(&mut state, Some(&ahead)).twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn release(&mut self) {
         self.stopped = false;
     }
 
     /// Is the emergency stop latched?
+    ///
+    /// ```
+    /// use omni_core::ShaperState;
+    /// let mut state = ShaperState::<f64>::default();
+    /// state.emergency_stop();
+    /// assert_eq!((state.is_stopped(), state.twist().vx_m_s), (true, 0.0));
+    /// state.release();
+    /// assert_eq!((state.is_stopped(), state.twist().vx_m_s), (false, 0.0));
+    /// ```
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopped
@@ -163,10 +281,19 @@ pub struct CommandShaper<R> {
 }
 
 impl<R: Real> CommandShaper<R> {
-    /// A shaper that is stepped every `period_s` \[s\], 1e-6 to 10.
+    /// A shaper that is stepped every `period_s` \[s\], 1e-6 to 10. A time-out counts in whole periods, rounded down.
     ///
     /// # Errors
-    /// The parameter that is out of range; those of the limits as in [`TwistLimiter::new`].
+    /// Parameter `period_s`, `timeout_s`, `emergency_deceleration.linear_m_s2` or `emergency_deceleration.yaw_rad_s2`
+    /// where it is out of range; those of the limits as in [`TwistLimiter::new`].
+    ///
+    /// ```
+    /// use omni_core::{CommandShaper, EmergencyDeceleration, ShapingConfig};
+    /// let no_brakes = EmergencyDeceleration { linear_m_s2: 0.0, yaw_rad_s2: 1.0 };
+    /// let config = ShapingConfig { emergency_deceleration: Some(no_brakes), ..ShapingConfig::none() };
+    /// let error = CommandShaper::new(config, 1e-3).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("emergency_deceleration.linear_m_s2", 0.0));
+    /// ```
     pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
         let dt = period(period_s)?;
         let oldest = match config.timeout_s {
@@ -192,7 +319,18 @@ impl<R: Real> CommandShaper<R> {
         })
     }
 
-    /// One control period; `command` is the one that arrived in it, if one did. The twist is always finite.
+    /// One control period; `command` \[m/s, m/s, rad/s\] is the one that arrived in it, if one did. The twist is always
+    /// finite.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, CommandShaper, ShaperState, ShapingConfig};
+    /// // A time-out of 0: each command moves the vehicle for one period.
+    /// let shaper = CommandShaper::new(ShapingConfig { timeout_s: Some(0.0), ..ShapingConfig::none() }, 1e-3)?;
+    /// let mut state = ShaperState::default();
+    /// let left = BodyTwist { vy_m_s: 0.5, ..BodyTwist::ZERO };
+    /// assert_eq!([Some(&left), None].map(|command| shaper.step(&mut state, command).twist.vy_m_s), [0.5, 0.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut ShaperState<R>, command: Option<&BodyTwist<R>>) -> ShapedCommand<R> {
         let accepted = command.filter(|command| is_sane(command));
         let rejected = command.is_some() && accepted.is_none();

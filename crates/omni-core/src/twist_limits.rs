@@ -13,7 +13,7 @@ use crate::{BodyTwist, Real};
 /// ```
 /// use omni_core::MotionLimits;
 /// let limits = MotionLimits { velocity: 1.5, ..MotionLimits::<f32>::unlimited() };
-/// assert_eq!(limits.jerk, f32::INFINITY);
+/// assert_eq!((limits.velocity, limits.jerk), (1.5, f32::INFINITY));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits<R> {
@@ -29,6 +29,15 @@ pub struct MotionLimits<R> {
 
 impl<R: Real> MotionLimits<R> {
     /// No limit at all.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+    /// let (linear, yaw) = (MotionLimits::unlimited(), MotionLimits::unlimited());
+    /// let limiter = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw }, 1e-3)?;
+    /// let fast = BodyTwist { vx_m_s: 30.0, vy_m_s: -20.0, wz_rad_s: 10.0 };
+    /// assert_eq!(limiter.step(&mut TwistLimiterState::default(), &fast).to_array(), [30.0, -20.0, 10.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn unlimited() -> Self {
         let none = R::of(f64::INFINITY);
@@ -41,7 +50,22 @@ impl<R: Real> MotionLimits<R> {
     }
 }
 
-/// Limits of a twist.
+/// Limits of a twist. Checked by [`TwistLimiter::new`].
+///
+/// ```
+/// use omni_core::{AxisLimits, BodyTwist, MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+/// let [vx, vy, wz] = [AxisLimits::symmetric(2.0, 1.0, 1.0, f64::INFINITY); 3];
+/// let linear = MotionLimits { acceleration: 1.0, ..MotionLimits::unlimited() };
+/// let target = BodyTwist { vx_m_s: 1.0, vy_m_s: 0.5, wz_rad_s: 0.0 };
+/// let direction = |limits| {
+///     let limiter = TwistLimiter::new(limits, 0.01).expect("valid");
+///     let twist = limiter.step(&mut TwistLimiterState::default(), &target);
+///     twist.vy_m_s / twist.vx_m_s
+/// };
+/// assert_eq!(direction(TwistLimits::PerAxis { vx, vy, wz }), 1.0); // both axes as quick as they may: a detour
+/// let along = direction(TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() });
+/// assert!((along - 0.5).abs() < 1e-12); // the target's direction from the first step on
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TwistLimits<R> {
     /// Each axis by itself: each is as quick as it may be, and the path bends where one of them lags.
@@ -65,6 +89,17 @@ pub enum TwistLimits<R> {
 }
 
 /// What a [`TwistLimiter`] remembers between steps; `default` is at rest.
+///
+/// ```
+/// use omni_core::{BodyTwist, MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+/// let linear = MotionLimits { acceleration: 2.0, ..MotionLimits::unlimited() };
+/// let limiter = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() }, 0.125)?;
+/// let mut state = TwistLimiterState::default();
+/// let target = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO };
+/// let velocities = [0; 2].map(|_| limiter.step(&mut state, &target).vx_m_s);
+/// assert_eq!(velocities, [0.25, 0.5]); // each step goes on where the last one ended
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwistLimiterState<R> {
     axes: [RateLimiterState<R>; 3],
@@ -81,6 +116,12 @@ impl<R: Real> Default for TwistLimiterState<R> {
 impl<R: Real> TwistLimiterState<R> {
     /// Moving steadily with `twist`, which may be outside the limits: the limiter then brings it in. Components that are
     /// not finite count as zero.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, TwistLimiterState};
+    /// let halfway = TwistLimiterState::at(&BodyTwist { vx_m_s: 0.5, vy_m_s: f64::NAN, wz_rad_s: -1.0 });
+    /// assert_eq!(halfway.twist().to_array(), [0.5, 0.0, -1.0]);
+    /// ```
     #[must_use]
     pub fn at(twist: &BodyTwist<R>) -> Self {
         Self {
@@ -89,6 +130,16 @@ impl<R: Real> TwistLimiterState<R> {
     }
 
     /// The twist that the last step returned.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+    /// let linear = MotionLimits { velocity: 0.5, ..MotionLimits::unlimited() };
+    /// let limiter = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() }, 1e-3)?;
+    /// let mut state = TwistLimiterState::default();
+    /// limiter.step(&mut state, &BodyTwist { vx_m_s: -2.0, ..BodyTwist::ZERO });
+    /// assert_eq!(state.twist().vx_m_s, -0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn twist(&self) -> BodyTwist<R> {
         BodyTwist::from_array(self.axes.map(|axis| axis.velocity.high))
@@ -132,8 +183,16 @@ impl<R: Real> TwistLimiter<R> {
     /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
     ///
     /// # Errors
-    /// The parameter that is out of range, as `vx.jerk` or `yaw.velocity`; ranges as in [`AxisLimits`] and
+    /// The parameter that is out of range, as `period_s`, `vx.jerk` or `yaw.velocity`; ranges as in [`AxisLimits`] and
     /// [`MotionLimits`].
+    ///
+    /// ```
+    /// use omni_core::{MotionLimits, TwistLimiter, TwistLimits};
+    /// let yaw = MotionLimits { jerk: 0.0, ..MotionLimits::unlimited() }; // would never begin to turn
+    /// let linear = MotionLimits::unlimited();
+    /// let error = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw }, 1e-3).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("yaw.jerk", 0.0));
+    /// ```
     pub fn new(limits: TwistLimits<R>, period_s: R) -> Result<Self, ConfigError> {
         let law = match limits {
             TwistLimits::PerAxis { vx, vy, wz } => Law::PerAxis([
@@ -166,6 +225,19 @@ impl<R: Real> TwistLimiter<R> {
     ///
     /// A target with a component that is not finite holds the twist, per axis that component only. Along the motion
     /// components are first cut to +-1e9, so that their squares stay finite in `f32`.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+    /// let linear = MotionLimits { velocity: 1.0, ..MotionLimits::unlimited() };
+    /// let limiter = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() }, 1e-3)?;
+    /// let mut state = TwistLimiterState::default();
+    /// // sqrt(3^2 + 4^2) = 5 m/s: a fifth of everything, the yaw rate too.
+    /// let twist = limiter.step(&mut state, &BodyTwist { vx_m_s: 3.0_f64, vy_m_s: 4.0, wz_rad_s: 1.0 });
+    /// assert!((twist.vx_m_s - 0.6).abs() < 1e-12 && (twist.wz_rad_s - 0.2).abs() < 1e-12);
+    /// let held = limiter.step(&mut state, &BodyTwist { vy_m_s: f64::NAN, ..BodyTwist::ZERO });
+    /// assert_eq!(held.vx_m_s, twist.vx_m_s);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut TwistLimiterState<R>, target: &BodyTwist<R>) -> BodyTwist<R> {
         match &self.law {
             Law::PerAxis(limiters) => {
