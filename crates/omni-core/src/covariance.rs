@@ -33,6 +33,12 @@ impl<R: Real> PoseCovariance<R> {
     ///
     /// # Errors
     /// Parameter `x_m2`, `y_m2` or `yaw_rad2` where it is negative or not finite.
+    ///
+    /// ```
+    /// use omni_core::PoseCovariance;
+    /// let error = PoseCovariance::diagonal([1e-4, 1e-4, -0.1]).unwrap_err(); // a variance has no sign
+    /// assert_eq!((error.parameter, error.value), ("yaw_rad2", -0.1));
+    /// ```
     pub fn diagonal([x_m2, y_m2, yaw_rad2]: [R; 3]) -> Result<Self, ConfigError> {
         let zero = R::zero();
         Ok(Self {
@@ -44,14 +50,32 @@ impl<R: Real> PoseCovariance<R> {
         })
     }
 
-    /// The matrix, rows and columns x, y, yaw \[m^2, m rad, rad^2\]: entries 0, 1, 5, 6, 7, 11, 30, 31, 35 of the 6x6 of a
-    /// ROS 2 `PoseWithCovariance`.
+    /// The symmetric 3 x 3 matrix, rows and columns x, y, yaw \[m^2, m rad, rad^2\]: entries 0, 1, 5, 6, 7, 11, 30, 31,
+    /// 35 of the 6x6 of a ROS 2 `PoseWithCovariance`.
+    ///
+    /// ```
+    /// use omni_core::{CovarianceGrowth, OdometryNoise, PlanarPose, PoseCovariance};
+    /// let growth = CovarianceGrowth::new(OdometryNoise { wheel_rad_per_sqrt_rad: 0.0, residual_gain: 0.0 })?;
+    /// let mut covariance = PoseCovariance::diagonal([0.0, 0.0, 0.01_f64])?;
+    /// // 2 m ahead with a heading good for 0.1 rad: who in truth heads to the left ends up to the left.
+    /// growth.step_by(&mut covariance, &PlanarPose::origin(), &[[2.0], [0.0], [0.0]], &[1.0].into(), &[0.0].into());
+    /// assert!((covariance.matrix()[1][2] - 2.0 * 0.01).abs() < 1e-15); // y with yaw
+    /// assert!((covariance.matrix()[1][1] - 2.0 * 2.0 * 0.01).abs() < 1e-15); // y
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn matrix(&self) -> &[[R; 3]; 3] {
         &self.matrix
     }
 
     /// Standard deviations of x, y and yaw, each on its own \[m, m, rad\].
+    ///
+    /// ```
+    /// use omni_core::PoseCovariance;
+    /// let covariance = PoseCovariance::diagonal([0.25, 0.0625, 1.0])?;
+    /// assert_eq!(covariance.standard_deviations(), [0.5, 0.25, 1.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn standard_deviations(&self) -> [R; 3] {
         let [[x, _, _], [_, y, _], [_, _, yaw]] = self.matrix;
@@ -60,7 +84,18 @@ impl<R: Real> PoseCovariance<R> {
     }
 }
 
-/// How wrong a wheel's increment is held to be: its variance is `q = k^2 |dphi| + g rho^2` \[rad^2\].
+/// How wrong a wheel's increment is held to be: its variance is `q = k^2 |dphi| + g rho^2` \[rad^2\], dphi being the
+/// increment and rho its residual ([`Kinematics::increment_residual`]). Checked by [`CovarianceGrowth::new`].
+///
+/// ```
+/// use omni_core::{CovarianceGrowth, OdometryNoise, PlanarPose, PoseCovariance};
+/// let growth = CovarianceGrowth::new(OdometryNoise { wheel_rad_per_sqrt_rad: 0.1_f64, residual_gain: 2.0 })?;
+/// let mut covariance = PoseCovariance::default();
+/// // A single wheel, a metre a radian: 4 rad back, of which 0.3 rad were slip.
+/// growth.step_by(&mut covariance, &PlanarPose::origin(), &[[1.0], [0.0], [0.0]], &[-4.0].into(), &[0.3].into());
+/// assert!((covariance.matrix()[0][0] - (0.1 * 0.1 * 4.0 + 2.0 * 0.3 * 0.3)).abs() < 1e-15); // back is as bad as ahead
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryNoise<R> {
     /// k >= 0: standard deviation of a wheel's angle after it turned by a radian \[rad per root of rad\]. Uneven ground,
@@ -84,6 +119,8 @@ pub struct OdometryNoise<R> {
 /// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and what a step adds is lost
 /// once it is below 6e-8 of what is there, after some ten million. Step it every tenth period, with the increments
 /// summed, where that matters.
+///
+/// The usual name: first-order propagation of errors, the prediction of an extended Kalman filter.
 ///
 /// ```
 /// use omni_core::{CovarianceGrowth, Kinematics, OdometryNoise, PlanarPose, PoseCovariance, WheelLayout};
@@ -110,6 +147,13 @@ impl<R: Real> CovarianceGrowth<R> {
     ///
     /// # Errors
     /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` where it is negative or not finite.
+    ///
+    /// ```
+    /// use omni_core::{CovarianceGrowth, OdometryNoise};
+    /// let noise = OdometryNoise { wheel_rad_per_sqrt_rad: 0.05, residual_gain: -1.0 };
+    /// let error = CovarianceGrowth::new(noise).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("residual_gain", -1.0));
+    /// ```
     pub fn new(noise: OdometryNoise<R>) -> Result<Self, ConfigError> {
         let k = not_negative("wheel_rad_per_sqrt_rad", noise.wheel_rad_per_sqrt_rad)?;
         Ok(Self {
@@ -118,10 +162,22 @@ impl<R: Real> CovarianceGrowth<R> {
         })
     }
 
-    /// One step from `start`, the estimated pose before it, with the actuator increments `increments`
+    /// One step from `start`, the estimated pose before it, with the actuator increments `increments` \[rad\]
     /// ([`Odometry::increments`](crate::Odometry::increments), or velocities times the period).
     ///
     /// False, and nothing changed, where the result would not be finite.
+    ///
+    /// ```
+    /// use omni_core::{CovarianceGrowth, Kinematics, OdometryNoise, PlanarPose, PoseCovariance, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// let growth = CovarianceGrowth::new(OdometryNoise { wheel_rad_per_sqrt_rad: 0.1, residual_gain: 1.0 })?;
+    /// let mut covariance = PoseCovariance::default();
+    /// // On the spot: four wheels turn by 4 rad, each good for 0.1 / 0.5 / 4 of the yaw and off by 0.1 * sqrt(4) rad.
+    /// assert!(growth.step(&mut covariance, &PlanarPose::origin(), &kinematics, &[4.0; 4].into()));
+    /// let yaw_rad = 4.0_f64.sqrt() * (0.1 / 0.5 / 4.0) * (0.1 * 2.0); // independent: their squares add up
+    /// assert!((covariance.standard_deviations()[2] - yaw_rad).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step<const N: usize>(
         &self,
         covariance: &mut PoseCovariance<R>,

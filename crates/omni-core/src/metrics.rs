@@ -17,7 +17,8 @@ pub fn disturbed_ratio_literal<R: Real>(reference_rad_s: R, velocity_rad_s: R) -
 ///
 /// ```
 /// use omni_core::metrics::slip_ratio_literal;
-/// assert_eq!(slip_ratio_literal(0.5, 0.4), 0.19999999999999996);
+/// assert_eq!(slip_ratio_literal(0.5, 0.375), 0.25); // a quarter of the rim's way is lost
+/// assert_eq!(slip_ratio_literal(0.25, 0.5), -1.0); // sliding faster than it turns
 /// ```
 pub fn slip_ratio_literal<R: Real>(rim_m_s: R, along_m_s: R) -> R {
     (rim_m_s - along_m_s) / rim_m_s
@@ -64,7 +65,7 @@ pub fn disturbed_ratio<R: Real>(reference_rad_s: R, velocity_rad_s: R, floor_rad
 ///
 /// ```
 /// use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};
-/// assert_eq!(slip_ratio(0.5, 0.4, SLIP_FLOOR_M_S), 0.19999999999999996);
+/// assert_eq!(slip_ratio(0.5, 0.375, SLIP_FLOOR_M_S), 0.25);
 /// assert_eq!(slip_ratio(0.3, 0.0, SLIP_FLOOR_M_S), 1.0); // spins on the spot
 /// assert_eq!(slip_ratio(0.0, 0.3, SLIP_FLOOR_M_S), -1.0); // slides blocked
 /// ```

@@ -58,6 +58,18 @@ impl<R: Real> Sum<R> {
 }
 
 /// What an odometry step did.
+///
+/// ```
+/// use omni_core::{BodyDisplacement, Kinematics, Odometry, OdometryState, OdometryStep, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.5)?)?;
+/// let (odometry, mut state) = (Odometry::new(1e-3)?, OdometryState::default());
+/// let mut step = |rad: f64| odometry.step_positions(&mut state, &kinematics, &[rad; 4].into());
+/// assert_eq!(step(7.0), OdometryStep::Started);
+/// assert_eq!(step(f64::NAN), OdometryStep::Skipped);
+/// let OdometryStep::Moved(by) = step(9.0) else { panic!("two positions are known") };
+/// assert!((by.dx_m - 2.0 * 0.5).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OdometryStep<R> {
     /// The pose moved by this.
@@ -106,6 +118,17 @@ pub struct Odometry<R, const N: usize> {
 }
 
 /// Where odometry has come to; `default` is at the world's origin with no position read.
+///
+/// ```
+/// use omni_core::{BodyTwist, Odometry, OdometryState};
+/// let (odometry, mut state) = (Odometry::<f32, 4>::new(1e-3)?, OdometryState::default());
+/// // A millimetre a thousand times. Added up as they are, `f32` would drift off by its rounding.
+/// for _ in 0..1000 {
+///     odometry.step_displacement(&mut state, &BodyTwist { vx_m_s: 1.0, vy_m_s: 0.0, wz_rad_s: 0.0 }.over(1e-3));
+/// }
+/// assert_eq!(state.pose().x_m, 1.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryState<R, const N: usize> {
     x: Sum<R>,
@@ -127,7 +150,17 @@ impl<R: Real, const N: usize> Default for OdometryState<R, N> {
 }
 
 impl<R: Real, const N: usize> OdometryState<R, N> {
-    /// The estimated pose, its yaw in (-pi, pi].
+    /// The estimated pose \[m, m, rad\], its yaw in (-pi, pi].
+    ///
+    /// ```
+    /// use omni_core::{BodyDisplacement, Odometry, OdometryState};
+    /// let (odometry, mut state) = (Odometry::<f64, 4>::new(1e-3)?, OdometryState::default());
+    /// let turn = BodyDisplacement { dx_m: 0.0, dy_m: 0.0, dyaw_rad: 2.0 };
+    /// odometry.step_displacement(&mut state, &turn);
+    /// odometry.step_displacement(&mut state, &turn);
+    /// assert!((state.pose().yaw_rad - (4.0 - core::f64::consts::TAU)).abs() < 1e-15); // 4 rad to the left
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn pose(&self) -> PlanarPose<R> {
         PlanarPose {
@@ -145,7 +178,7 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
     /// use omni_core::{OdometryState, PlanarPose};
     /// let mut state = OdometryState::<f64, 7>::default();
     /// assert!(state.reset(&PlanarPose { x_m: 2.0, y_m: -1.0, yaw_rad: 7.0 }));
-    /// assert!((state.pose().yaw_rad - 0.716_814_692_820_413_8).abs() < 1e-15);
+    /// assert!((state.pose().yaw_rad - (7.0 - core::f64::consts::TAU)).abs() < 1e-15);
     /// assert!(!state.reset(&PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 }));
     /// assert_eq!(state.pose().x_m, 2.0);
     /// ```
@@ -162,6 +195,17 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
     }
 
     /// Forgets the last positions: the next ones only start, as the first did. For encoders that were set to zero.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, Odometry, OdometryState, OdometryStep, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.5)?)?;
+    /// let (odometry, mut state) = (Odometry::new(1e-3)?, OdometryState::default());
+    /// odometry.step_positions(&mut state, &kinematics, &[700.0; 4].into());
+    /// state.forget_positions(); // the encoders are set to zero: no way of -350 m
+    /// assert_eq!(odometry.step_positions(&mut state, &kinematics, &[0.0; 4].into()), OdometryStep::Started);
+    /// assert_eq!(state.pose().x_m, 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn forget_positions(&mut self) {
         self.last_positions = None;
     }
@@ -172,6 +216,12 @@ impl<R: Real, const N: usize> Odometry<R, N> {
     ///
     /// # Errors
     /// Parameter `period_s` out of its range.
+    ///
+    /// ```
+    /// use omni_core::Odometry;
+    /// let error = Odometry::<f64, 4>::new(-1e-3).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("period_s", -1e-3));
+    /// ```
     pub fn new(period_s: R) -> Result<Self, ConfigError> {
         Ok(Self {
             period_s: period(period_s)?,
@@ -188,7 +238,9 @@ impl<R: Real, const N: usize> Odometry<R, N> {
     /// let mut state = OdometryState::default();
     /// let twist = BodyTwist { vx_m_s: 2.0, vy_m_s: 0.5, wz_rad_s: 1.0 };
     /// odometry.step_displacement(&mut state, &twist.over(1.0));
-    /// assert!((state.pose().x_m - 1.453_093_122_549_863).abs() < 1e-15);
+    /// // Along the arc, vx sin(wz t) - vy (1 - cos(wz t)), over wz.
+    /// let x_m = 2.0 * 1.0_f64.sin() - 0.5 * (1.0 - 1.0_f64.cos());
+    /// assert!((state.pose().x_m - x_m).abs() < 1e-15);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step_displacement(
@@ -206,9 +258,18 @@ impl<R: Real, const N: usize> Odometry<R, N> {
         OdometryStep::Moved(*displacement)
     }
 
-    /// One period at the actuator velocities `velocities`, held constant over it.
+    /// One period at the actuator velocities `velocities` \[rad/s\], held constant over it.
     ///
     /// Skipped where the twist that they amount to is not finite.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, Odometry, OdometryState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
+    /// let (odometry, mut state) = (Odometry::new(0.01)?, OdometryState::default());
+    /// odometry.step_velocities(&mut state, &kinematics, &[10.0; 4].into());
+    /// assert!((state.pose().yaw_rad - 10.0 * 0.1 / 0.5 * 0.01).abs() < 1e-15); // all wheels positive: to the left
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step_velocities(
         &self,
         state: &mut OdometryState<R, N>,
@@ -219,11 +280,22 @@ impl<R: Real, const N: usize> Odometry<R, N> {
         self.step_displacement(state, &twist.over(self.period_s))
     }
 
-    /// From the actuator positions `positions` of the last call to these; the first positions only start. `kinematics` may
-    /// leave wheels out ([`Kinematics::excluding`]).
+    /// From the actuator positions `positions` \[rad\], unwrapped, of the last call to these; the first positions only
+    /// start. `kinematics` may leave wheels out ([`Kinematics::excluding`]).
     ///
     /// Skipped where one is not finite. The next finite positions then make up for it: what was turned meanwhile is
     /// taken as one arc.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, Odometry, OdometryState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.5)?)?;
+    /// let (odometry, mut state) = (Odometry::new(1e-3)?, OdometryState::default());
+    /// for rad in [1.0, 2.0, f64::NAN, 4.0] {
+    ///     odometry.step_positions(&mut state, &kinematics, &[rad; 4].into());
+    /// }
+    /// assert!((state.pose().x_m - 0.5 * (4.0 - 1.0)).abs() < 1e-12); // the missing one costs nothing
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step_positions(
         &self,
         state: &mut OdometryState<R, N>,
