@@ -14,7 +14,23 @@ use crate::{
     WheelSample, WheelVelocities,
 };
 
-/// Everything a [`Drive`] is made of; checked by [`Drive::new`].
+/// Everything a [`Drive`] is made of; checked by [`Drive::new`]. Its period is that of `control.pid`.
+///
+/// ```
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+/// // Commands are meant for a tool half a metre ahead. To turn about it the vehicle has to move to the right.
+/// let drive = Drive::new(DriveConfig { command_point_m: [0.5, 0.0], ..DriveConfig::new(layout, config) })?;
+/// let input = DriveInput::measured(&WheelVelocities::zero());
+/// let turn_left = BodyTwist { wz_rad_s: 0.2, ..BodyTwist::ZERO };
+/// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(turn_left));
+/// assert!((sample.desaturated.twist.vy_m_s + 0.5 * 0.2).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
@@ -25,7 +41,7 @@ pub struct DriveConfig<R, const N: usize> {
     pub control: WheelControlConfig<R, N>,
     /// Limits, time-out and emergency stop of the command.
     pub shaping: ShapingConfig<R>,
-    /// Point of the body \[m\] that moves as commanded, `[x, y]`; `[0, 0]` is the origin.
+    /// Point of the body \[m\] that moves as commanded, `[x, y]`, finite; `[0, 0]` is the origin.
     pub command_point_m: [R; 2],
     /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
     pub discretize: bool,
@@ -41,6 +57,20 @@ pub struct DriveConfig<R, const N: usize> {
 
 impl<R: Real, const N: usize> DriveConfig<R, N> {
     /// Layout and loops, and nothing else: no limits, no time-out, no detection.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let input = DriveInput::measured(&WheelVelocities::zero());
+    /// let fast = BodyTwist { vx_m_s: 3.0, ..BodyTwist::ZERO };
+    /// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(fast));
+    /// assert_eq!(sample.desaturated.twist.vx_m_s, 3.0); // within a millisecond: nothing limits it
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn new(layout: WheelLayout<R, N>, control: WheelControlConfig<R, N>) -> Self {
         Self {
@@ -59,6 +89,22 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 }
 
 /// What arrived in one period.
+///
+/// ```
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, TorqueRange, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+/// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+/// input.torque_ranges.set(3, &TorqueRange { lower_n_m: -0.25, upper_n_m: 0.25 }); // the fourth motor is hot
+/// let sample = drive.step(&mut DriveState::new(&drive), &input);
+/// assert!((sample.wheels.applied.n_m[0] - 0.3 * 0.5 / 0.1).abs() < 1e-12);
+/// assert_eq!(sample.wheels.applied.n_m[3], 0.25);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveInput<R, const N: usize> {
     /// A new command, if one arrived: the twist of the command point.
@@ -67,14 +113,21 @@ pub struct DriveInput<R, const N: usize> {
     pub readings_rad_s: [Option<R>; N],
     /// Wheels known to be off the ground: they go on turning, but tell nothing.
     pub lifted: [bool; N],
-    /// Path of each wheel over path of the body beneath it.
+    /// Path of each wheel over path of the body beneath it: 1 on flat ground.
     pub path: PathFactors<R, N>,
     /// Torque ranges that hold besides the motors' own limits: a hot motor, a low battery.
     pub torque_ranges: TorqueRanges<R, N>,
 }
 
 impl<R: Real, const N: usize> DriveInput<R, N> {
-    /// All readings there, no new command, every wheel on flat ground.
+    /// All readings there \[rad/s\], no new command, every wheel on flat ground, no torque limits but the motors' own.
+    ///
+    /// ```
+    /// use omni_core::{DriveInput, WheelVelocities};
+    /// let input = DriveInput::measured(&WheelVelocities { rad_s: [3.0, 0.0, -3.0] });
+    /// assert_eq!(input.readings_rad_s, [Some(3.0), Some(0.0), Some(-3.0)]);
+    /// assert_eq!((input.command, input.lifted), (None, [false; 3]));
+    /// ```
     #[must_use]
     pub fn measured(velocities: &WheelVelocities<R, N>) -> Self {
         Self {
@@ -86,7 +139,14 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
-    /// The same with a new command.
+    /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by [`Drive::step`].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
+    /// let left = BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::<f64, 4>::zero()).with_command(left);
+    /// assert_eq!(input.command.map(|command| command.vy_m_s), Some(0.2));
+    /// ```
     #[must_use]
     pub fn with_command(self, command: BodyTwist<R>) -> Self {
         Self {
@@ -97,6 +157,26 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
 }
 
 /// How far the vehicle can be relied on.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let mut state = DriveState::new(&drive);
+/// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });
+/// for (heard, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
+///     for (index, reading) in input.readings_rad_s.iter_mut().enumerate() {
+///         *reading = (index < heard).then_some(1.0);
+///     }
+///     let sample = drive.step(&mut state, &input);
+///     assert_eq!(sample.mode, mode); // two wheels do not tell three motions
+///     assert_eq!(sample.wheels.applied.n_m[0], -0.3); // kp times 1 rad/s: wheels that are heard brake
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriveMode {
     /// Every wheel drives and is believed.
@@ -109,6 +189,22 @@ pub enum DriveMode {
 }
 
 /// Every signal of one step of a [`Drive`]. Nothing in it is ever NaN.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let mut state = DriveState::new(&drive);
+/// // Nobody commands, but the vehicle rolls: 5 rad/s of wheels of 0.1 m, for a millisecond.
+/// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
+/// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12);
+/// assert!((sample.pose.x_m - 0.5e-3).abs() < 1e-12);
+/// assert_eq!(sample.shaped.twist.vx_m_s, 0.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSample<R, const N: usize> {
     /// How far the vehicle can be relied on.
@@ -166,6 +262,21 @@ pub struct Drive<R, const N: usize> {
 }
 
 /// What a [`Drive`] remembers.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, PlanarPose, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let mut state = DriveState::new(&drive);
+/// // Somebody has seen where it is: at x = 2 m.
+/// state.odometry.reset(&PlanarPose { x_m: 2.0, ..PlanarPose::origin() });
+/// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
+/// assert!((sample.pose.x_m - (2.0 + 0.1 * 5.0 * 1e-3)).abs() < 1e-12); // from there on
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveState<R, const N: usize> {
     /// The loops.
@@ -189,6 +300,19 @@ pub struct DriveState<R, const N: usize> {
 
 impl<R: Real, const N: usize> DriveState<R, N> {
     /// A fresh start: at rest at the world's origin, every wheel trusted.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, DriveState, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let state = DriveState::new(&drive);
+    /// assert_eq!((state.odometry.pose().x_m, state.control.integral_n_m), (0.0, [0.0; 4]));
+    /// assert_eq!(state.covariance.standard_deviations(), [0.0; 3]); // it knows where it starts
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn new(drive: &Drive<R, N>) -> Self {
         Self {
@@ -208,6 +332,23 @@ impl<R: Real, const N: usize> DriveState<R, N> {
 
     /// Ends an emergency stop or a safe stop; commands that arrive from now on are followed. A safe stop whose cause
     /// lasts begins anew.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.shaper.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn release(&mut self) {
         self.stopping = false;
         self.shaper.release();
@@ -218,7 +359,22 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// A drive as configured.
     ///
     /// # Errors
-    /// Those of the parts, with the parameter out of range.
+    /// Those of the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
+    /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` where it is not
+    /// finite.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, ShapingConfig, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let plain = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+    /// let shaping = ShapingConfig { timeout_s: Some(-0.5), ..ShapingConfig::none() };
+    /// let error = Drive::new(DriveConfig { shaping, ..plain }).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("timeout_s", -0.5));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {
         let period_s = config.control.pid.period_s;
         for p in config.command_point_m {
@@ -245,14 +401,43 @@ impl<R: Real, const N: usize> Drive<R, N> {
     }
 
     /// The maps between twist and wheel velocities with every wheel trusted.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// assert!((drive.kinematics().inverse_matrix()[0][1] + 1.0 / 0.1).abs() < 1e-12); // -vy / r, front left
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         self.controller.kinematics()
     }
 
-    /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow.
+    /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow. To be called
+    /// once every control period. O(N).
     ///
     /// Never fails: nonsense in the input is refused or lets the wheel go that it came from.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.0625, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// // 5 rad/s of wheels of 0.1 m; the fourth is in the air and spins with 21 rad/s.
+    /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [5.0, 5.0, 5.0, 21.0] });
+    /// input.lifted[3] = true;
+    /// let sample = drive.step(&mut DriveState::new(&drive), &input);
+    /// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12); // it has no say
+    /// assert_eq!(sample.wheels.applied.n_m[3], -0.0625 * 21.0); // but it is braked as the others are
+    /// assert_eq!(sample.mode, DriveMode::Degraded);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut DriveState<R, N>, input: &DriveInput<R, N>) -> DriveSample<R, N> {
         let (measured, faults, dropped) = self.judge(state, input);
         let kinematics = self.controller.kinematics();

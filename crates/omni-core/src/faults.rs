@@ -5,6 +5,20 @@ use crate::pid::is_plausible;
 use crate::{Real, WheelVelocities};
 
 /// What is wrong with a wheel.
+///
+/// ```
+/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+/// #     stuck_periods: 100, silent_periods: 2, recovery_periods: 200 };
+/// # let rest = WheelVelocities::zero();
+/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // silent_periods: 2
+/// monitor.step(&mut state, &[Some(3.0)], &expected);
+/// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [3.0]); // the last reading stands
+/// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [0.0]); // not any longer
+/// assert_eq!(state.faults(), [Some(Fault::Silent)]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
@@ -19,10 +33,11 @@ pub enum Fault {
     Lost,
 }
 
-/// When a reading is not believed. Infinite, or 65535 periods, switches a check off.
+/// When a reading is not believed. An infinite velocity or torque switches its check off; a count of 65535 only puts
+/// it off that long, but for `recovery_periods`, where it is never. Checked by [`FaultMonitor::new`].
 ///
 /// ```
-/// use omni_core::FaultConfig;
+/// use omni_core::{FaultConfig, FaultMonitor};
 /// // Wheels of 6 rad/s that gain at most 500 rad/s^2, sampled every millisecond.
 /// let config = FaultConfig {
 ///     jump_rad_s: 2.0_f64,
@@ -33,20 +48,23 @@ pub enum Fault {
 ///     silent_periods: 20,
 ///     recovery_periods: 200,
 /// };
-/// assert!(omni_core::FaultMonitor::new(config).is_ok());
+/// assert!(FaultMonitor::new(config).is_ok());
+/// // One reading alone is not stuck.
+/// let error = FaultMonitor::new(FaultConfig { stuck_periods: 1, ..config }).unwrap_err();
+/// assert_eq!((error.parameter, error.value), ("stuck_periods", 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultConfig<R> {
-    /// Largest change \[rad/s\] of an actuator's velocity within one period, above 0: a reading further from the last one
+    /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
     /// believed is held back.
     pub jump_rad_s: R,
     /// Periods a jump is bridged with the last reading believed; then the wheel is faulty. 1 to 65535.
     pub jump_periods: u16,
     /// A reading that stays exactly the same while the other wheels say it should differ by more than this \[rad/s\] is
-    /// stuck, above 0.
+    /// stuck, 1e-9 or more.
     pub stuck_rad_s: R,
     /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
-    /// \[N.m\] is stuck, above 0: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
+    /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
     /// a dead encoder.
     pub stuck_torque_n_m: R,
     /// Periods in a row that make a reading stuck, 2 to 65535.
@@ -58,13 +76,42 @@ pub struct FaultConfig<R> {
     pub recovery_periods: u16,
 }
 
-/// Watches the readings of all wheels.
+/// Watches the readings of all wheels. Immutable; what changes is in [`FaultState`].
+///
+/// ```
+/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 3, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+/// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 200 };
+/// # let rest = WheelVelocities::zero();
+/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // jump_periods: 3
+/// monitor.step(&mut state, &[Some(1.0)], &expected);
+/// // No wheel gains 8 rad/s in a period. Twice the reading before stands for it, then the wheel is let go.
+/// let velocities = [0; 3].map(|_| monitor.step(&mut state, &[Some(9.0)], &expected).rad_s[0]);
+/// assert_eq!(velocities, [1.0, 1.0, 0.0]);
+/// assert_eq!(state.faults(), [Some(Fault::Jump)]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultMonitor<R> {
     config: FaultConfig<R>,
 }
 
 /// What the monitor remembers; `default` is a fresh start.
+///
+/// ```
+/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+/// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 2 };
+/// # let rest = WheelVelocities::zero();
+/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // recovery_periods: 2
+/// monitor.step(&mut state, &[Some(f64::NAN)], &expected);
+/// assert_eq!(monitor.step(&mut state, &[Some(1.0)], &expected).rad_s, [0.0]); // one good reading is not enough
+/// assert_eq!(state.faults(), [Some(Fault::NotANumber)]);
+/// assert_eq!(monitor.step(&mut state, &[Some(1.1)], &expected).rad_s, [1.1]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultState<R, const N: usize> {
     wheel: [WheelHistory<R>; N],
@@ -104,11 +151,35 @@ impl<R: Real, const N: usize> Default for FaultState<R, N> {
 
 impl<R: Real, const N: usize> FaultState<R, N> {
     /// Declares which wheels are lost: no torque, no say, whatever they read, until declared otherwise.
+    ///
+    /// ```
+    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+    /// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 2 };
+    /// # let rest = WheelVelocities::zero();
+    /// # let (checked, torque_n_m) = ([false; 2], [0.0; 2]);
+    /// # let expected = Expectation { by_others: &rest, checked: &checked, reference: &rest, torque_n_m: &torque_n_m };
+    /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
+    /// state.declare_lost(&[false, true]);
+    /// assert_eq!(monitor.step(&mut state, &[Some(1.0), Some(1.0)], &expected).rad_s, [1.0, 0.0]);
+    /// state.declare_lost(&[false; 2]); // mended
+    /// assert_eq!(monitor.step(&mut state, &[Some(1.0), Some(1.0)], &expected).rad_s, [1.0, 1.0]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn declare_lost(&mut self, lost: &[bool; N]) {
         self.lost = *lost;
     }
 
-    /// What is wrong with each wheel.
+    /// What is wrong with each wheel, in the layout's order; none where it is believed. [`Fault::Lost`] hides any
+    /// other.
+    ///
+    /// ```
+    /// use omni_core::{Fault, FaultState};
+    /// let mut state = FaultState::<f64, 4>::default();
+    /// state.declare_lost(&[false, false, true, false]);
+    /// assert_eq!(state.faults().iter().position(|fault| *fault == Some(Fault::Lost)), Some(2));
+    /// assert_eq!(state.faults().iter().flatten().count(), 1);
+    /// ```
     #[must_use]
     pub fn faults(&self) -> [Option<Fault>; N] {
         let mut faults = self.wheel.map(|wheel| wheel.fault);
@@ -122,6 +193,23 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 }
 
 /// What the readings are compared with.
+///
+/// ```
+/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+/// #     stuck_periods: 3, silent_periods: 20, recovery_periods: 200 };
+/// # let zero = WheelVelocities::zero();
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // stuck_periods: 3
+/// // By what the others say both wheels turn with 4 rad/s, but of the second they cannot tell.
+/// let (by_others, checked) = (WheelVelocities { rad_s: [4.0; 2] }, [true, false]);
+/// let expected = Expectation { by_others: &by_others, checked: &checked, reference: &zero, torque_n_m: &[0.0; 2] };
+/// for _ in 0..=3 {
+///     monitor.step(&mut state, &[Some(2.0), Some(2.0)], &expected); // never changes
+/// }
+/// assert_eq!(state.faults(), [Some(Fault::Stuck), None]);
+/// assert_eq!(monitor.step(&mut state, &[Some(2.0), Some(2.0)], &expected).rad_s, [0.0, 2.0]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expectation<'a, R, const N: usize> {
     /// Velocity \[rad/s\] each wheel should have by what the other wheels say.
@@ -138,7 +226,15 @@ impl<R: Real> FaultMonitor<R> {
     /// A monitor as configured.
     ///
     /// # Errors
-    /// The parameter out of range.
+    /// The field of [`FaultConfig`] that is out of range, by its name.
+    ///
+    /// ```
+    /// use omni_core::{FaultConfig, FaultMonitor};
+    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
+    /// #     stuck_periods: 3, silent_periods: 20, recovery_periods: 200 };
+    /// let error = FaultMonitor::new(FaultConfig { jump_rad_s: 0.0, ..config }).unwrap_err(); // all would jump
+    /// assert_eq!((error.parameter, error.value), ("jump_rad_s", 0.0));
+    /// ```
     pub fn new(config: FaultConfig<R>) -> Result<Self, ConfigError> {
         for (name, value) in [
             ("jump_rad_s", config.jump_rad_s),

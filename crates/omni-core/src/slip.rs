@@ -6,10 +6,23 @@
 use crate::error::{ConfigError, within};
 use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
 
-/// When a wheel counts as slipping. Hysteresis in size and time.
+/// When a wheel counts as slipping. Hysteresis in size and time. Checked by [`SlipDetector::new`].
+///
+/// ```
+/// use omni_core::{Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+/// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
+/// let (detector, mut state) = (SlipDetector::new(config)?, SlipState::new(&kinematics));
+/// // Out above 1 rad/s, in again below 0.5 rad/s: in between it stays as it is.
+/// let left_out = [0.9, 1.1, 0.9, 0.6, 0.4].map(|slip| {
+///     detector.step(&kinematics, &mut state, &[0.0, 0.0, 0.0, slip, 0.0, 0.0, 0.0].into()).excluded[3]
+/// });
+/// assert_eq!(left_out.map(u8::from), [0, 1, 1, 1, 0]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipConfig<R> {
-    /// Slip \[rad/s\] of the actuator from which a wheel is suspected, above 0.
+    /// Slip \[rad/s\] of the actuator above which a wheel is suspected, 1e-9 or more; infinite never.
     pub enter_rad_s: R,
     /// Slip \[rad/s\] below which it is trusted again, 0 to `enter_rad_s`.
     pub leave_rad_s: R,
@@ -44,6 +57,18 @@ pub struct SlipDetector<R> {
 }
 
 /// What the detector remembers: who is left out, for how long whom it suspects, and the forward map of the rest.
+///
+/// ```
+/// use omni_core::{Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+/// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
+/// let (detector, mut state) = (SlipDetector::new(config)?, SlipState::new(&kinematics));
+/// let spins = [0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0].into();
+/// // Wheel 4 fools the first estimate by a fifth of 5 * 0.066 m/s; the state remembers that it did.
+/// let estimated = [0; 2].map(|_| detector.step(&kinematics, &mut state, &spins).estimated.vx_m_s);
+/// assert!((estimated[0] - 0.066).abs() < 1e-12 && estimated[1] == 0.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipState<R, const N: usize> {
     slipping: [bool; N],
@@ -54,7 +79,21 @@ pub struct SlipState<R, const N: usize> {
     redundancy: [R; N],
 }
 
-/// One step of the detector.
+/// One step of the detector. Arrays are in the layout's order; nothing in it is NaN for finite measurements.
+///
+/// ```
+/// use omni_core::{Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+/// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
+/// let mut state = SlipState::new(&kinematics);
+/// // One of four slips by 2 rad/s. Each has a quarter of the one check, and it could have been any of them.
+/// let sample = SlipDetector::new(config)?.step(&kinematics, &mut state, &[7.0, 5.0, 5.0, 5.0].into());
+/// for (rest, slip) in sample.residual.rad_s.iter().zip(sample.slip_rad_s) {
+///     assert!((rest.abs() - 2.0 / 4.0).abs() < 1e-12 && (slip.abs() - 2.0).abs() < 1e-12);
+/// }
+/// assert!(sample.unattributed && sample.excluded == [false; 4]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipSample<R, const N: usize> {
     /// The motion that the trusted wheels tell.
@@ -89,6 +128,15 @@ impl<R: Real, const N: usize> SlipSample<R, N> {
 
 impl<R: Real, const N: usize> SlipState<R, N> {
     /// All wheels trusted.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, SlipState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let state = SlipState::new(&kinematics);
+    /// // Every wheel has its say: five of them on vx.
+    /// assert!((state.observed().forward_matrix()[0][3] - 0.066 / 5.0).abs() < 1e-15);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn new(kinematics: &Kinematics<R, N>) -> Self {
         Self {
@@ -101,12 +149,31 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     }
 
     /// The maps in use: the full inverse map, and the forward map of the trusted wheels.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, SlipState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let mut state = SlipState::new(&kinematics);
+    /// state.declare(&kinematics, &[false, false, false, true, false, false, false]);
+    /// let forward = state.observed().forward_matrix()[0];
+    /// assert!((forward[0] - 0.066 / 4.0).abs() < 1e-12 && forward[3] == 0.0); // four wheels share what five did
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn observed(&self) -> &Kinematics<R, N> {
         &self.observed
     }
 
-    /// Wheels left out of the forward map.
+    /// Wheels left out of the forward map: those found slipping and those declared.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, SlipState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let mut state = SlipState::new(&kinematics);
+    /// state.declare(&kinematics, &[false, true, false, false, false, false, false]);
+    /// assert_eq!(state.excluded().iter().position(|&out| out), Some(1)); // wheel 2
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn excluded(&self) -> [bool; N] {
         let mut out = self.declared;
@@ -120,6 +187,17 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     ///
     /// False, and nothing changes but that wheels found slipping are let in again to help, where the rest would not tell
     /// the three motions apart.
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, SlipState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let mut state = SlipState::new(&kinematics);
+    /// assert!(state.declare(&kinematics, &[true, false, false, false])); // three wheels, three motions
+    /// assert!((state.observed().forward(&[99.0, 5.0, 5.0, 5.0].into()).vx_m_s - 0.5).abs() < 1e-12);
+    /// assert!(!state.declare(&kinematics, &[true, true, false, false]));
+    /// assert_eq!(state.excluded(), [true, false, false, false]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn declare(&mut self, kinematics: &Kinematics<R, N>, out: &[bool; N]) -> bool {
         if *out == self.declared {
             return true;
@@ -169,7 +247,14 @@ impl<R: Real> SlipDetector<R> {
     /// A detector as configured.
     ///
     /// # Errors
-    /// The parameter out of range.
+    /// The field of [`SlipConfig`] that is out of range, by its name.
+    ///
+    /// ```
+    /// use omni_core::{SlipConfig, SlipDetector};
+    /// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 1.5, enter_periods: 1, leave_periods: 1 };
+    /// let error = SlipDetector::new(config).unwrap_err(); // would let a wheel in that it leaves out
+    /// assert_eq!((error.parameter, error.value), ("leave_rad_s", 1.5));
+    /// ```
     pub fn new(config: SlipConfig<R>) -> Result<Self, ConfigError> {
         let enter = within(
             "enter_rad_s",
@@ -192,8 +277,23 @@ impl<R: Real> SlipDetector<R> {
 
     /// One step: what the actuator velocities `measured` \[rad/s\] say of the vehicle and of each other.
     ///
-    /// At most one wheel is left out a step, the most suspected. A measurement of a declared wheel may be anything
-    /// finite. Closed form, O(N).
+    /// The wheel is accused whose slip alone would explain most of the squared residual (the w-test of data snooping),
+    /// by a quarter more than that of any other; one that the others see less than a twentieth of is not. At most one
+    /// wheel is left out a step, the most suspected. A measurement of a declared wheel may be anything finite. Closed
+    /// form, O(N).
+    ///
+    /// ```
+    /// use omni_core::{Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
+    /// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
+    /// let mut state = SlipState::new(&kinematics);
+    /// // Forward with 3 rad/s; wheel 4 lags by 2. A fifth of that passes for motion, four fifths do not.
+    /// let measured = [3.0, 0.0, -3.0, 1.0, 3.0, 0.0, -3.0].into();
+    /// let sample = SlipDetector::new(config)?.step(&kinematics, &mut state, &measured);
+    /// assert!((sample.estimated.vx_m_s - (3.0 - 2.0 / 5.0) * 0.066).abs() < 1e-12);
+    /// assert!((sample.residual.rad_s[3] + 2.0 * 0.8).abs() < 1e-12 && (sample.slip_rad_s[3] + 2.0).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step<const N: usize>(
         &self,
         kinematics: &Kinematics<R, N>,
