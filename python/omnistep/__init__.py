@@ -12,12 +12,18 @@ from typing import Any
 
 from omnistep import plot
 from omnistep._omnistep import (
+    Desaturated,
+    Kinematics,
+    Layout,
     Outcome,
     Sample,
     Simulation,
     Trace,
+    Wheel,
     WheelsTrace,
     __version__,
+    discretize,
+    moved_by,
     policies,
     run,
     scenarios,
@@ -28,6 +34,9 @@ from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationErro
 
 __all__ = [
     "ConfigError",
+    "Desaturated",
+    "Kinematics",
+    "Layout",
     "LogError",
     "OmnistepError",
     "Outcome",
@@ -35,9 +44,12 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "Trace",
+    "Wheel",
     "WheelsTrace",
     "__version__",
     "compare",
+    "discretize",
+    "moved_by",
     "plot",
     "policies",
     "run",

@@ -2,22 +2,31 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Bools: TypeAlias = NDArray[np.bool_]
+_Integers: TypeAlias = NDArray[np.int64]
+_Row: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]
+_Rows: TypeAlias = _Row | Sequence[_Row]
 
 __all__ = [
+    "Desaturated",
+    "Kinematics",
+    "Layout",
     "Outcome",
     "Sample",
     "Simulation",
     "Trace",
+    "Wheel",
     "WheelsTrace",
     "__version__",
     "cli",
+    "discretize",
+    "moved_by",
     "policies",
     "run",
     "scenarios",
@@ -90,6 +99,285 @@ def vehicles() -> list[str]:
 
 def cli(argv: Sequence[str]) -> int:
     """Run the command line ``argv`` (the program's name first); return the exit code."""
+
+def discretize(twists: _Rows, *, dt_s: float) -> _Floats:
+    """Twists that, held for a period, end where a straight line along the twists given would.
+
+    A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period are
+    straightened by this.
+
+    Args:
+        twists: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+        dt_s: the period [s], above 0. The turn within it should stay below one revolution.
+
+    Returns:
+        Body twists in the shape of ``twists``; wz is kept.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+    """
+
+def moved_by(poses: _Rows, displacements: _Rows, /) -> _Floats:
+    """Poses after displacements, exact for twists that stayed constant: the vehicle moves along an arc.
+
+    Args:
+        poses: poses in the world (x [m], y [m], yaw [rad]), (3,) or (T, 3).
+        displacements: twists times the time they were held (forward [m], left [m], turn [rad]), in the shape of
+            ``poses``.
+
+    Returns:
+        Poses in the shape of ``poses``; the yaw is added up, not wrapped.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+    """
+
+@final
+class Wheel:
+    """One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
+
+    Args:
+        position_m: place of the contact point in the body frame [m] (x forward, y left), each within +-1000.
+        rolling_direction: the way the vehicle moves when this wheel alone turns positively, (x, y) of any length but
+            zero; forward by default.
+        roller_angle_rad: angle from the rolling direction to the axis of the roller on the ground [rad],
+            counter-clockwise is positive: 0 for an omni wheel, +-pi/4 for a mecanum wheel, never +-pi/2.
+        radius_m: rolling radius [m], 0.0001 to 100.
+        gear: wheel velocity over actuator velocity, 1e-6 to 1000: 1 for direct drive, 0.05 for a 20:1 reduction.
+        reversed: the actuator turns the wheel backwards when it turns positively.
+
+    Raises:
+        ConfigError: a position or direction is not two numbers.
+        TypeError: an argument is not a number.
+    """
+
+    def __new__(
+        cls,
+        *,
+        position_m: _Row,
+        rolling_direction: _Row | None = None,
+        roller_angle_rad: float = 0.0,
+        radius_m: float,
+        gear: float = 1.0,
+        reversed: bool = False,
+    ) -> Wheel: ...
+    @property
+    def position_m(self) -> tuple[float, float]:
+        """Place of the contact point [m], x and y."""
+    @property
+    def rolling_direction(self) -> tuple[float, float]:
+        """The way the vehicle moves when this wheel alone turns positively, as given."""
+    @property
+    def roller_angle_rad(self) -> float:
+        """Angle from the rolling direction to the axis of the roller on the ground [rad]."""
+    @property
+    def radius_m(self) -> float:
+        """Rolling radius [m]."""
+    @property
+    def gear(self) -> float:
+        """Wheel velocity over actuator velocity."""
+    @property
+    def reversed(self) -> bool:
+        """The actuator turns the wheel backwards when it turns positively."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Layout:
+    """Wheels that together can move the vehicle in every direction: 3 to 8 of them, N in what follows.
+
+    Args:
+        wheels: the wheels; their order is that of every array over wheels.
+
+    Raises:
+        ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
+            the condition number is above 100.
+        TypeError: not a list of wheels.
+    """
+
+    def __new__(cls, *, wheels: Sequence[Wheel]) -> Layout: ...
+    @staticmethod
+    def chugo7(*, r1_m: float, r2_m: float, radius_m: float) -> Layout:
+        """The seven-wheel vehicle of the paper; ``docs/conventions.md`` draws it.
+
+        Args:
+            r1_m: distance of the front and rear rows from the middle [m], above 0.
+            r2_m: distance of the side wheels from the centre line [m], above 0.
+            radius_m: rolling radius of the wheels [m].
+
+        Raises:
+            ConfigError: a length is out of range.
+        """
+    @staticmethod
+    def omni(*, wheels: int, circle_radius_m: float, offset_rad: float = 0.0, wheel_radius_m: float) -> Layout:
+        """Equal omni wheels on a circle, each rolling counter-clockwise.
+
+        Args:
+            wheels: how many, 3 to 8.
+            circle_radius_m: radius of the circle [m], above 0.
+            offset_rad: angle from forward to the first wheel [rad], counter-clockwise is positive.
+            wheel_radius_m: rolling radius of the wheels [m].
+
+        Raises:
+            ConfigError: a count, length or angle is out of range.
+        """
+    @staticmethod
+    def mecanum4(*, wheelbase_m: float, track_m: float, radius_m: float) -> Layout:
+        """Four mecanum wheels at the corners of a rectangle: front left, front right, rear left, rear right.
+
+        All turn positively when the vehicle drives forward. The axes of the rollers on the ground form a diamond.
+
+        Args:
+            wheelbase_m: distance from the front to the rear contact points [m], above 0.
+            track_m: distance from the left to the right contact points [m], above 0.
+            radius_m: rolling radius of the wheels [m].
+
+        Raises:
+            ConfigError: a length is out of range.
+        """
+    @property
+    def wheels(self) -> tuple[Wheel, ...]:
+        """The wheels, in order."""
+    @property
+    def condition_number(self) -> float:
+        """How much more wheel noise is amplified in the worst direction of motion than in the best, 1 to 100.
+
+        Yaw is measured at the wheels' mean lever, so that metres and radians compare.
+        """
+    def __len__(self) -> int: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Kinematics:
+    """Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
+
+    Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). What is handed in is not changed;
+    every array handed out is new.
+
+    Args:
+        layout: the wheels.
+        forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum
+            of squared wheel errors, or the mean of what each wheel says, eq. (7) of the paper.
+        weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
+            of what each wheel says. A wheel of weight 0 has no say.
+
+    Raises:
+        ConfigError: an unknown ``forward``, an average that does not undo the inverse map of this layout, or weights
+            that are out of range, too few, or leave less than three motions.
+        TypeError: weights are not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.6, track_m=0.4, radius_m=0.1)
+        >>> omnistep.Kinematics(layout=layout).inverse([1.0, 0.0, 2.0]).round(9).tolist()
+        [0.0, 20.0, 0.0, 20.0]
+    """
+
+    def __new__(
+        cls,
+        *,
+        layout: Layout,
+        forward: Literal["least_squares", "paper_average"] = "least_squares",
+        weights: _Row | None = None,
+    ) -> Kinematics: ...
+    @property
+    def layout(self) -> Layout:
+        """The wheels."""
+    @property
+    def inverse_matrix(self) -> _Floats:
+        """The inverse map A, one row [1/m, 1/m, 1] a wheel, (N, 3): ``inverse(x)`` is ``A @ x``."""
+    @property
+    def forward_matrix(self) -> _Floats:
+        """The forward map, a left inverse of A, one row a motion, (3, N)."""
+    def inverse(self, twists: _Rows) -> _Floats:
+        """Actuator velocities that move the vehicle with the twists.
+
+        Args:
+            twists: (3,) or (T, 3).
+
+        Returns:
+            Velocities [rad/s], (N,) or (T, N).
+
+        Raises:
+            ConfigError: the shape is wrong or a number is not finite.
+            TypeError: not numbers.
+        """
+    def forward(self, velocities: _Rows) -> _Floats:
+        """The twists that actuator velocities amount to.
+
+        Args:
+            velocities: actuator velocities [rad/s], (N,) or (T, N).
+
+        Returns:
+            Twists, (3,) or (T, 3).
+
+        Raises:
+            ConfigError: the shape is wrong or a number is not finite.
+            TypeError: not numbers.
+        """
+    def residual(self, velocities: _Rows) -> _Floats:
+        """The part of actuator velocities that no motion of the vehicle explains: zero where no wheel slips.
+
+        Args:
+            velocities: actuator velocities [rad/s], (N,) or (T, N).
+
+        Returns:
+            Velocities [rad/s] in the shape of ``velocities``.
+
+        Raises:
+            ConfigError: the shape is wrong or a number is not finite.
+            TypeError: not numbers.
+        """
+    def desaturate(
+        self,
+        twists: _Rows,
+        *,
+        limits_rad_s: float | _Row,
+        gives_way: Literal["uniform", "yaw", "translation"] = "uniform",
+    ) -> Desaturated:
+        """Slower wheels for twists that no wheel can turn fast enough for.
+
+        Args:
+            twists: (3,) or (T, 3).
+            limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
+            gives_way: ``uniform`` scales the whole twist, so that the path stays the same; ``yaw`` keeps translation
+                and ``translation`` keeps the yaw rate as far as it is possible alone, also where the two together
+                would have been possible.
+
+        Returns:
+            What every wheel can follow.
+
+        Raises:
+            ConfigError: a shape is wrong, a number is not finite, a limit is out of range, or ``gives_way`` is
+                unknown.
+            TypeError: not numbers.
+        """
+
+@final
+class Desaturated:
+    """Twists that every wheel can follow, and what became of those asked for; made by :meth:`Kinematics.desaturate`.
+
+    Shapes are those for (3,) and for (T, 3) twists.
+    """
+
+    @property
+    def twist(self) -> _Floats:
+        """The twists as reduced, (3,) or (T, 3)."""
+    @property
+    def velocities(self) -> _Floats:
+        """The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N)."""
+    @property
+    def translation_factor(self) -> _Floats:
+        """What translation was multiplied by, 0 to 1, () or (T,)."""
+    @property
+    def yaw_factor(self) -> _Floats:
+        """What the yaw rate was multiplied by, 0 to 1, () or (T,)."""
+    @property
+    def limiting(self) -> _Integers:
+        """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
 
 @final
 class Trace:

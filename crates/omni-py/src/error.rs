@@ -25,6 +25,26 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Log(error) => ("LogError", None, log_path(error).to_str()),
         _ => ("SimulationError", None, None),
     };
+    raised(py, class, &error.to_string(), key, file)
+}
+
+/// An argument, by its name, that is not usable; `message` is the one line that says so.
+pub(crate) fn refused(key: &str, message: &str) -> PyErr {
+    Python::attach(|py| raised(py, "ConfigError", message, Some(key), None).unwrap_or_else(|failed| failed))
+}
+
+/// A refusal of the control library, in its words; `key` is the argument concerned.
+pub(crate) fn of_core(key: &str, error: &omni_core::ConfigError) -> PyErr {
+    refused(key, &error.to_string())
+}
+
+fn raised(
+    py: Python<'_>,
+    class: &str,
+    message: &str,
+    key: Option<&str>,
+    file: Option<&str>,
+) -> PyResult<PyErr> {
     let class = py.import("omnistep.errors")?.getattr(class)?;
     let kwargs = PyDict::new(py);
     if let Some(key) = key {
@@ -33,9 +53,7 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     if let Some(file) = file {
         kwargs.set_item("file", file)?;
     }
-    Ok(PyErr::from_value(
-        class.call((error.to_string(),), Some(&kwargs))?,
-    ))
+    Ok(PyErr::from_value(class.call((message,), Some(&kwargs))?))
 }
 
 fn log_path(error: &LogError) -> &Path {

@@ -1,8 +1,13 @@
 //! Python bindings of omnistep: the module `omnistep._omnistep` and nothing else.
 #![deny(unsafe_code)] // but for the one zero-copy borrow, in trace.rs
 
+mod arrays;
 mod cli;
+mod counts;
 mod error;
+mod kinematics;
+mod layout;
+mod motion;
 mod run;
 mod sample;
 mod scenario;
@@ -15,6 +20,12 @@ mod wheels;
 mod _omnistep {
     #[pymodule_export]
     use crate::cli::cli;
+    #[pymodule_export]
+    use crate::kinematics::{Desaturated, Kinematics};
+    #[pymodule_export]
+    use crate::layout::{Layout, Wheel};
+    #[pymodule_export]
+    use crate::motion::{discretize, moved_by};
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]

@@ -6,10 +6,10 @@ use omni_core::BodyTwist;
 use omni_sim::Error;
 use omni_sim::config::Scenario;
 use omni_sim::controller::{ControlSample, WheelSignals};
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
+use crate::arrays::numbers;
 use crate::error::exception;
 use crate::sample::Sample;
 use crate::scenario::load;
@@ -140,19 +140,4 @@ fn past_the_controller(torques_n_m: &[f64]) -> ControlSample {
         common_factor: UNKNOWN,
         wheels: torques_n_m.iter().map(signals).collect(),
     }
-}
-
-/// A sequence or an array of numbers; the errors name the argument.
-fn numbers(name: &'static str, value: &Bound<'_, PyAny>, allowed: &'static str) -> PyResult<Vec<f64>> {
-    let py = value.py();
-    value.extract::<Vec<f64>>().map_err(|error| {
-        if error.is_instance_of::<PyTypeError>(py) {
-            PyTypeError::new_err(format!("{name}: {}, allowed: {allowed}", error.value(py)))
-        } else if error.is_instance_of::<PyOverflowError>(py) {
-            let value = "an integer beyond every float".into();
-            exception(&Error::Argument { name, value, allowed })
-        } else {
-            error
-        }
-    })
 }
