@@ -33,8 +33,8 @@ pub enum Fault {
     Lost,
 }
 
-/// When a reading is not believed. An infinite velocity or torque switches its check off; a count of 65535 only puts
-/// it off that long, but for `recovery_periods`, where it is never. Checked by [`FaultMonitor::new`].
+/// When a reading is not believed. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
+/// Checked by [`FaultMonitor::new`].
 ///
 /// ```
 /// use omni_core::{FaultConfig, FaultMonitor};
@@ -58,21 +58,22 @@ pub struct FaultConfig<R> {
     /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
     /// believed is held back.
     pub jump_rad_s: R,
-    /// Periods a jump is bridged with the last reading believed; then the wheel is faulty. 1 to 65535.
+    /// Periods a jump is bridged with the last reading believed; then the wheel is faulty. Good readings between jumps count
+    /// against jumps one by one. 1 to 65535.
     pub jump_periods: u16,
-    /// A reading that stays exactly the same while the other wheels say it should differ by more than this \[rad/s\] is
-    /// stuck, 1e-9 or more.
+    /// A reading that stays exactly the same while what the other wheels say of it moves by more than this \[rad/s\] is
+    /// stuck, 1e-9 or more. Also how well a faulty wheel must agree with the others to be believed again.
     pub stuck_rad_s: R,
     /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
     /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
     /// a dead encoder.
     pub stuck_torque_n_m: R,
-    /// Periods in a row that make a reading stuck, 2 to 65535.
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
     pub silent_periods: u16,
-    /// Periods in a row of good readings, in agreement with the other wheels as far as they can tell, after which a faulty
-    /// wheel (never one declared lost) is believed again, 1 to 65535; 65535 is never.
+    /// Good readings in a row after which a faulty wheel (never one declared lost) is believed again, 1 to 65535: readings
+    /// without a jump that agree with the other wheels as far as these can tell, from a stuck wheel readings that change.
     pub recovery_periods: u16,
 }
 
@@ -120,30 +121,48 @@ pub struct FaultState<R, const N: usize> {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WheelHistory<R> {
-    /// Last reading believed.
+    /// Last reading believed, and the periods without any reading since.
     believed: Option<R>,
-    /// Last finite reading, believed or not.
-    last: R,
+    gap: u16,
+    /// Last finite reading, believed or not, and the periods without any since.
+    last: Option<R>,
+    last_gap: u16,
+    /// What the others said when the reading last changed.
+    said_then: Option<R>,
     fault: Option<Fault>,
+    /// The reading has changed since the fault.
+    alive: bool,
     jumping: u16,
-    unchanged: u16,
+    evidence: u16,
     silent: u16,
     good: u16,
 }
 
+impl<R: Real> WheelHistory<R> {
+    const FRESH: Self = Self {
+        believed: None,
+        gap: 0,
+        last: None,
+        last_gap: 0,
+        said_then: None,
+        fault: None,
+        alive: false,
+        jumping: 0,
+        evidence: 0,
+        silent: 0,
+        good: 0,
+    };
+
+    fn fail(&mut self, fault: Fault) {
+        self.fault.get_or_insert(fault);
+        (self.good, self.alive) = (0, false);
+    }
+}
+
 impl<R: Real, const N: usize> Default for FaultState<R, N> {
     fn default() -> Self {
-        let fresh = WheelHistory {
-            believed: None,
-            last: R::zero(),
-            fault: None,
-            jumping: 0,
-            unchanged: 0,
-            silent: 0,
-            good: 0,
-        };
         Self {
-            wheel: [fresh; N],
+            wheel: [WheelHistory::FRESH; N],
             lost: [false; N],
         }
     }
@@ -168,6 +187,37 @@ impl<R: Real, const N: usize> FaultState<R, N> {
     /// ```
     pub fn declare_lost(&mut self, lost: &[bool; N]) {
         self.lost = *lost;
+    }
+
+    /// Forgets every fault but what is declared lost: each reading is judged afresh. A fault whose cause lasts comes back.
+    ///
+    /// ```
+    /// use omni_core::FaultState;
+    /// let mut state = FaultState::<f64, 3>::default();
+    /// state.declare_lost(&[false, true, false]);
+    /// state.clear();
+    /// assert_eq!(state.faults().iter().flatten().count(), 1); // what is lost stays lost
+    /// ```
+    pub fn clear(&mut self) {
+        self.wheel = [WheelHistory::FRESH; N];
+    }
+
+    /// Which wheels have a velocity to go on with: no fault, and heard of at least once.
+    ///
+    /// ```
+    /// use omni_core::FaultState;
+    /// let usable = FaultState::<f64, 2>::default().usable();
+    /// assert_eq!(usable.iter().filter(|usable| **usable).count(), 0); // nothing has been read yet
+    /// ```
+    #[must_use]
+    pub fn usable(&self) -> [bool; N] {
+        let mut usable = self
+            .wheel
+            .map(|wheel| wheel.fault.is_none() && wheel.believed.is_some());
+        for (usable, &lost) in usable.iter_mut().zip(&self.lost) {
+            *usable &= !lost;
+        }
+        usable
     }
 
     /// What is wrong with each wheel, in the layout's order; none where it is believed. [`Fault::Lost`] hides any
@@ -200,12 +250,15 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 /// #     stuck_periods: 3, silent_periods: 20, recovery_periods: 200 };
 /// # let zero = WheelVelocities::zero();
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // stuck_periods: 3
-/// // By what the others say both wheels turn with 4 rad/s, but of the second they cannot tell.
-/// let (by_others, checked) = (WheelVelocities { rad_s: [4.0; 2] }, [true, false]);
-/// let expected = Expectation { by_others: &by_others, checked: &checked, reference: &zero, torque_n_m: &[0.0; 2] };
-/// for _ in 0..=3 {
+/// // By what the others say both wheels speed up from 2 to 6 rad/s, but of the second they cannot tell.
+/// for k in 0..=5 {
+///     let by_others = WheelVelocities { rad_s: [2.0 + 0.8 * f64::from(k); 2] };
+///     let checked = [true, false];
+///     let expected = Expectation { by_others: &by_others, checked: &checked, reference: &zero, torque_n_m: &[0.0; 2] };
 ///     monitor.step(&mut state, &[Some(2.0), Some(2.0)], &expected); // never changes
 /// }
+/// # let (by_others, checked) = (WheelVelocities { rad_s: [6.0; 2] }, [true, false]);
+/// # let expected = Expectation { by_others: &by_others, checked: &checked, reference: &zero, torque_n_m: &[0.0; 2] };
 /// assert_eq!(state.faults(), [Some(Fault::Stuck), None]);
 /// assert_eq!(monitor.step(&mut state, &[Some(2.0), Some(2.0)], &expected).rad_s, [0.0, 2.0]);
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -289,7 +342,7 @@ impl<R: Real> FaultMonitor<R> {
         for i in 0..N {
             let wheel = &mut state.wheel[i];
             let by_others = expected.checked[i].then_some(expected.by_others.rad_s[i]);
-            let away = expected.reference.rad_s[i] - wheel.last;
+            let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
             let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m
                 && away.abs() > self.config.stuck_rad_s;
             let trusted = self.judge(wheel, readings[i], by_others, pulls);
@@ -303,68 +356,78 @@ impl<R: Real> FaultMonitor<R> {
     /// Judges one reading; the velocity to go on with if the wheel has no fault.
     fn judge(&self, wheel: &mut WheelHistory<R>, reading: Option<R>, by_others: Option<R>, pulls: bool) -> R {
         let config = &self.config;
+        let reached = |count: u16, limit: u16| count >= limit && limit != u16::MAX;
         let Some(reading) = reading else {
+            wheel.gap = wheel.gap.saturating_add(1);
+            wheel.last_gap = wheel.last_gap.saturating_add(1);
             wheel.silent = wheel.silent.saturating_add(1);
-            wheel.good = 0;
-            if wheel.silent >= config.silent_periods {
-                wheel.fault.get_or_insert(Fault::Silent);
+            if reached(wheel.silent, config.silent_periods) {
+                wheel.fail(Fault::Silent);
             }
             return wheel.believed.unwrap_or(R::zero());
         };
         wheel.silent = 0;
         if !is_plausible(reading) {
-            wheel.good = 0;
-            wheel.fault.get_or_insert(Fault::NotANumber);
+            wheel.fail(Fault::NotANumber);
             return R::zero();
         }
-        wheel.unchanged = if reading == wheel.last && wheel.believed.is_some() {
-            wheel.unchanged.saturating_add(1)
-        } else {
-            0
-        };
-        let moved = (reading - wheel.last).abs();
-        wheel.last = reading;
-        if wheel.fault.is_some() {
-            // A faulty wheel is believed again after readings without a jump that agree with the others; where the
-            // others cannot tell, after readings that change.
-            let alive = match by_others {
-                Some(v) => (reading - v).abs() <= config.stuck_rad_s,
-                None => wheel.unchanged < config.stuck_periods,
-            };
-            wheel.good = if moved <= config.jump_rad_s && alive {
-                wheel.good.saturating_add(1)
-            } else {
-                0
-            };
-            if wheel.good >= config.recovery_periods && config.recovery_periods != u16::MAX {
-                (wheel.fault, wheel.good, wheel.jumping) = (None, 0, 0);
-                // Only movement from now on counts.
-                wheel.unchanged = 0;
-                wheel.believed = Some(reading);
+        let changed = wheel.last.is_none_or(|last| last != reading);
+        let smooth = wheel
+            .last
+            .is_none_or(|last| self.reaches(last, reading, wheel.last_gap));
+        (wheel.last, wheel.last_gap) = (Some(reading), 0);
+        if changed {
+            (wheel.said_then, wheel.evidence) = (by_others, 0);
+        }
+        if let Some(fault) = wheel.fault {
+            wheel.alive |= changed;
+            let agrees = by_others.is_none_or(|v| (reading - v).abs() <= config.stuck_rad_s);
+            let good = smooth && agrees && (wheel.alive || fault != Fault::Stuck);
+            wheel.good = if good { wheel.good.saturating_add(1) } else { 0 };
+            if reached(wheel.good, config.recovery_periods) {
+                let reading = Some(reading);
+                *wheel = WheelHistory {
+                    believed: reading,
+                    last: reading,
+                    said_then: by_others,
+                    ..WheelHistory::FRESH
+                };
             }
             return reading;
         }
         if let Some(believed) = wheel.believed
-            && (reading - believed).abs() > config.jump_rad_s
+            && !self.reaches(believed, reading, wheel.gap)
         {
             wheel.jumping = wheel.jumping.saturating_add(1);
-            if wheel.jumping >= config.jump_periods {
-                wheel.fault = Some(Fault::Jump);
-                wheel.good = 0;
+            if reached(wheel.jumping, config.jump_periods) {
+                wheel.fail(Fault::Jump);
             }
             return believed;
         }
-        wheel.jumping = 0;
-        wheel.believed = Some(reading);
-        let disagrees = by_others.is_some_and(|v| (reading - v).abs() > config.stuck_rad_s);
-        if !(disagrees || pulls) {
-            // Standing still is no fault: only what happens against the evidence counts.
-            wheel.unchanged = 0;
-        } else if wheel.unchanged >= config.stuck_periods {
-            wheel.fault = Some(Fault::Stuck);
-            wheel.good = 0;
+        wheel.jumping = wheel.jumping.saturating_sub(1);
+        (wheel.believed, wheel.gap) = (Some(reading), 0);
+        // Standing still is no fault: only a reading that stays while it should have moved.
+        let moved = match (wheel.said_then, by_others) {
+            (Some(then), Some(now)) => (now - then).abs() > config.stuck_rad_s,
+            _ => {
+                wheel.said_then = wheel.said_then.or(by_others);
+                false
+            }
+        };
+        wheel.evidence = if !changed && (moved || pulls) {
+            wheel.evidence.saturating_add(1)
+        } else {
+            0
+        };
+        if reached(wheel.evidence, config.stuck_periods) {
+            wheel.fail(Fault::Stuck);
         }
         reading
+    }
+
+    /// Can a wheel get from one velocity to another in one period and so many missed ones?
+    fn reaches(&self, from: R, to: R, missed: u16) -> bool {
+        (to - from).abs() <= self.config.jump_rad_s * (R::one() + R::of(f64::from(missed)))
     }
 }
 

@@ -65,22 +65,27 @@ fn a_silent_encoder_keeps_its_last_word_for_a_while_only() {
         assert_eq!(bench.read(None), (3.0, None));
     }
     assert_eq!(bench.read(None), (0.0, Some(Fault::Silent)));
-    // One that has never said anything is at rest until it is silent.
+    // One that has never said anything has no velocity to go on with.
     let mut mute = Bench::new();
-    assert_eq!(mute.read(None), (0.0, None));
+    assert_eq!((mute.read(None), mute.state.usable()), ((0.0, None), [false]));
 }
 
 #[test]
-fn a_reading_that_never_changes_is_stuck_only_against_the_evidence() {
+fn a_reading_that_never_changes_is_stuck_only_while_it_should_have_moved() {
     let mut bench = Bench::new();
     for _ in 0..1000 {
         assert_eq!(bench.read(Some(3.0)), (3.0, None), "nothing speaks against it");
     }
-    bench.by_others = Some(3.9);
+    // The others may be wrong by any amount, as long as what they say does not move: a steady slip elsewhere.
+    bench.by_others = Some(9.0);
     for _ in 0..1000 {
-        assert_eq!(bench.read(Some(3.0)), (3.0, None), "the others nearly agree");
+        assert_eq!(bench.read(Some(3.0)), (3.0, None), "a steady disagreement");
     }
-    bench.by_others = Some(4.5);
+    bench.by_others = Some(9.9);
+    for _ in 0..1000 {
+        assert_eq!(bench.read(Some(3.0)), (3.0, None), "less than what counts");
+    }
+    bench.by_others = Some(10.5);
     for _ in 0..49 {
         assert_eq!(bench.read(Some(3.0)).1, None);
     }
@@ -88,8 +93,8 @@ fn a_reading_that_never_changes_is_stuck_only_against_the_evidence() {
 
     // A reading that is wrong but alive is slip, not a fault of the encoder.
     let mut alive = Bench::new();
-    alive.by_others = Some(4.5);
     for k in 0..1000 {
+        alive.by_others = Some(0.1 * f64::from(k));
         assert_eq!(alive.read(Some(3.0 + 0.01 * f64::from(k % 3))).1, None);
     }
 }
@@ -127,19 +132,117 @@ fn a_faulty_wheel_is_believed_again_after_enough_good_readings() {
     }
 }
 
-#[test]
-fn a_stuck_wheel_comes_back_when_it_agrees_with_the_others() {
+/// A wheel whose encoder sticks at 3 rad/s while the vehicle slows down to rest.
+fn stuck() -> Bench {
     let mut bench = Bench::new();
-    bench.by_others = Some(4.5);
-    for _ in 0..60 {
+    bench.by_others = Some(3.0);
+    bench.read(Some(3.0));
+    bench.by_others = Some(0.0);
+    for _ in 0..50 {
         bench.read(Some(3.0));
     }
-    assert_eq!(bench.read(Some(3.0)).1, Some(Fault::Stuck));
-    bench.by_others = Some(3.0); // the vehicle slowed down to what it reads: it may be right
+    assert_eq!(bench.state.faults(), [Some(Fault::Stuck)]);
+    bench
+}
+
+#[test]
+fn a_dead_encoder_is_not_believed_because_the_vehicle_happens_to_move_as_it_reads() {
+    let mut bench = stuck();
+    bench.by_others = Some(3.0);
+    for _ in 0..1000 {
+        assert_eq!(bench.read(Some(3.0)).1, Some(Fault::Stuck));
+    }
+}
+
+#[test]
+fn a_stuck_wheel_comes_back_when_it_moves_again_and_agrees_with_the_others() {
+    let mut bench = stuck();
+    for k in 0..1000 {
+        assert_eq!(
+            bench.read(Some(3.0 + 0.01 * f64::from(k % 3))).1,
+            Some(Fault::Stuck),
+            "alive, but wrong"
+        );
+    }
+    // Down to what the others say, as fast as a wheel can.
+    for reading in [1.5, 0.1] {
+        bench.read(Some(reading));
+    }
     for _ in 0..30 {
-        bench.read(Some(3.0));
+        bench.read(Some(0.1));
     }
-    assert_eq!(bench.state.faults()[0], None);
+    assert_eq!(bench.state.faults(), [None]);
+}
+
+#[test]
+fn faults_recover_at_rest_where_nobody_else_can_tell() {
+    let mut bench = Bench::new();
+    bench.read(Some(f64::NAN));
+    for _ in 0..30 {
+        assert_eq!(bench.state.faults(), [Some(Fault::NotANumber)]);
+        bench.read(Some(0.0));
+    }
+    assert_eq!(bench.state.faults(), [None]);
+    // Cleared by hand: judged afresh.
+    bench.read(Some(f64::NAN));
+    bench.state.clear();
+    assert_eq!((bench.state.faults(), bench.state.usable()), ([None], [false]));
+    bench.read(Some(0.0));
+    assert_eq!(bench.state.usable(), [true]);
+}
+
+#[test]
+fn a_gap_is_no_jump_and_a_slow_sensor_recovers() {
+    let mut bench = Bench::new();
+    bench.read(Some(0.0));
+    for _ in 0..10 {
+        bench.read(None);
+    }
+    assert_eq!(
+        bench.read(Some(15.0)),
+        (15.0, None),
+        "2 rad/s a period for 11 periods"
+    );
+    // Readings every other period.
+    bench.read(Some(f64::NAN));
+    for _ in 0..30 {
+        bench.read(None);
+        bench.read(Some(15.0));
+    }
+    assert_eq!(bench.state.faults(), [None]);
+}
+
+#[test]
+fn jumps_in_most_periods_add_up_to_a_fault() {
+    let mut bench = Bench::new();
+    let mut found = None;
+    for k in 0..40 {
+        // 9 rad/s is out of reach within the one to four periods since the last good reading.
+        found = bench.read(Some(if k % 5 == 0 { 1.0 } else { 10.0 })).1.or(found);
+    }
+    assert_eq!(found, Some(Fault::Jump));
+}
+
+#[test]
+fn a_count_of_65535_periods_is_never() {
+    let never = u16::MAX;
+    let mut bench = Bench::new();
+    let config = FaultConfig {
+        jump_periods: never,
+        stuck_periods: never,
+        silent_periods: never,
+        ..CONFIG
+    };
+    bench.monitor = FaultMonitor::new(config).expect("valid");
+    bench.by_others = Some(0.0);
+    bench.read(Some(0.0));
+    bench.by_others = Some(9.0);
+    for _ in 0..70_000 {
+        assert_eq!(bench.read(Some(0.0)).1, None);
+    }
+    for _ in 0..70_000 {
+        assert_eq!(bench.read(None).1, None);
+    }
 }
 
 #[test]
