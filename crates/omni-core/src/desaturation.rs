@@ -4,7 +4,7 @@
 mod tests;
 
 use crate::error::{ConfigError, within};
-use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
+use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 
 /// What gives way when a wheel would have to turn faster than it can.
 ///
@@ -136,52 +136,65 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     /// ```
     #[must_use]
     pub fn desaturate(&self, kinematics: &Kinematics<R, N>, twist: &BodyTwist<R>) -> Desaturated<R, N> {
-        self.desaturate_without(kinematics, twist, &[false; N])
+        self.desaturate_at(
+            kinematics,
+            twist,
+            [R::zero(); 2],
+            &PathFactors::default(),
+            &[false; N],
+        )
     }
 
-    /// [`SpeedLimits::desaturate`] where the wheels marked in `dropped` have no say: they do not drive.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
-    /// let weak_fourth = SpeedLimits::new([20.0, 20.0, 20.0, 5.0], Desaturation::Uniform)?;
-    /// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO };
-    /// let without = weak_fourth.desaturate_without(&kinematics, &ahead, &[false, false, false, true]);
-    /// assert_eq!((without.translation_factor, without.limiting), (1.0, None)); // the others can do 10 rad/s
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn desaturate_without(
+    /// [`SpeedLimits::desaturate`] of the twist of a point of the body, which moves as commanded as far as it can, for
+    /// wheels on paths of their own; wheels marked in `dropped` do not drive and have no say.
+    pub(crate) fn desaturate_at(
         &self,
         kinematics: &Kinematics<R, N>,
         twist: &BodyTwist<R>,
+        point_m: [R; 2],
+        path: &PathFactors<R, N>,
         dropped: &[bool; N],
     ) -> Desaturated<R, N> {
         let [vx, vy, wz] = twist.to_array();
-        let translation = kinematics.inverse(&BodyTwist::from_array([vx, vy, R::zero()]));
-        let yaw = kinematics.inverse(&BodyTwist::from_array([R::zero(), R::zero(), wz]));
+        let zero = R::zero();
+        let of_origin = |twist| BodyTwist::from_point(BodyTwist::from_array(twist), point_m);
+        let translation = kinematics.inverse(&of_origin([vx, vy, zero]));
+        let yaw = kinematics.inverse(&of_origin([zero, zero, wz]));
         let whole = WheelVelocities {
             rad_s: combined(&translation.rad_s, R::one(), &yaw.rad_s, R::one()),
         };
+        if !whole.is_finite() {
+            // No wheel turns that fast, and no direction is left in it.
+            return Desaturated {
+                translation_factor: zero,
+                yaw_factor: zero,
+                ..Desaturated::whole(BodyTwist::zero(), WheelVelocities::zero())
+            };
+        }
+        let on_path = Self {
+            limit_rad_s: path
+                .of_body(&WheelVelocities {
+                    rad_s: self.limit_rad_s,
+                })
+                .rad_s,
+            ..*self
+        };
+        let (factor, limiting) = on_path.room(&[zero; N], &whole.rad_s, dropped);
+        if limiting.is_none() {
+            return Desaturated::whole(of_origin([vx, vy, wz]), whole);
+        }
         let (translation_factor, yaw_factor, limiting) = match self.gives_way {
-            Desaturation::Uniform => {
-                let (factor, limiting) = self.room(&[R::zero(); N], &whole.rad_s, dropped);
-                (factor, factor, limiting)
-            }
+            Desaturation::Uniform => (factor, factor, limiting),
             Desaturation::YawFirst => {
-                let (yaw, translation, limiting) = self.one_first(&yaw.rad_s, &translation.rad_s, dropped);
+                let (yaw, translation, limiting) = on_path.one_first(&yaw.rad_s, &translation.rad_s, dropped);
                 (translation, yaw, limiting)
             }
-            Desaturation::TranslationFirst => self.one_first(&translation.rad_s, &yaw.rad_s, dropped),
+            Desaturation::TranslationFirst => on_path.one_first(&translation.rad_s, &yaw.rad_s, dropped),
         };
         let velocities = WheelVelocities {
             rad_s: combined(&translation.rad_s, translation_factor, &yaw.rad_s, yaw_factor),
         };
-        let twist = BodyTwist {
-            vx_m_s: vx * translation_factor,
-            vy_m_s: vy * translation_factor,
-            wz_rad_s: wz * yaw_factor,
-        };
+        let twist = of_origin([vx * translation_factor, vy * translation_factor, wz * yaw_factor]);
         Desaturated {
             twist,
             velocities,

@@ -45,6 +45,9 @@ pub struct DriveConfig<R, const N: usize> {
     pub command_point_m: [R; 2],
     /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
     pub discretize: bool,
+    /// Periods that too few wheels may tell the motion before the vehicle is stopped; until then it is controlled on. 10 are
+    /// usual.
+    pub blind_periods: u16,
     /// Speed limits of the actuators, if they have any.
     pub speed_limits: Option<SpeedLimits<R, N>>,
     /// When a wheel counts as slipping; none: wheels are never left out for it.
@@ -80,6 +83,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
             shaping: ShapingConfig::none(),
             command_point_m: [R::zero(); 2],
             discretize: false,
+            blind_periods: 10,
             speed_limits: None,
             slip: None,
             faults: None,
@@ -164,7 +168,8 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
 /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let plain = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+/// let drive = Drive::new(DriveConfig { blind_periods: 0, ..plain })?; // no patience
 /// let mut state = DriveState::new(&drive);
 /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });
 /// for (heard, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
@@ -184,8 +189,10 @@ pub enum DriveMode {
     /// A wheel is let go, lifted or left out; the others move the vehicle as commanded.
     Degraded,
     /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
-    /// deceleration. Latched until [`DriveState::release`].
+    /// deceleration. Latched until [`DriveState::release_safe_stop`].
     SafeStop,
+    /// Somebody asked for it with [`DriveState::emergency_stop`]; latched until [`DriveState::release_emergency_stop`].
+    EmergencyStop,
 }
 
 /// Every signal of one step of a [`Drive`]. Nothing in it is ever NaN.
@@ -217,6 +224,8 @@ pub struct DriveSample<R, const N: usize> {
     pub desaturated: Desaturated<R, N>,
     /// The loops.
     pub wheels: WheelSample<R, N>,
+    /// Enough wheels tell the motion: `slip` means something, and the pose was carried on.
+    pub motion_known: bool,
     /// What the wheels say of the motion and of each other.
     pub slip: SlipSample<R, N>,
     /// Where the vehicle is by what its wheels say.
@@ -253,6 +262,7 @@ pub struct Drive<R, const N: usize> {
     shaper: CommandShaper<R>,
     command_point_m: [R; 2],
     discretize: bool,
+    blind_periods: u16,
     speed_limits: Option<SpeedLimits<R, N>>,
     slip: SlipDetector<R>,
     faults: Option<FaultMonitor<R>>,
@@ -281,8 +291,7 @@ pub struct Drive<R, const N: usize> {
 pub struct DriveState<R, const N: usize> {
     /// The loops.
     pub control: ControlState<R, N>,
-    /// The command.
-    pub shaper: ShaperState<R>,
+    shaper: ShaperState<R>,
     /// The readings' history.
     pub faults: FaultState<R, N>,
     /// Where the vehicle is.
@@ -290,7 +299,11 @@ pub struct DriveState<R, const N: usize> {
     /// How sure that is.
     pub covariance: PoseCovariance<R>,
     slip: SlipState<R, N>,
+    /// A safe stop, an emergency stop is latched.
     stopping: bool,
+    emergency: bool,
+    /// Periods in a row in which too few wheels told the motion.
+    blind: u16,
     /// What the wheels should have measured by what the others said, and which of these are worth something.
     by_others: WheelVelocities<R, N>,
     checked: [bool; N],
@@ -323,6 +336,8 @@ impl<R: Real, const N: usize> DriveState<R, N> {
             covariance: PoseCovariance::default(),
             slip: SlipState::new(drive.controller.kinematics()),
             stopping: false,
+            emergency: false,
+            blind: 0,
             by_others: WheelVelocities::zero(),
             checked: [false; N],
             reference: WheelVelocities::zero(),
@@ -330,8 +345,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
         }
     }
 
-    /// Ends an emergency stop or a safe stop; commands that arrive from now on are followed. A safe stop whose cause
-    /// lasts begins anew.
+    /// Brings the vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
@@ -343,15 +357,62 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     /// let mut state = DriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-    /// state.shaper.emergency_stop();
+    /// state.emergency_stop();
     /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// state.release();
+    /// state.release_emergency_stop();
     /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
-    pub fn release(&mut self) {
-        self.stopping = false;
-        self.shaper.release();
+    pub fn emergency_stop(&mut self) {
+        self.emergency = true;
+    }
+
+    /// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn release_emergency_stop(&mut self) {
+        self.emergency = false;
+    }
+
+    /// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are
+    /// followed. A safe stop whose cause lasts begins anew.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_safe_stop(); // not what stops it
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn release_safe_stop(&mut self) {
+        (self.stopping, self.blind) = (false, 0);
+        self.faults.clear();
     }
 }
 
@@ -391,6 +452,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             shaper: CommandShaper::new(config.shaping, period_s)?,
             command_point_m: config.command_point_m,
             discretize: config.discretize,
+            blind_periods: config.blind_periods,
             speed_limits: config.speed_limits,
             slip: SlipDetector::new(config.slip.unwrap_or(never))?,
             faults: config.faults.map(FaultMonitor::new).transpose()?,
@@ -449,25 +511,37 @@ impl<R: Real, const N: usize> Drive<R, N> {
         }
         let enough = state.slip.declare(kinematics, &untold);
         let beneath = input.path.of_body(&measured);
-        let mut slip = self.slip.step(kinematics, &mut state.slip, &beneath);
-        if !enough {
-            state.stopping = true;
+        let slip = if enough {
+            self.slip.step(kinematics, &mut state.slip, &beneath)
+        } else {
             // What too few wheels say is no motion.
-            slip = SlipSample::unknown(slip.excluded);
-        }
-        if state.stopping {
+            SlipSample::unknown(untold)
+        };
+        // Lifted wheels still hold the vehicle on its course when they come down: no reason to stop.
+        let blind = !enough && dropped.contains(&true) && kinematics.excluding(&dropped).is_none();
+        state.blind = if blind { state.blind.saturating_add(1) } else { 0 };
+        state.stopping |= state.blind > self.blind_periods;
+        if state.stopping || state.emergency {
             state.shaper.emergency_stop();
+        } else {
+            state.shaper.release();
         }
 
         // What the wheels shall do.
         let shaped = self.shaper.step(&mut state.shaper, input.command.as_ref());
-        let mut twist = BodyTwist::from_point(shaped.twist, self.command_point_m);
-        if self.discretize {
-            twist = twist.discretize(self.period_s);
-        }
+        let twist = if self.discretize {
+            shaped.twist.discretize(self.period_s)
+        } else {
+            shaped.twist
+        };
         let desaturated = match &self.speed_limits {
-            Some(limits) => limits.desaturate_without(kinematics, &twist, &dropped),
-            None => Desaturated::whole(twist, kinematics.inverse(&twist)),
+            Some(limits) => {
+                limits.desaturate_at(kinematics, &twist, self.command_point_m, &input.path, &dropped)
+            }
+            None => {
+                let twist = BodyTwist::from_point(twist, self.command_point_m);
+                Desaturated::whole(twist, kinematics.inverse(&twist))
+            }
         };
         let reference = input.path.of_wheels(&desaturated.velocities);
         let inputs = LoopInputs {
@@ -484,8 +558,10 @@ impl<R: Real, const N: usize> Drive<R, N> {
         if enough {
             self.carry_on(state, &observed, &slip, &beneath);
         }
-        self.remember(state, &measured, &slip, &wheels, &input.path);
-        let mode = if state.stopping {
+        self.remember(state, &measured, &slip, &wheels, input);
+        let mode = if state.emergency {
+            DriveMode::EmergencyStop
+        } else if state.stopping {
             DriveMode::SafeStop
         } else if slip.excluded.contains(&true) || wheels.active.contains(&false) {
             DriveMode::Degraded
@@ -498,6 +574,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             shaped,
             desaturated,
             wheels,
+            motion_known: enough,
             slip,
             pose: state.odometry.pose(),
         }
@@ -518,7 +595,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             };
             let measured = monitor.step(&mut state.faults, &input.readings_rad_s, &expected);
             let faults = state.faults.faults();
-            return (measured, faults, faults.map(|fault| fault.is_some()));
+            return (measured, faults, state.faults.usable().map(|usable| !usable));
         }
         let (mut measured, mut faults) = (WheelVelocities::zero(), state.faults.faults());
         for ((fault, reading), measured) in faults
@@ -567,15 +644,19 @@ impl<R: Real, const N: usize> Drive<R, N> {
         measured: &WheelVelocities<R, N>,
         slip: &SlipSample<R, N>,
         wheels: &WheelSample<R, N>,
-        path: &PathFactors<R, N>,
+        input: &DriveInput<R, N>,
     ) {
-        let slips = path.of_wheels(&WheelVelocities {
+        let slips = input.path.of_wheels(&WheelVelocities {
             rad_s: slip.slip_rad_s,
         });
         for i in 0..N {
             state.by_others.rad_s[i] = measured.rad_s[i] - slips.rad_s[i];
         }
         state.checked = slip.checked;
+        for (checked, &lifted) in state.checked.iter_mut().zip(&input.lifted) {
+            // What the ground does says nothing of a wheel in the air.
+            *checked &= !lifted;
+        }
         state.reference = wheels.reference;
         state.torque_n_m = wheels.applied.n_m;
     }

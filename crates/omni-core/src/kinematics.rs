@@ -130,6 +130,7 @@ impl<R: Real, const N: usize> Default for PathFactors<R, N> {
 pub struct Kinematics<R, const N: usize> {
     inverse: [[R; 3]; N],
     forward: [[R; N]; 3],
+    weights: [R; N],
 }
 
 impl<R: Real, const N: usize> Kinematics<R, N> {
@@ -212,9 +213,11 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         }
         let gram = Gram::new(&inverse, weights);
         gram.check()?;
+        let forward = gram.forward(&inverse, weights);
         Ok(Self {
             inverse,
-            forward: gram.forward(&inverse, weights),
+            forward,
+            weights: *weights,
         })
     }
 
@@ -236,11 +239,16 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// ```
     #[must_use]
     pub fn excluding(&self, excluded: &[bool; N]) -> Option<Self> {
-        let weights = excluded.map(|out| if out { R::zero() } else { R::one() });
+        let mut weights = self.weights;
+        for (weight, &out) in weights.iter_mut().zip(excluded) {
+            if out {
+                *weight = R::zero();
+            }
+        }
         let gram = Gram::new(&self.inverse, &weights);
-        gram.is_well_conditioned().then(|| Self {
-            inverse: self.inverse,
+        (gram.is_well_conditioned() || !excluded.contains(&true)).then(|| Self {
             forward: gram.forward(&self.inverse, &weights),
+            ..*self
         })
     }
 
@@ -515,7 +523,18 @@ fn times<R: Real, const N: usize>(a: &[R; N], b: &[R; N]) -> [R; N] {
 /// assert_eq!(residual_shares(&WheelVelocities { rad_s: [3.0, 0.0, -4.0] }), [0.36, 0.0, 0.64]);
 /// ```
 pub fn residual_shares<R: Real, const N: usize>(residual: &WheelVelocities<R, N>) -> [R; N] {
-    let squares = times(&residual.rad_s, &residual.rad_s);
+    let mut largest = R::zero();
+    for &r in &residual.rad_s {
+        largest = if r.abs() > largest { r.abs() } else { largest };
+    }
+    // Relative to the largest, so that no square overflows.
+    let per_largest = if largest > R::zero() {
+        R::one() / largest
+    } else {
+        R::zero()
+    };
+    let relative = residual.rad_s.map(|r| r * per_largest);
+    let squares = times(&relative, &relative);
     let mut sum = R::zero();
     for &square in &squares {
         sum += square;

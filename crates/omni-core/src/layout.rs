@@ -1,7 +1,7 @@
 //! Where the wheels are, which way they roll, how large they are: the geometry everything else follows from.
 
 use crate::error::{ConfigError, finite, positive, within};
-use crate::{Kinematics, Real};
+use crate::{Gearbox, Kinematics, Real};
 
 /// Largest condition number of the inverse map that a layout may have: above it, wheel noise is amplified more than a
 /// hundredfold in some direction of motion. Yaw is measured at the wheels' mean lever first, so that metres and radians
@@ -179,7 +179,12 @@ impl<R: Real> Wheel<R> {
                 "a direction of non-zero length",
             ));
         }
-        let value = finite("roller_angle_rad", self.roller_angle_rad)?;
+        let value = within(
+            "roller_angle_rad",
+            self.roller_angle_rad,
+            -1.5708..=1.5708,
+            "-pi/2 to pi/2, ends excluded",
+        )?;
         if value.cos().abs() < R::of(1e-3) {
             let allowed = "away from +-pi/2: a roller axis along the axle pushes nothing";
             return Err(ConfigError::new("roller_angle_rad", value.as_f64(), allowed));
@@ -257,6 +262,22 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
         Self::new(wheels)
     }
 
+    /// The same layout with every wheel behind a gear: wheel velocity over actuator velocity is `gear`.
+    ///
+    /// # Errors
+    /// Parameter `gear` out of its range.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let layout = WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?.geared(1.0 / 30.0)?;
+    /// let turn = BodyTwist { wz_rad_s: 1.0, ..BodyTwist::ZERO };
+    /// assert!((Kinematics::new(&layout)?.inverse(&turn).rad_s[0] - 0.2 / 0.05 * 30.0).abs() < 1e-9);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn geared(self, gear: R) -> Result<Self, ConfigError> {
+        Self::new(self.wheels.map(|wheel| wheel.geared(gear)))
+    }
+
     /// The wheels, in order.
     ///
     /// ```
@@ -326,6 +347,7 @@ impl<R: Real> WheelLayout<R, 7> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn chugo7(r1_m: R, r2_m: R, radius_m: R) -> Result<Self, ConfigError> {
+        let (r1_m, r2_m) = (positive("r1_m", r1_m)?, positive("r2_m", r2_m)?);
         let (zero, one) = (R::zero(), R::one());
         let wheel = |x, y, dx, dy| Wheel::omni([x, y], [dx, dy], radius_m);
         Self::new([

@@ -338,7 +338,8 @@ impl<R: Real> Pid<R> {
         let common = kp_reference + ki_dt_output;
         let slope = common + kd_per_dt * derivative_weight + feed_forward.gain;
         let first_slope = common + feed_forward.gain * (one - feed_forward.decay);
-        let reciprocal = |slope| if slope > zero { one / slope } else { zero };
+        // A slope of next to nothing is none: its reciprocal would be beyond every number.
+        let reciprocal = |slope| if slope > R::of(1e-9) { one / slope } else { zero };
         Ok(Self {
             kp,
             kp_reference,
@@ -385,6 +386,16 @@ impl<R: Real> Pid<R> {
         }
         let error = reference_rad_s - measured_rad_s;
         let mut terms = self.terms(state, reference_rad_s, measured_rad_s, error);
+        if !terms.sum().is_finite_real() {
+            // Only a state set from outside gets here: start afresh.
+            *state = PidState::default();
+            return self.limited(PidTerms {
+                p_n_m: zero,
+                i_n_m: zero,
+                d_n_m: zero,
+                ff_n_m: zero,
+            });
+        }
         let sample = self.limited(terms);
         let (excess, started) = (sample.output_n_m - terms.sum(), state.last.is_some());
         let correction = self.correction(self.anti_windup, error, excess, started);
@@ -559,9 +570,10 @@ impl<R: Real> Pid<R> {
             AntiWindup::Conditional => conditional(),
             AntiWindup::BackCalculation { .. } => self.tracking * excess,
             AntiWindup::Conditioned => {
-                let per_slope = self.per_slope(started);
-                if per_slope > zero {
-                    self.ki_dt * excess * per_slope
+                let gain = self.ki_dt * self.per_slope(started);
+                // An integral that acts one period late must not take back more than the whole excess: it would swing.
+                if gain > zero {
+                    excess * gain.limited(zero, R::one())
                 } else {
                     conditional()
                 }

@@ -211,7 +211,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
             return true;
         }
         // A doubtful wheel is better than none.
-        self.slipping = [false; N];
+        (self.slipping, self.periods) = ([false; N], [0; N]);
         let enough = self.refresh(kinematics);
         if !enough {
             self.declared = before.declared;

@@ -401,7 +401,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             }
         }
         for i in 0..N {
-            saturated[i] = requested[i] > out.range.upper_n_m[i] || requested[i] < out.range.lower_n_m[i];
+            // NaN, which only a state set from outside brings, is not inside.
+            let inside = requested[i] <= out.range.upper_n_m[i] && requested[i] >= out.range.lower_n_m[i];
+            saturated[i] = !inside;
         }
         for s in saturated {
             any |= s;
@@ -410,6 +412,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
         let ki_dt = self.pid.integral_gain_dt();
         if any {
+            start_afresh_where_not_finite(state, &mut taken_in, out);
             let mut limited = self.limit(state, &mut taken_in, out);
             if let Some(share) = &share
                 && limited.corrected
@@ -530,6 +533,18 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
             _ => self.pid.anti_windup(),
         };
+        if law == AntiWindup::Conditional && self.shares_integral() {
+            // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel and projected, most of
+            // what was stopped would come back.
+            let mut outwards = R::zero();
+            for i in 0..N {
+                outwards += excess[i] * taken_in[i];
+            }
+            if outwards < R::zero() {
+                limited.correction = taken_in.map(|taken_in| -self.pid.integral_gain_dt() * taken_in);
+            }
+            return;
+        }
         for i in 0..N {
             if out.active[i] {
                 let started = state.started[i];
@@ -614,6 +629,24 @@ fn keep<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
     for (value, &active) in values.iter_mut().zip(active) {
         if !active {
             *value = R::zero();
+        }
+    }
+}
+
+/// Loops whose torque is not a number, because their state was set to nonsense, give nothing and start afresh.
+#[inline(never)]
+fn start_afresh_where_not_finite<R: Real, const N: usize>(
+    state: &mut ControlState<R, N>,
+    taken_in: &mut [R; N],
+    out: &mut WheelSample<R, N>,
+) {
+    let zero = R::zero();
+    for i in 0..N {
+        if !out.requested.n_m[i].is_finite_real() {
+            (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
+            (out.p_n_m[i], out.i_n_m[i], out.d_n_m[i], out.ff_n_m[i]) = (zero, zero, zero, zero);
+            (out.requested.n_m[i], out.applied.n_m[i], taken_in[i]) = (zero, zero, zero);
+            (out.reference.rad_s[i], out.active[i]) = (zero, false);
         }
     }
 }

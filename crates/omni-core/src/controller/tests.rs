@@ -200,6 +200,34 @@ fn a_vehicle_released_from_a_wall_overshoots_no_more_than_without_limits_from_th
 }
 
 #[test]
+fn a_conditional_shared_integral_stops_as_a_whole() {
+    let config = WheelControlConfig {
+        pid: PidConfig {
+            anti_windup: AntiWindup::Conditional,
+            ..PidConfig::new(
+                PidGains {
+                    kd_n_m_s2_rad: 0.0,
+                    ..GAINS
+                },
+                1e-3,
+            )
+        },
+        ..config(Coordination::load_sharing(), 0.5)
+    };
+    let controller = Controller::new(&layout(), config).expect("valid");
+    let mut state = ControlState::default();
+    // Blocked: side wheels ask for 1.36 N.m of 0.5 from the first step on, the transverse wheels for nothing.
+    for _ in 0..20_000 {
+        controller.step(&mut state, &FORWARD, &WheelVelocities::zero());
+    }
+    assert!(
+        state.integral_n_m.iter().all(|i| i.abs() < 0.01),
+        "{:?}",
+        state.integral_n_m
+    );
+}
+
+#[test]
 fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
     let clamp = PidConfig {
         anti_windup: AntiWindup::Clamp { limit_n_m: 0.5 },

@@ -29,6 +29,38 @@ fn yaw_that_is_impossible_alone_leaves_no_translation() {
     assert_eq!(limited.limiting, Some(1));
 }
 
+#[test]
+fn what_fits_is_left_alone_even_where_a_part_alone_would_not() {
+    // Wheel 3 turns backwards going forward, and forwards turning left: together it is slow.
+    let limits = SpeedLimits::new(
+        [9.0, 9.0, 3.0, 9.0, 9.0, 9.0, 3.0],
+        Desaturation::TranslationFirst,
+    )
+    .expect("valid");
+    let twist = BodyTwist {
+        vx_m_s: 0.3,
+        vy_m_s: 0.0,
+        wz_rad_s: 0.6,
+    };
+    let result = limits.desaturate(&kinematics(), &twist);
+    assert_eq!((result.twist, result.limiting), (twist, None));
+}
+
+#[test]
+fn a_twist_beyond_all_numbers_is_rest() {
+    let limits = SpeedLimits::new([9.0; 7], Desaturation::Uniform).expect("valid");
+    let absurd = BodyTwist {
+        vx_m_s: 1e308,
+        vy_m_s: -1e308,
+        wz_rad_s: 1e308,
+    };
+    let result = limits.desaturate(&kinematics(), &absurd);
+    assert_eq!(
+        (result.twist, result.velocities),
+        (BodyTwist::ZERO, WheelVelocities::zero())
+    );
+}
+
 proptest! {
     #[test]
     fn no_wheel_passes_its_limit_and_nothing_is_given_away(

@@ -289,7 +289,10 @@ fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
         input.readings_rad_s[1] = None;
         input.readings_rad_s[5] = None;
     };
-    let sample = vehicle.run(20, COMMAND, silent);
+    // 20 periods until they count as silent, 10 more until the vehicle counts as blind.
+    assert_eq!(vehicle.run(29, COMMAND, silent).mode, DriveMode::Degraded);
+    let sample = vehicle.run(2, COMMAND, silent);
+    assert!(!sample.motion_known);
     assert_eq!(
         (sample.mode, sample.shaped.status),
         (DriveMode::SafeStop, CommandStatus::EmergencyStop)
@@ -307,7 +310,7 @@ fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
     assert_eq!(vehicle.state.odometry.pose(), waits);
     // The wheels are back, the stop stays; released, commands are followed.
     assert_eq!(vehicle.run(1000, COMMAND, |_| {}).mode, DriveMode::SafeStop);
-    vehicle.state.release();
+    vehicle.state.release_safe_stop();
     assert_eq!(vehicle.run(3000, COMMAND, |_| {}).mode, DriveMode::Normal);
     assert!(follows(&vehicle, COMMAND));
 }
@@ -317,7 +320,7 @@ fn with_every_wheel_lost_nothing_is_applied() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(500, COMMAND, |_| {});
     vehicle.state.faults.declare_lost(&[true; 7]);
-    let sample = vehicle.run(1, COMMAND, |_| {});
+    let sample = vehicle.run(11, COMMAND, |_| {});
     assert_eq!(
         (sample.mode, sample.wheels.applied.n_m),
         (DriveMode::SafeStop, [0.0; 7])
@@ -453,6 +456,180 @@ fn the_parts_errors_come_through_by_name() {
     let mut bad = config();
     bad.control.pid.period_s = 0.0;
     assert_eq!(named(bad), "period_s");
+}
+
+/// The drive of any layout with everything on.
+fn drive_of<const N: usize>(layout: WheelLayout<f64, N>) -> Drive<f64, N> {
+    let DriveConfig {
+        shaping,
+        slip,
+        faults,
+        ..
+    } = config();
+    let coordination = Coordination::synchronised();
+    Drive::new(DriveConfig {
+        shaping,
+        slip,
+        faults,
+        ..DriveConfig::new(layout, loops(coordination))
+    })
+    .expect("valid")
+}
+
+#[test]
+fn a_dead_encoder_takes_no_healthy_wheel_with_it() {
+    // With and without slip detection; encoders in steps of 0.05 rad/s, so that healthy readings stay the same for long.
+    for slip in [None, config().slip] {
+        let mut vehicle = Vehicle::new(DriveConfig { slip, ..config() });
+        let dead = |input: &mut DriveInput<f64, 7>| {
+            for reading in input.readings_rad_s.iter_mut().flatten() {
+                *reading = (*reading / 0.05).round() * 0.05;
+            }
+            input.readings_rad_s[3] = Some(0.0);
+        };
+        let forward = twist(0.4, 0.0, 0.0);
+        for _ in 0..3 {
+            let moving = vehicle.run(3000, forward, dead);
+            assert_eq!(moving.faults.iter().flatten().count(), 1);
+            assert_eq!(
+                (moving.faults[3], moving.mode),
+                (Some(Fault::Stuck), DriveMode::Degraded)
+            );
+            // At rest it reads what the others say, and is not believed for that.
+            let resting = vehicle.run(2000, BodyTwist::zero(), dead);
+            assert_eq!(
+                (resting.faults[3], resting.wheels.applied.n_m[3]),
+                (Some(Fault::Stuck), 0.0)
+            );
+        }
+    }
+}
+
+#[test]
+fn a_steady_slip_that_nobody_can_attribute_stops_nobody() {
+    let drive = drive_of(WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid"));
+    let mut state = DriveState::new(&drive);
+    let command = twist(0.3, 0.0, 0.0);
+    let mut wheels = drive.kinematics().inverse(&command);
+    wheels.rad_s[2] += 2.0;
+    for _ in 0..5000 {
+        let sample = drive.step(&mut state, &DriveInput::measured(&wheels).with_command(command));
+        assert_eq!((sample.mode, sample.slip.unattributed), (DriveMode::Normal, true));
+    }
+}
+
+#[test]
+fn three_wheels_survive_a_missing_sample_and_recover_at_rest() {
+    let layout = WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).expect("valid");
+    let plain = Drive::new(DriveConfig::new(layout, loops(Coordination::independent()))).expect("valid");
+    for drive in [plain, drive_of(layout)] {
+        let mut state = DriveState::new(&drive);
+        let whole = DriveInput::measured(&WheelVelocities::zero());
+        drive.step(&mut state, &whole);
+        let mut missing = whole;
+        missing.readings_rad_s[1] = None;
+        drive.step(&mut state, &missing);
+        assert_eq!(drive.step(&mut state, &whole).mode, DriveMode::Normal);
+        // One NaN: released after a stop, the vehicle is there again at once, and without it after enough good readings.
+        let mut nonsense = whole;
+        nonsense.readings_rad_s[1] = Some(f64::NAN);
+        drive.step(&mut state, &nonsense);
+        for _ in 0..200 {
+            drive.step(&mut state, &whole);
+        }
+        state.release_safe_stop();
+        assert_eq!(drive.step(&mut state, &whole).mode, DriveMode::Normal);
+    }
+}
+
+#[test]
+fn lifted_wheels_are_no_emergency() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(1000, COMMAND, |_| {});
+    let sample = vehicle.run(500, COMMAND, |input| {
+        // Both that tell sideways motion.
+        input.lifted[1] = true;
+        input.lifted[5] = true;
+    });
+    assert_eq!((sample.mode, sample.motion_known), (DriveMode::Degraded, false));
+    let sample = vehicle.run(500, COMMAND, |_| {});
+    assert_eq!((sample.mode, sample.motion_known), (DriveMode::Normal, true));
+}
+
+#[test]
+fn an_operator_s_stop_is_the_operator_s_to_end() {
+    let mut vehicle = Vehicle::new(config());
+    vehicle.run(500, COMMAND, |_| {});
+    vehicle.state.emergency_stop();
+    assert_eq!(vehicle.run(1000, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
+    assert!(follows(&vehicle, BodyTwist::zero()));
+    vehicle.state.release_safe_stop();
+    assert_eq!(vehicle.run(1, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
+    vehicle.state.release_emergency_stop();
+    vehicle.run(3000, COMMAND, |_| {});
+    assert!(follows(&vehicle, COMMAND));
+}
+
+#[test]
+fn the_command_point_is_what_discretisation_and_limits_look_at() {
+    let point = [0.5, 0.0];
+    let control = WheelControlConfig {
+        pid: PidConfig {
+            period_s: 0.02,
+            ..loops::<7>(Coordination::independent()).pid
+        },
+        ..loops(Coordination::independent())
+    };
+    let at_point = |command, gives_way| {
+        let speed_limits = Some(SpeedLimits::new([9.0; 7], gives_way).expect("valid"));
+        let config = DriveConfig {
+            command_point_m: point,
+            discretize: true,
+            speed_limits,
+            ..DriveConfig::new(layout(), control)
+        };
+        let drive = Drive::new(config).expect("valid");
+        let input = DriveInput::measured(&WheelVelocities::zero()).with_command(command);
+        drive.step(&mut DriveState::new(&drive), &input).desaturated.twist
+    };
+    // Turning about the point, which stands still whatever the period and whatever gives way.
+    for gives_way in [
+        Desaturation::Uniform,
+        Desaturation::YawFirst,
+        Desaturation::TranslationFirst,
+    ] {
+        for wz in [0.5, 1.8] {
+            let turned = at_point(twist(0.0, 0.0, wz), gives_way);
+            let still = turned.at_point(point);
+            assert!(
+                still.vx_m_s.abs() < 1e-12 && still.vy_m_s.abs() < 1e-12,
+                "{gives_way:?} {still:?}"
+            );
+            assert!(turned.wz_rad_s > 0.0);
+        }
+    }
+    // Driving and turning: after a period the point is where the command says.
+    let start = PlanarPose::origin();
+    let moved = start.moved_by(&at_point(twist(0.3, 0.0, 0.5), Desaturation::Uniform).over(0.02));
+    let (sin, cos) = moved.yaw_rad.sin_cos();
+    let (x, y) = (
+        moved.x_m + cos * point[0] - sin * point[1],
+        moved.y_m + sin * point[0] + cos * point[1],
+    );
+    assert!(
+        (x - point[0] - 0.3 * 0.02).abs() < 1e-12 && (y - point[1]).abs() < 1e-12,
+        "{x} {y}"
+    );
+}
+
+#[test]
+fn speed_limits_hold_for_a_wheel_on_an_edge_too() {
+    let mut vehicle = Vehicle::new(config());
+    let path = PathFactors::new([1.0, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0]).expect("valid");
+    let fast = twist(0.5, 0.3, 0.9);
+    let sample = vehicle.run(2000, fast, |input| input.path = path);
+    assert_eq!(sample.desaturated.limiting, Some(4));
+    assert!((sample.wheels.reference.rad_s[4].abs() - 9.0).abs() < 1e-9);
 }
 
 proptest! {

@@ -131,6 +131,17 @@ fn average_is_refused_where_it_is_not_an_inverse() {
     assert!(Kinematics::new(&layout).is_ok());
 }
 
+#[test]
+fn weights_outlast_an_exclusion_and_shares_never_overflow() {
+    let layout = WheelLayout::<f64, 4>::omni(0.2, 0.0, 0.05).expect("valid");
+    let weighted = Kinematics::weighted(&layout, &[0.25, 1.0, 1.0, 1.0]).expect("valid");
+    assert_eq!(weighted.excluding(&[false; 4]), Some(weighted));
+    let shares = residual_shares(&WheelVelocities {
+        rad_s: [3e19_f32, 0.0, -3e19],
+    });
+    assert_eq!(shares, [0.5, 0.0, 0.5]);
+}
+
 /// Wheels anywhere within a metre, rolling and rollers any way, that make a layout worth driving.
 fn any_layout() -> impl Strategy<Value = WheelLayout<f64, 5>> {
     let wheel = (

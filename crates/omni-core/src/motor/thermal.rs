@@ -1,6 +1,6 @@
 //! I2t: how long a motor may give more torque than it can give for ever.
 
-use crate::error::{ConfigError, positive, within};
+use crate::error::{ConfigError, period, positive, within};
 use crate::{Real, TorqueRange};
 
 /// Figures of a motor's heat; checked by [`ThermalModel::new`].
@@ -19,7 +19,7 @@ use crate::{Real, TorqueRange};
 ///     model.update(&mut state, 1.0);
 /// }
 /// // After one time constant at the continuous torque.
-/// assert!((state.heat - (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
+/// assert!((state.heat() - (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,20 +89,50 @@ pub struct ThermalModel<R> {
 /// #     period_s: 0.01,
 /// # };
 /// let model = ThermalModel::new(config)?;
-/// assert_eq!(ThermalState::<f64>::default().heat, 0.0);
+/// assert_eq!(ThermalState::<f64>::default().heat(), 0.0);
 /// // Switched on again while still hot: no more than the continuous torque.
-/// assert_eq!(model.allowed_torque_n_m(&ThermalState { heat: 1.0 }), 1.0);
+/// assert_eq!(model.allowed_torque_n_m(&ThermalState::at(1.0)), 1.0);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalState<R> {
+    heat: R,
+    /// What rounding left out of `heat`: in f32 a period adds less than its last digit.
+    rest: R,
+}
+
+impl<R: Real> ThermalState<R> {
+    /// As hot as `heat` says: 0 cold, 1 as hot as allowed. Anything not finite or below 0 counts as 1.
+    ///
+    /// ```
+    /// use omni_core::ThermalState;
+    /// assert_eq!(ThermalState::at(0.25).heat(), 0.25);
+    /// assert_eq!(ThermalState::at(f32::NAN).heat(), 1.0);
+    /// ```
+    #[must_use]
+    pub fn at(heat: R) -> Self {
+        let known = heat.is_finite_real() && heat >= R::zero();
+        Self {
+            heat: if known { heat } else { R::one() },
+            rest: R::zero(),
+        }
+    }
+
     /// 0 cold, 1 as hot as allowed; more where it gave more torque than was allowed. Never negative.
-    pub heat: R,
+    ///
+    /// ```
+    /// use omni_core::ThermalState;
+    /// assert_eq!(ThermalState::<f64>::default().heat(), 0.0);
+    /// ```
+    #[must_use]
+    pub fn heat(&self) -> R {
+        self.heat
+    }
 }
 
 impl<R: Real> Default for ThermalState<R> {
     fn default() -> Self {
-        Self { heat: R::zero() }
+        Self::at(R::zero())
     }
 }
 
@@ -136,7 +166,7 @@ impl<R: Real> ThermalModel<R> {
             ));
         }
         let time_constant = positive("time_constant_s", config.time_constant_s)?;
-        let period = positive("period_s", config.period_s)?;
+        let period = period(config.period_s)?;
         let start = within("derating_start", config.derating_start, 0.0..=0.99, "0 to 0.99")?;
         let share = -(-period / time_constant).exp_m1();
         let square = (peak / continuous) * (peak / continuous);
@@ -168,15 +198,18 @@ impl<R: Real> ThermalModel<R> {
     /// #     period_s: 0.01,
     /// # };
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 10 s, periods of 0.01 s
-    /// let mut state = ThermalState { heat: 0.5 };
+    /// let mut state = ThermalState::at(0.5);
     /// model.update(&mut state, -2.0); // towards (2 / 1)^2
-    /// assert!((state.heat - (4.0 + (0.5 - 4.0) * (-0.01_f64 / 10.0).exp())).abs() < 1e-12);
+    /// assert!((state.heat() - (4.0 + (0.5 - 4.0) * (-0.01_f64 / 10.0).exp())).abs() < 1e-12);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn update(&self, state: &mut ThermalState<R>, torque_n_m: R) {
         let target = torque_n_m * torque_n_m * self.per_continuous_square;
         if target.is_finite_real() {
-            state.heat += self.share * (target - state.heat);
+            let increment = self.share * (target - state.heat) + state.rest;
+            let heat = state.heat + increment;
+            state.rest = increment - (heat - state.heat);
+            state.heat = heat;
         }
     }
 
@@ -192,7 +225,7 @@ impl<R: Real> ThermalModel<R> {
     /// #     period_s: 0.01,
     /// # };
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 2 N.m peak, derating from 0.8 on
-    /// let allowed = [0.8, 0.9, 1.0].map(|heat| model.allowed_torque_n_m(&ThermalState { heat }));
+    /// let allowed = [0.8, 0.9, 1.0].map(|heat| model.allowed_torque_n_m(&ThermalState::at(heat)));
     /// for (allowed, square) in allowed.iter().zip([4.0, 2.5, 1.0]) {
     ///     assert!((allowed * allowed - square).abs() < 1e-12); // in between: halfway from 2^2 to 1^2
     /// }
@@ -223,7 +256,7 @@ impl<R: Real> ThermalModel<R> {
     /// # use omni_core::TorqueRange;
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous
     /// let range = TorqueRange { lower_n_m: -2.0, upper_n_m: 0.25 }; // driving fast, it has little left
-    /// let hot = model.derated(&range, &ThermalState { heat: 1.0 });
+    /// let hot = model.derated(&range, &ThermalState::at(1.0));
     /// assert_eq!((hot.lower_n_m, hot.upper_n_m), (-1.0, 0.25));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
@@ -322,9 +355,29 @@ mod tests {
             "period_s"
         );
         let model = ThermalModel::new(FIGURES).expect("valid");
-        let mut state = ThermalState { heat: 0.5 };
+        let mut state = ThermalState::at(0.5);
         model.update(&mut state, f64::NAN);
         assert_eq!(state.heat, 0.5);
+    }
+
+    #[test]
+    fn in_single_precision_an_overloaded_motor_still_heats_up() {
+        // A period adds 1e-4 / 3000 of the way: less than half of the last digit of 1 in f32.
+        let model = ThermalModel::new(ThermalConfig {
+            continuous_torque_n_m: 1.0_f32,
+            peak_torque_n_m: 2.0,
+            time_constant_s: 3000.0,
+            derating_start: 0.8,
+            period_s: 1e-4,
+        })
+        .expect("valid");
+        let mut state = ThermalState::at(0.9);
+        for _ in 0..3_000_000 {
+            model.update(&mut state, 1.1);
+        }
+        // 300 s of 3000 s towards 1.21 from 0.9.
+        let exact = 1.21 - 0.31 * (-0.1_f32).exp();
+        assert!((state.heat() - exact).abs() < 1e-4, "{} {exact}", state.heat());
     }
 
     proptest! {
