@@ -1,5 +1,7 @@
 //! Where the wheels are, which way they roll, how large they are: the geometry everything else follows from.
 
+use core::f64::consts::FRAC_PI_2;
+
 use crate::error::{ConfigError, finite, positive, within};
 use crate::{Gearbox, Kinematics, Real};
 
@@ -96,6 +98,19 @@ impl<R: Real> Wheel<R> {
         Self { gear, ..self }
     }
 
+    /// The same wheel behind a gearbox, whose ratio counts motor turns per wheel turn: 20 there is a gear of 0.05 here.
+    ///
+    /// ```
+    /// use omni_core::{Gearbox, Wheel};
+    /// let wheel = Wheel::omni([0.0_f64, 0.2], [1.0, 0.0], 0.05).behind(&Gearbox::new(20.0, 0.8)?);
+    /// assert_eq!(wheel.gear, 0.05);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn behind(self, gearbox: &Gearbox<R>) -> Self {
+        self.geared(R::one() / gearbox.motor_velocity(R::one()))
+    }
+
     /// The same wheel with its motor mounted the other way round: the actuator's velocity and torque change sign.
     ///
     /// ```
@@ -182,7 +197,7 @@ impl<R: Real> Wheel<R> {
         let value = within(
             "roller_angle_rad",
             self.roller_angle_rad,
-            -1.5708..=1.5708,
+            -FRAC_PI_2..=FRAC_PI_2,
             "-pi/2 to pi/2, ends excluded",
         )?;
         if value.cos().abs() < R::of(1e-3) {

@@ -412,7 +412,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
         let ki_dt = self.pid.integral_gain_dt();
         if any {
-            start_afresh_where_not_finite(state, &mut taken_in, out);
+            let mut sum = R::zero();
+            for torque in out.requested.n_m {
+                sum += torque;
+            }
+            if !sum.is_finite_real() {
+                start_afresh_where_not_finite(state, &mut taken_in, out);
+            }
             let mut limited = self.limit(state, &mut taken_in, out);
             if let Some(share) = &share
                 && limited.corrected
