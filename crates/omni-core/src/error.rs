@@ -17,7 +17,8 @@ use core::fmt;
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,
-    /// Index of the wheel concerned, from 0; messages count from 1.
+    /// Index of the wheel concerned, or of the table's point where `parameter` begins with `point.`, from 0; messages count
+    /// from 1.
     pub index: Option<usize>,
     /// The value found.
     pub value: f64,
@@ -45,14 +46,15 @@ impl ConfigError {
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Most lists are wheels; a parameter of a table says so itself.
+        let (kind, parameter) = match self.parameter.strip_prefix("point.") {
+            Some(parameter) => ("point", parameter),
+            None => ("wheel", self.parameter),
+        };
         if let Some(index) = self.index {
-            write!(f, "wheel {}: ", index + 1)?;
+            write!(f, "{kind} {}: ", index + 1)?;
         }
-        write!(
-            f,
-            "{} = {}, allowed: {}",
-            self.parameter, self.value, self.allowed
-        )
+        write!(f, "{parameter} = {}, allowed: {}", self.value, self.allowed)
     }
 }
 

@@ -28,29 +28,28 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// also bounds the driving torque.
     ///
     /// # Errors
-    /// Parameter `speed_rad_s` where a speed is not above the one before (the first: not >= 0), `driving_torque_n_m` where a
-    /// torque is negative, `points` where there are none, `braking_torque_n_m`.
+    /// With the point's index: parameter `point.speed_rad_s` where a speed is not above the one before (the first: not
+    /// >= 0), `point.driving_torque_n_m` where a torque is negative. `points` where there are none, `braking_torque_n_m`.
     ///
     /// ```
     /// use omni_core::TorqueTable;
     /// let error = TorqueTable::new([(0.0, 2.0), (20.0, 0.0), (10.0, 1.0)], 2.5).unwrap_err(); // not in order
-    /// assert_eq!((error.parameter, error.value), ("speed_rad_s", 10.0));
+    /// assert_eq!((error.index, error.value), (Some(2), 10.0));
+    /// assert_eq!(error.to_string(), "point 3: speed_rad_s = 10, allowed: above the speed of the point before");
     /// ```
     pub fn new(points: [(R, R); M], braking_torque_n_m: R) -> Result<Self, ConfigError> {
         if M == 0 {
             return Err(ConfigError::new("points", 0.0, "1 or more"));
         }
         let mut last = None;
-        for (speed, torque) in points {
-            not_negative("speed_rad_s", speed)?;
+        for (index, &(speed, torque)) in points.iter().enumerate() {
+            let at = |error: ConfigError| error.at(index);
+            not_negative("point.speed_rad_s", speed).map_err(at)?;
             if last.is_some_and(|last| speed <= last) {
-                return Err(ConfigError::new(
-                    "speed_rad_s",
-                    speed.as_f64(),
-                    "above the speed of the point before",
-                ));
+                let allowed = "above the speed of the point before";
+                return Err(at(ConfigError::new("point.speed_rad_s", speed.as_f64(), allowed)));
             }
-            not_negative("driving_torque_n_m", torque)?;
+            not_negative("point.driving_torque_n_m", torque).map_err(at)?;
             last = Some(speed);
         }
         Ok(Self {
@@ -99,10 +98,13 @@ mod tests {
         let named = |points: [(f64, f64); 2], braking| {
             TorqueTable::new(points, braking).expect_err("refused").parameter
         };
-        assert_eq!(named([(-1.0, 1.0), (1.0, 1.0)], 1.0), "speed_rad_s");
-        assert_eq!(named([(1.0, 1.0), (1.0, 0.5)], 1.0), "speed_rad_s");
-        assert_eq!(named([(0.0, 1.0), (1.0, -0.5)], 1.0), "driving_torque_n_m");
-        assert_eq!(named([(0.0, f64::NAN), (1.0, 0.5)], 1.0), "driving_torque_n_m");
+        assert_eq!(named([(-1.0, 1.0), (1.0, 1.0)], 1.0), "point.speed_rad_s");
+        assert_eq!(named([(1.0, 1.0), (1.0, 0.5)], 1.0), "point.speed_rad_s");
+        assert_eq!(named([(0.0, 1.0), (1.0, -0.5)], 1.0), "point.driving_torque_n_m");
+        assert_eq!(
+            named([(0.0, f64::NAN), (1.0, 0.5)], 1.0),
+            "point.driving_torque_n_m"
+        );
         assert_eq!(named([(0.0, 1.0), (1.0, 0.5)], 0.0), "braking_torque_n_m");
         assert_eq!(
             TorqueTable::<f64, 0>::new([], 1.0)

@@ -171,8 +171,9 @@ impl<R: Real> ThermalModel<R> {
         let share = -(-period / time_constant).exp_m1();
         let square = (peak / continuous) * (peak / continuous);
         let steepness = (square - R::one()) / (R::one() - start);
-        // The next heat is 1 - (1 - x) (1 - share (1 + steepness)): below 1 for as long as the bracket is not negative.
-        if share * (R::one() + steepness) > R::one() {
+        // The next heat is 1 - (1 - x) (1 - share (1 + steepness)): below 1 for as long as the last bracket is positive; half of
+        // that leaves room for rounding.
+        if share * (R::one() + steepness) > R::of(0.5) {
             let allowed = "short enough that a period at peak torque does not overheat the motor";
             return Err(ConfigError::new("period_s", period.as_f64(), allowed));
         }
