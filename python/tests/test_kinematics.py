@@ -294,7 +294,7 @@ def test_layouts_that_cannot_work_are_refused():
         error = refused(omnistep.Layout.omni, wheels=count, circle_radius_m=0.2, wheel_radius_m=0.05)
         assert str(error) == f"wheels = {count}, allowed: 3 to 8 wheels"
     tank = [omnistep.Wheel(position_m=w.position_m, radius_m=0.1) for w in MECANUM.wheels]
-    assert "layout = 2, allowed: wheels that move" in str(refused(omnistep.Layout, wheels=tank))
+    assert "layout = 2, allowed: rank 3: wheels that move" in str(refused(omnistep.Layout, wheels=tank))
     nearly = [(0.3, -1e-3), (-0.3, 0.0), (0.3, 1e-3)]
     nearly = [omnistep.Wheel(position_m=(0, y), rolling_direction=(1, a), radius_m=0.1) for y, a in nearly]
     assert "condition_number = " in str(refused(omnistep.Layout, wheels=nearly))

@@ -87,7 +87,7 @@ impl<R: Real> Gram<R> {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let rank = self.rank();
         if rank < 3 {
-            let allowed = "rank 3: so many of the 3 directions of the plane do the wheels move it in";
+            let allowed = "rank 3: wheels that move the vehicle in 3 directions";
             return Err(ConfigError::new("layout", f64::from(rank), allowed));
         }
         let condition = self.condition_number().as_f64();
