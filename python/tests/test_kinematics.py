@@ -276,7 +276,7 @@ def test_what_is_not_a_number_is_a_type_error_that_names_the_argument():
         ({"gear": -1.0}, "gear = -1, allowed: 0.000001 to 1000"),
         ({"position_m": (0.0, np.nan)}, "position_m = NaN, allowed: -1000 to 1000"),
         ({"rolling_direction": (0, 0)}, "rolling_direction = 0, allowed: a direction of non-zero length"),
-        ({"roller_angle_rad": np.inf}, "roller_angle_rad = inf, allowed: finite"),
+        ({"roller_angle_rad": np.inf}, "roller_angle_rad = inf, allowed: -pi/2 to pi/2, ends excluded"),
     ],
 )
 def test_a_bad_wheel_is_refused_in_the_words_of_the_core(changes, message):

@@ -256,3 +256,58 @@ fn every_case_of_the_file_is_asserted_or_says_why_not() {
         eprintln!("  {suite}/{id}: {why}");
     }
 }
+
+/// `value` with each of its numbers made wrong in turn.
+fn each_number_wrong(value: &Value) -> Vec<Value> {
+    match value {
+        Value::Number(_) => vec![Value::from(as_number(value) * 1.5 + 0.75)],
+        Value::Array(items) => (0..items.len())
+            .flat_map(|i| {
+                each_number_wrong(&items[i]).into_iter().map(move |wrong| {
+                    let mut items = items.clone();
+                    items[i] = wrong;
+                    Value::Array(items)
+                })
+            })
+            .collect(),
+        Value::Object(entries) => entries
+            .iter()
+            .flat_map(|(key, item)| {
+                each_number_wrong(item).into_iter().map(move |wrong| {
+                    let mut entries = entries.clone();
+                    entries.insert(key.clone(), wrong);
+                    Value::Object(entries)
+                })
+            })
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn a_wrong_number_in_the_file_is_noticed() {
+    // The panics are expected: nobody needs to read them.
+    std::panic::set_hook(Box::new(|_| {}));
+    let (mut tried, mut unnoticed) = (0, Vec::new());
+    for (suite, id, case) in cases() {
+        let Some((_, _, check)) = CHECKS
+            .iter()
+            .find(|(s, i, _)| (*s, *i) == (suite.as_str(), id.as_str()))
+        else {
+            continue;
+        };
+        for expected in each_number_wrong(&case.expected) {
+            let wrong = Case {
+                input: case.input.clone(),
+                expected,
+                tolerance: case.tolerance,
+            };
+            tried += 1;
+            if std::panic::catch_unwind(|| check(&wrong)).is_ok() {
+                unnoticed.push(format!("{suite}/{id}: {}", wrong.expected));
+            }
+        }
+    }
+    let _ = std::panic::take_hook();
+    assert!(tried > 150 && unnoticed.is_empty(), "of {tried}: {unnoticed:#?}");
+}
