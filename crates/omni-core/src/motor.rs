@@ -152,26 +152,34 @@ impl<R: Real> TorqueLimit<R> {
     #[must_use]
     pub fn range(&self, velocity_rad_s: R) -> TorqueRange<R> {
         let driving = self.stall_n_m - self.slope_n_m_s_rad * velocity_rad_s.abs();
-        four_quadrants(driving, self.cap_n_m, velocity_rad_s)
+        known(
+            velocity_rad_s,
+            four_quadrants(driving, self.cap_n_m, velocity_rad_s),
+        )
     }
 }
 
-/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or in any case.
+/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or in any case. A velocity
+/// that is NaN has no direction to drive in: the caller's business.
 #[inline]
 fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> TorqueRange<R> {
     let zero = R::zero();
     let driving = if driving < braking { driving } else { braking };
     let driving = if driving > zero { driving } else { zero };
-    let (lower_n_m, upper_n_m) = if velocity > zero {
-        (-braking, driving)
-    } else if velocity < zero {
-        (-driving, braking)
-    } else if velocity == zero {
-        (-braking, braking)
+    TorqueRange {
+        lower_n_m: if velocity < zero { -driving } else { -braking },
+        upper_n_m: if velocity > zero { driving } else { braking },
+    }
+}
+
+/// `range`, or nothing where the velocity it is for is NaN.
+#[inline]
+fn known<R: Real>(velocity: R, range: TorqueRange<R>) -> TorqueRange<R> {
+    if velocity.partial_cmp(&R::zero()).is_none() {
+        TorqueRange::none()
     } else {
-        (zero, zero)
-    };
-    TorqueRange { lower_n_m, upper_n_m }
+        range
+    }
 }
 
 /// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
@@ -197,19 +205,15 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
     /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
     #[inline]
     pub(crate) fn ranges(&self, velocities: &[R; N], ranges: &mut TorqueRanges<R, N>) {
-        let zero = R::zero();
         if self.constant {
             ranges.upper_n_m = self.cap;
             ranges.lower_n_m = self.cap.map(|cap| -cap);
             return;
         }
         for i in 0..N {
-            let (v, cap) = (velocities[i], self.cap[i]);
-            let driving = self.stall[i] - self.slope[i] * v.abs();
-            let driving = if driving < cap { driving } else { cap };
-            let driving = if driving > zero { driving } else { zero };
-            ranges.upper_n_m[i] = if v > zero { driving } else { cap };
-            ranges.lower_n_m[i] = if v < zero { -driving } else { -cap };
+            let driving = self.stall[i] - self.slope[i] * velocities[i].abs();
+            let range = four_quadrants(driving, self.cap[i], velocities[i]);
+            (ranges.lower_n_m[i], ranges.upper_n_m[i]) = (range.lower_n_m, range.upper_n_m);
         }
     }
 }

@@ -257,6 +257,16 @@ pub struct PidTerms<R> {
 }
 
 impl<R: Real> PidTerms<R> {
+    fn integral_alone(i_n_m: R) -> Self {
+        let zero = R::zero();
+        Self {
+            p_n_m: zero,
+            i_n_m,
+            d_n_m: zero,
+            ff_n_m: zero,
+        }
+    }
+
     /// The output asked for: the sum of the four \[N.m\].
     ///
     /// ```
@@ -320,6 +330,7 @@ impl<R: Real> Pid<R> {
         let derivative_weight = weight("derivative_weight", config.derivative_weight)?;
         let kp_reference = kp * weight("proportional_weight", config.proportional_weight)?;
         let feed_forward = feed_forward::Discrete::new(&config.feed_forward, dt)?;
+        let feeds_forward = config.feed_forward != FeedForward::none();
         let (zero, one) = (R::zero(), R::one());
         within(
             "output.lower_n_m",
@@ -349,8 +360,8 @@ impl<R: Real> Pid<R> {
             derivative_weight,
             derivative_memory: filter / (filter + dt),
             feed_forward,
-            remembers: kd > zero || config.feed_forward != FeedForward::none(),
-            feeds_forward: config.feed_forward != FeedForward::none(),
+            remembers: kd > zero || feeds_forward,
+            feeds_forward,
             per_slope: reciprocal(slope),
             per_first_slope: reciprocal(first_slope),
             anti_windup: config.anti_windup,
@@ -374,27 +385,15 @@ impl<R: Real> Pid<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(&self, state: &mut PidState<R>, reference_rad_s: R, measured_rad_s: R) -> PidSample<R> {
-        let zero = R::zero();
         if !(is_plausible(reference_rad_s) && is_plausible(measured_rad_s)) {
-            let terms = PidTerms {
-                p_n_m: zero,
-                i_n_m: state.integral_n_m,
-                d_n_m: zero,
-                ff_n_m: zero,
-            };
-            return self.limited(terms);
+            return self.limited(PidTerms::integral_alone(state.integral_n_m));
         }
         let error = reference_rad_s - measured_rad_s;
         let mut terms = self.terms(state, reference_rad_s, measured_rad_s, error);
         if !terms.sum().is_finite_real() {
             // Only a state set from outside gets here: start afresh.
             *state = PidState::default();
-            return self.limited(PidTerms {
-                p_n_m: zero,
-                i_n_m: zero,
-                d_n_m: zero,
-                ff_n_m: zero,
-            });
+            return self.limited(PidTerms::integral_alone(state.integral_n_m));
         }
         let sample = self.limited(terms);
         let (excess, started) = (sample.output_n_m - terms.sum(), state.last.is_some());

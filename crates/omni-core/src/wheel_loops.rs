@@ -157,9 +157,6 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
 }
 
-/// Names the type of a `share` that is not there.
-type NotShared<R, const N: usize> = fn(&[R; N]) -> [R; N];
-
 /// What the loops remember of a step that was limited.
 struct Limited<R, const N: usize> {
     /// What anti-windup adds to the integrals \[N.m\].
@@ -295,23 +292,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         measured: &WheelVelocities<R, N>,
         sample: &mut WheelSample<R, N>,
     ) {
-        let rest = WheelVelocities::zero();
-        let reference = if all_plausible(&reference.rad_s) {
-            reference
-        } else {
-            &rest
-        };
-        self.run(
-            state,
-            &LoopInputs {
-                reference,
-                measured,
-                dropped: None,
-                within: None,
-            },
-            None::<NotShared<R, N>>,
-            sample,
-        );
+        self.step_with(state, reference, measured, None, sample);
     }
 
     /// [`WheelController::step`] with ranges that hold besides the actuators' own limits: a torque table, a hot motor.
@@ -339,6 +320,21 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         measured: &WheelVelocities<R, N>,
         ranges: &TorqueRanges<R, N>,
     ) -> WheelSample<R, N> {
+        let mut sample = WheelSample::zero();
+        self.step_with(state, reference, measured, Some(ranges), &mut sample);
+        sample
+    }
+
+    /// A step of loops without a vehicle: nothing is shared, and nobody has looked at the references yet.
+    #[inline]
+    fn step_with(
+        &self,
+        state: &mut ControlState<R, N>,
+        reference: &WheelVelocities<R, N>,
+        measured: &WheelVelocities<R, N>,
+        within: Option<&TorqueRanges<R, N>>,
+        sample: &mut WheelSample<R, N>,
+    ) {
         let rest = WheelVelocities::zero();
         let reference = if all_plausible(&reference.rad_s) {
             reference
@@ -349,11 +345,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             reference,
             measured,
             dropped: None,
-            within: Some(ranges),
+            within,
         };
-        let mut sample = WheelSample::zero();
-        self.run(state, &inputs, None::<NotShared<R, N>>, &mut sample);
-        sample
+        self.run(state, &inputs, None::<fn(&[R; N]) -> [R; N]>, sample);
     }
 
     /// A step whose integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is
@@ -603,7 +597,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             return;
         };
         if !self.shares_integral() {
-            state.integral_n_m = state.integral_n_m.map(|i| i.limited(-limit_n_m, limit_n_m));
+            state.integral_n_m = state.integral_n_m.map(|i| self.pid.held(i));
             return;
         }
         let mut fullest = limit_n_m;

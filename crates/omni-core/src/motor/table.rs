@@ -1,6 +1,6 @@
 //! Torque over speed from measured points.
 
-use super::four_quadrants;
+use super::{four_quadrants, known};
 use crate::error::{ConfigError, not_negative, positive};
 use crate::{Real, TorqueRange};
 
@@ -83,7 +83,10 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
             }
             before = Some((s, torque));
         }
-        four_quadrants(driving, self.braking_n_m, velocity_rad_s)
+        known(
+            velocity_rad_s,
+            four_quadrants(driving, self.braking_n_m, velocity_rad_s),
+        )
     }
 }
 
