@@ -4,7 +4,6 @@
 mod tests;
 
 use crate::error::{ConfigError, finite};
-use crate::pid::is_plausible;
 use crate::wheel_loops::LoopInputs;
 use crate::{
     BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation, Fault,
@@ -265,7 +264,7 @@ pub struct Drive<R, const N: usize> {
     blind_periods: u16,
     speed_limits: Option<SpeedLimits<R, N>>,
     slip: SlipDetector<R>,
-    faults: Option<FaultMonitor<R>>,
+    faults: FaultMonitor<R>,
     odometry: Odometry<R, N>,
     growth: Option<CovarianceGrowth<R>>,
     period_s: R,
@@ -441,12 +440,6 @@ impl<R: Real, const N: usize> Drive<R, N> {
         for p in config.command_point_m {
             finite("command_point_m", p)?;
         }
-        let never = SlipConfig {
-            enter_rad_s: R::one() / R::zero(),
-            leave_rad_s: R::zero(),
-            enter_periods: u16::MAX,
-            leave_periods: u16::MAX,
-        };
         Ok(Self {
             controller: Controller::with_forward(&config.layout, config.control, config.forward)?,
             shaper: CommandShaper::new(config.shaping, period_s)?,
@@ -454,8 +447,8 @@ impl<R: Real, const N: usize> Drive<R, N> {
             discretize: config.discretize,
             blind_periods: config.blind_periods,
             speed_limits: config.speed_limits,
-            slip: SlipDetector::new(config.slip.unwrap_or(never))?,
-            faults: config.faults.map(FaultMonitor::new).transpose()?,
+            slip: SlipDetector::new(config.slip.unwrap_or_else(SlipConfig::never))?,
+            faults: FaultMonitor::new(config.faults.unwrap_or_else(FaultConfig::unchecked))?,
             odometry: Odometry::new(period_s)?,
             growth: config.noise.map(CovarianceGrowth::new).transpose()?,
             period_s,
@@ -501,7 +494,16 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(&self, state: &mut DriveState<R, N>, input: &DriveInput<R, N>) -> DriveSample<R, N> {
-        let (measured, faults, dropped) = self.judge(state, input);
+        let expected = Expectation {
+            by_others: &state.by_others,
+            checked: &state.checked,
+            reference: &state.reference,
+            torque_n_m: &state.torque_n_m,
+        };
+        let measured = self
+            .faults
+            .step(&mut state.faults, &input.readings_rad_s, &expected);
+        let dropped = state.faults.usable().map(|usable| !usable);
         let kinematics = self.controller.kinematics();
 
         // What the remaining wheels say of the motion.
@@ -570,7 +572,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         };
         DriveSample {
             mode,
-            faults,
+            faults: state.faults.faults(),
             shaped,
             desaturated,
             wheels,
@@ -578,39 +580,6 @@ impl<R: Real, const N: usize> Drive<R, N> {
             slip,
             pose: state.odometry.pose(),
         }
-    }
-
-    /// Velocities to go on with, what is wrong with each wheel, and which to let go.
-    fn judge(
-        &self,
-        state: &mut DriveState<R, N>,
-        input: &DriveInput<R, N>,
-    ) -> (WheelVelocities<R, N>, [Option<Fault>; N], [bool; N]) {
-        if let Some(monitor) = &self.faults {
-            let expected = Expectation {
-                by_others: &state.by_others,
-                checked: &state.checked,
-                reference: &state.reference,
-                torque_n_m: &state.torque_n_m,
-            };
-            let measured = monitor.step(&mut state.faults, &input.readings_rad_s, &expected);
-            let faults = state.faults.faults();
-            return (measured, faults, state.faults.usable().map(|usable| !usable));
-        }
-        let (mut measured, mut faults) = (WheelVelocities::zero(), state.faults.faults());
-        for ((fault, reading), measured) in faults
-            .iter_mut()
-            .zip(input.readings_rad_s)
-            .zip(&mut measured.rad_s)
-        {
-            match reading {
-                _ if fault.is_some() => {}
-                None => *fault = Some(Fault::Silent),
-                Some(reading) if !is_plausible(reading) => *fault = Some(Fault::NotANumber),
-                Some(reading) => *measured = reading,
-            }
-        }
-        (measured, faults, faults.map(|fault| fault.is_some()))
     }
 
     /// Odometry and its covariance.

@@ -77,6 +77,22 @@ pub struct FaultConfig<R> {
     pub recovery_periods: u16,
 }
 
+impl<R: Real> FaultConfig<R> {
+    /// No check but for readings that are missing or no numbers, which are not believed for as long as they last.
+    pub(crate) fn unchecked() -> Self {
+        let infinite = R::one() / R::zero();
+        Self {
+            jump_rad_s: infinite,
+            jump_periods: u16::MAX,
+            stuck_rad_s: infinite,
+            stuck_torque_n_m: infinite,
+            stuck_periods: u16::MAX,
+            silent_periods: 1,
+            recovery_periods: 1,
+        }
+    }
+}
+
 /// Watches the readings of all wheels. Immutable; what changes is in [`FaultState`].
 ///
 /// ```

@@ -35,6 +35,19 @@ pub struct SlipConfig<R> {
     pub leave_periods: u16,
 }
 
+impl<R: Real> SlipConfig<R> {
+    /// No wheel is ever suspected.
+    pub(crate) fn never() -> Self {
+        let (enter_rad_s, leave_rad_s) = (R::one() / R::zero(), R::zero());
+        Self {
+            enter_rad_s,
+            leave_rad_s,
+            enter_periods: u16::MAX,
+            leave_periods: u16::MAX,
+        }
+    }
+}
+
 /// Finds the wheel that slips and estimates the motion without it.
 ///
 /// ```
