@@ -20,6 +20,7 @@ mod pid;
 mod scalar;
 mod shaping;
 mod slip;
+mod sum;
 mod trig;
 mod twist;
 mod twist_limits;

@@ -5,6 +5,7 @@
 
 use crate::Real;
 use crate::error::{ConfigError, period};
+use crate::sum::Sum;
 
 /// Limits of one axis. The unit of velocity is the user's, \[m/s\] or \[rad/s\]; the other units follow from it.
 ///
@@ -117,33 +118,6 @@ pub(crate) fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<
     }
 }
 
-/// A number with what its rounding has left out. Without that, slow ramps in `f32` drift off the way they planned.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sum<R> {
-    pub(crate) high: R,
-    pub(crate) low: R,
-}
-
-impl<R: Real> Sum<R> {
-    pub(crate) fn new(high: R) -> Self {
-        Self { high, low: R::zero() }
-    }
-
-    /// What is missing from this number to `target`.
-    pub(crate) fn gap(&self, target: R) -> R {
-        (target - self.high) - self.low
-    }
-
-    /// Knuth's two-sum: high + low of the result is what went in.
-    pub(crate) fn plus(&self, addend: R) -> Self {
-        let addend = addend + self.low;
-        let high = self.high + addend;
-        let added = high - self.high;
-        let low = (self.high - (high - added)) + (addend - added);
-        Self { high, low }
-    }
-}
-
 /// Velocity and acceleration of a limited axis; `default` is at rest.
 ///
 /// ```
@@ -183,8 +157,8 @@ impl<R: Real> RateLimiterState<R> {
     pub fn at(velocity: R) -> Self {
         let zero = R::zero();
         Self {
-            velocity: Sum::new(if velocity.is_finite_real() { velocity } else { zero }),
-            step: Sum::new(zero),
+            velocity: Sum::of(if velocity.is_finite_real() { velocity } else { zero }),
+            step: Sum::of(zero),
         }
     }
 
@@ -200,16 +174,16 @@ impl<R: Real> RateLimiterState<R> {
     /// ```
     #[must_use]
     pub fn velocity(&self) -> R {
-        self.velocity.high
+        self.velocity.total
     }
 
     /// Takes `step` as the last step and adds it; the distance to `target` was `distance`.
     pub(crate) fn advance(&mut self, step: Sum<R>, distance: R, target: R) {
         self.step = step;
-        self.velocity = if step == Sum::new(distance) {
-            Sum::new(target)
+        self.velocity = if step == Sum::of(distance) {
+            Sum::of(target)
         } else {
-            self.velocity.plus(step.low).plus(step.high)
+            self.velocity.plus(step.rest).plus(step.total)
         };
     }
 }
@@ -357,7 +331,7 @@ impl<R: Real> RateLimiter<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(&self, state: &mut RateLimiterState<R>, target: R) -> R {
-        let velocity = state.velocity.high;
+        let velocity = state.velocity.total;
         let target = if target.is_finite_real() {
             target.limited(self.min, self.max)
         } else {
@@ -366,16 +340,16 @@ impl<R: Real> RateLimiter<R> {
         if self.jerk_step.is_finite_real() {
             self.step_smoothly(state, target);
             // Rounding must not leave the range either: a range from 0 means never backwards.
-            let next = state.velocity.high;
+            let next = state.velocity.total;
             if (next > self.max && velocity <= self.max) || (next < self.min && velocity >= self.min) {
-                state.velocity = Sum::new(next.limited(self.min, self.max));
+                state.velocity = Sum::of(next.limited(self.min, self.max));
             }
         } else if target > velocity {
             *state = RateLimiterState::at(self.forward.next(velocity, target));
         } else if target < velocity {
             *state = RateLimiterState::at(-self.backward.next(-velocity, -target));
         }
-        state.velocity.high
+        state.velocity.total
     }
 
     fn step_smoothly(&self, state: &mut RateLimiterState<R>, target: R) {
@@ -387,7 +361,7 @@ impl<R: Real> RateLimiter<R> {
         } else {
             (R::one(), &self.forward)
         };
-        let (ahead, velocity) = (sign * distance, sign * state.velocity.high);
+        let (ahead, velocity) = (sign * distance, sign * state.velocity.total);
         let most = if velocity >= zero {
             steps.up
         } else if steps.up < steps.down && ahead > -velocity {
@@ -405,7 +379,7 @@ impl<R: Real> RateLimiter<R> {
         } else if change < -self.jerk_step {
             state.step.plus(-self.jerk_step)
         } else {
-            Sum::new(wanted)
+            Sum::of(wanted)
         };
         state.advance(step, distance, target);
     }

@@ -5,55 +5,24 @@
 //! rounded to a multiple of 8 micrometres.
 
 use crate::error::{ConfigError, period};
+use crate::sum::Sum;
 use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles, WheelVelocities};
 
-/// A sum and what its rounding left out, carried into the next addition.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Sum<R> {
-    /// The sum, rounded.
-    total: R,
-    /// Exact sum less `total`: at most half a unit in its last place.
-    rest: R,
-}
-
-impl<R: Real> Sum<R> {
-    fn of(total: R) -> Self {
-        let rest = R::zero();
-        Self { total, rest }
-    }
-
-    /// Knuth's error of a sum joins the rest, then the two are set apart again.
-    fn plus(self, x: R) -> Self {
-        let rounded = self.total + x;
-        let taken = rounded - self.total;
-        let rest = self.rest + ((self.total - (rounded - taken)) + (x - taken));
-        let total = rounded + rest;
-        Self {
-            total,
-            rest: rest - (total - rounded),
-        }
-    }
-
-    /// For an angle of at most one turn beyond (-pi, pi]. A turn is taken off to twice the precision.
-    fn wrapped(self) -> Self {
-        let pi = R::pi();
-        let wrapped = if self.total > pi {
-            self.plus(-R::two_pi()).plus(-R::TURN_REST)
-        } else if self.total <= -pi {
-            self.plus(R::two_pi()).plus(R::TURN_REST)
-        } else {
-            self
-        };
-        // An angle right at the seam may round to the side that does not belong to the range.
-        if wrapped.total <= -pi || wrapped.total > pi {
-            Self::of(pi)
-        } else {
-            wrapped
-        }
-    }
-
-    fn is_finite(&self) -> bool {
-        (self.total + self.rest).is_finite_real()
+/// An angle of at most one turn beyond (-pi, pi]. A turn is taken off to twice the precision.
+fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
+    let pi = R::pi();
+    let wrapped = if angle.total > pi {
+        angle.plus(-R::two_pi()).plus(-R::TURN_REST)
+    } else if angle.total <= -pi {
+        angle.plus(R::two_pi()).plus(R::TURN_REST)
+    } else {
+        angle
+    };
+    // An angle right at the seam may round to the side that does not belong to the range.
+    if wrapped.total <= -pi || wrapped.total > pi {
+        Sum::of(pi)
+    } else {
+        wrapped
     }
 }
 
@@ -250,7 +219,7 @@ impl<R: Real, const N: usize> Odometry<R, N> {
     ) -> OdometryStep<R> {
         let [dx, dy] = displacement.in_world(state.yaw.total);
         let (x, y) = (state.x.plus(dx), state.y.plus(dy));
-        let yaw = state.yaw.plus(displacement.dyaw_rad.wrapped_angle()).wrapped();
+        let yaw = wrapped(state.yaw.plus(displacement.dyaw_rad.wrapped_angle()));
         if !(x.is_finite() && y.is_finite() && yaw.is_finite()) {
             return OdometryStep::Skipped;
         }

@@ -1,9 +1,8 @@
 //! Velocity, acceleration and jerk limits of a twist: axis by axis, or along the motion.
 
 use crate::error::{ConfigError, period};
-use crate::limits::{
-    AxisLimits, RateLimiter, RateLimiterState, Sum, axis_names, limit, ramp_start, speed_limit,
-};
+use crate::limits::{AxisLimits, RateLimiter, RateLimiterState, axis_names, limit, ramp_start, speed_limit};
+use crate::sum::Sum;
 use crate::{BodyTwist, Real};
 
 /// Limits of a motion that are the same in every direction. The unit of velocity is the user's, \[m/s\] or \[rad/s\].
@@ -142,7 +141,7 @@ impl<R: Real> TwistLimiterState<R> {
     /// ```
     #[must_use]
     pub fn twist(&self) -> BodyTwist<R> {
-        BodyTwist::from_array(self.axes.map(|axis| axis.velocity.high))
+        BodyTwist::from_array(self.axes.map(|axis| axis.velocity.total))
     }
 }
 
@@ -393,9 +392,9 @@ fn step_along<R: Real>(
 ) {
     let huge = R::of(1e9);
     for axis in axes.iter_mut() {
-        axis.velocity.high = axis.velocity.high.limited(-huge, huge);
+        axis.velocity.total = axis.velocity.total.limited(-huge, huge);
     }
-    let velocity = axes.map(|axis| axis.velocity.high);
+    let velocity = axes.map(|axis| axis.velocity.total);
     let target = if target.iter().all(|t| t.is_finite_real()) {
         let target = target.map(|t| t.limited(-huge, huge));
         let factor = smaller(
@@ -415,10 +414,10 @@ fn step_along<R: Real>(
         linear.progress(linear_part(velocity), linear_part(distance), smooth),
         yaw.progress(yaw_part(velocity), yaw_part(distance), smooth),
     );
-    let mut steps = distance.map(|d| Sum::new(factor * d));
+    let mut steps = distance.map(|d| Sum::of(factor * d));
     if smooth {
         let last = axes.map(|axis| axis.step);
-        let mut change = steps.map(|step| step.high);
+        let mut change = steps.map(|step| step.total);
         for (c, l) in change.iter_mut().zip(&last) {
             *c = l.gap(*c);
         }
@@ -431,8 +430,8 @@ fn step_along<R: Real>(
                 *step = l.plus(factor * c);
             }
         }
-        let wanted = steps.map(|step| step.high);
-        let last_step = last.map(|l| l.high);
+        let wanted = steps.map(|step| step.total);
+        let last_step = last.map(|l| l.total);
         let [mut planar, mut turn] = [R::zero(); 2];
         if !linear.is_safe(linear_part(velocity), linear_part(wanted)) {
             planar = share(linear.jerk_step, linear_part(last_step).norm());
@@ -442,7 +441,7 @@ fn step_along<R: Real>(
         }
         for ((step, l), part) in steps.iter_mut().zip(&last).zip([planar, planar, turn]) {
             if part > R::zero() {
-                *step = l.plus(-part * l.high);
+                *step = l.plus(-part * l.total);
             }
         }
     }

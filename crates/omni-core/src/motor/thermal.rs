@@ -1,6 +1,7 @@
 //! I2t: how long a motor may give more torque than it can give for ever.
 
 use crate::error::{ConfigError, period, positive, within};
+use crate::sum::Sum;
 use crate::{Real, TorqueRange};
 
 /// Figures of a motor's heat; checked by [`ThermalModel::new`].
@@ -96,9 +97,8 @@ pub struct ThermalModel<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalState<R> {
-    heat: R,
-    /// What rounding left out of `heat`: in f32 a period adds less than its last digit.
-    rest: R,
+    /// In f32 a period adds less than the last digit of it.
+    heat: Sum<R>,
 }
 
 impl<R: Real> ThermalState<R> {
@@ -113,8 +113,7 @@ impl<R: Real> ThermalState<R> {
     pub fn at(heat: R) -> Self {
         let known = heat.is_finite_real() && heat >= R::zero();
         Self {
-            heat: if known { heat } else { R::one() },
-            rest: R::zero(),
+            heat: Sum::of(if known { heat } else { R::one() }),
         }
     }
 
@@ -126,7 +125,7 @@ impl<R: Real> ThermalState<R> {
     /// ```
     #[must_use]
     pub fn heat(&self) -> R {
-        self.heat
+        self.heat.total
     }
 }
 
@@ -207,10 +206,7 @@ impl<R: Real> ThermalModel<R> {
     pub fn update(&self, state: &mut ThermalState<R>, torque_n_m: R) {
         let target = torque_n_m * torque_n_m * self.per_continuous_square;
         if target.is_finite_real() {
-            let increment = self.share * (target - state.heat) + state.rest;
-            let heat = state.heat + increment;
-            state.rest = increment - (heat - state.heat);
-            state.heat = heat;
+            state.heat = state.heat.plus(self.share * state.heat.gap(target));
         }
     }
 
@@ -234,10 +230,10 @@ impl<R: Real> ThermalModel<R> {
     /// ```
     #[must_use]
     pub fn allowed_torque_n_m(&self, state: &ThermalState<R>) -> R {
-        if state.heat <= self.start {
+        if state.heat() <= self.start {
             return self.peak;
         }
-        let left = R::one() - state.heat;
+        let left = R::one() - state.heat();
         let left = if left > R::zero() { left } else { R::zero() };
         // The root may round past either end.
         (self.continuous * (R::one() + self.steepness * left).sqrt()).limited(self.continuous, self.peak)
@@ -289,7 +285,7 @@ mod tests {
             for k in 1..=5000 {
                 model.update(&mut state, torque);
                 let exact = -square * (-1e-3 * f64::from(k) / 20.0).exp_m1();
-                assert!((state.heat - exact).abs() < 1e-12);
+                assert!((state.heat() - exact).abs() < 1e-12);
             }
         }
     }
@@ -303,9 +299,9 @@ mod tests {
             assert!(model.allowed_torque_n_m(&state) >= 0.8);
         }
         assert!(
-            (state.heat - 1.0).abs() < 1e-9 && state.heat <= 1.0,
+            (state.heat() - 1.0).abs() < 1e-9 && state.heat() <= 1.0,
             "{}",
-            state.heat
+            state.heat()
         );
         let range = model.derated(
             &TorqueRange {
@@ -358,7 +354,7 @@ mod tests {
         let model = ThermalModel::new(FIGURES).expect("valid");
         let mut state = ThermalState::at(0.5);
         model.update(&mut state, f64::NAN);
-        assert_eq!(state.heat, 0.5);
+        assert_eq!(state.heat(), 0.5);
     }
 
     #[test]
@@ -394,7 +390,7 @@ mod tests {
                     let allowed = model.allowed_torque_n_m(&state);
                     prop_assert!((0.8..=0.8 * peak).contains(&allowed));
                     model.update(&mut state, torque.min(allowed));
-                    prop_assert!(state.heat <= 1.0 + 1e-15); // rounding of the last step
+                    prop_assert!(state.heat() <= 1.0 + 1e-15); // rounding of the last step
                 }
             }
         }

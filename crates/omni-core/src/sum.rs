@@ -1,0 +1,40 @@
+//! Sums that keep what rounding leaves out: a pose over kilometres, a slow ramp, a heat that a period hardly changes.
+
+use crate::Real;
+
+/// A sum and what its rounding left out, carried into the next addition (after Neumaier, 1974).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sum<R> {
+    /// The sum, rounded.
+    pub(crate) total: R,
+    /// Exact sum less `total`: at most half a unit in its last place.
+    pub(crate) rest: R,
+}
+
+impl<R: Real> Sum<R> {
+    pub(crate) fn of(total: R) -> Self {
+        let rest = R::zero();
+        Self { total, rest }
+    }
+
+    /// Knuth's error of a sum joins the rest, then the two are set apart again.
+    pub(crate) fn plus(self, x: R) -> Self {
+        let rounded = self.total + x;
+        let taken = rounded - self.total;
+        let rest = self.rest + ((self.total - (rounded - taken)) + (x - taken));
+        let total = rounded + rest;
+        Self {
+            total,
+            rest: rest - (total - rounded),
+        }
+    }
+
+    /// What is missing from this sum to `target`.
+    pub(crate) fn gap(&self, target: R) -> R {
+        (target - self.total) - self.rest
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.total + self.rest).is_finite_real()
+    }
+}
