@@ -13,15 +13,18 @@ pub(crate) fn exception(error: &Error) -> PyErr {
 }
 
 fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
+    use omni_sim::config::Error as Bad;
     let (class, key, file) = match error {
-        Error::Config { file, key, .. } => ("ConfigError", Some(key.as_str()), Some(file.as_str())),
-        Error::Syntax { file, .. } => ("ConfigError", None, Some(file.as_str())),
-        Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
+        Error::Config(Bad::Key { file, key, .. }) => ("ConfigError", Some(key.as_str()), Some(file.as_str())),
+        Error::Config(Bad::Syntax { file, .. }) => ("ConfigError", None, Some(file.as_str())),
         // The experiment of section 3.3 is an argument of that name.
-        Error::UnknownName { kind, .. } => ("ConfigError", Some(kind.trim_start_matches("wheels ")), None),
-        Error::Override { text, .. } => ("ConfigError", Some(text.as_str()), None),
-        // Only scenarios, vehicles and experiments are read: logs have errors of their own.
-        Error::Io { path, .. } => ("ConfigError", None, path.to_str()),
+        Error::Config(Bad::UnknownName { kind, .. }) => {
+            ("ConfigError", Some(kind.trim_start_matches("wheels ")), None)
+        }
+        Error::Config(Bad::Override { text, .. }) => ("ConfigError", Some(text.as_str()), None),
+        Error::Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
+        Error::Config(_) => ("ConfigError", None, None),
+        Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
         Error::Log(error) => ("LogError", None, log_path(error).to_str()),
         _ => ("SimulationError", None, None),
     };

@@ -2,10 +2,11 @@
 
 use numpy::PyArrayDyn;
 use omni_core::{BodyTwist, Desaturation, ForwardMap, SpeedLimits, WheelVelocities};
+use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, array, numbers, sized};
-use crate::counts::for_wheel_count;
+use crate::counts;
 use crate::error::{of_core, refused};
 use crate::layout::Layout;
 
@@ -134,10 +135,10 @@ impl Kinematics {
         let map = choice("forward", forward, &known)?;
         let built = layout.get();
         let maps = match (weights, map) {
-            (None, _) => for_wheel_count!(built.len(), named(built, map))?,
+            (None, _) => for_wheel_count!(built.len(), named[](built, map), counts::refuse)?,
             (Some(weights), ForwardMap::LeastSquares) => {
                 let weights = numbers("weights", weights, "one number a wheel")?;
-                for_wheel_count!(built.len(), weighted(built, &weights))?
+                for_wheel_count!(built.len(), weighted[](built, &weights), counts::refuse)?
             }
             (Some(_), ForwardMap::PaperAverage) => {
                 let message =

@@ -1,12 +1,13 @@
 //! Wheels and layouts of the control library.
 
 use omni_core::{ConfigError, WheelLayout};
+use omni_sim::config::for_wheel_count;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{fixed, whole};
-use crate::counts::{self, for_wheel_count, unusable};
+use crate::counts::{self, unusable};
 use crate::error::{of_core, refused};
 
 /// One driven wheel with free rollers on its rim.
@@ -178,7 +179,7 @@ impl Layout {
             PyTypeError::new_err(format!("wheels: {found}, allowed: a list of omnistep.Wheel"))
         })?;
         let wheels: Vec<_> = wheels.iter().map(|wheel| wheel.inner).collect();
-        for_wheel_count!(wheels.len(), checked_wheels(&wheels))
+        for_wheel_count!(wheels.len(), checked_wheels[](&wheels), counts::refuse)
     }
 
     /// The seven-wheel vehicle of the paper.
@@ -199,7 +200,7 @@ impl Layout {
         wheel_radius_m: f64,
     ) -> PyResult<Self> {
         let count = whole("wheels", wheels, counts::ALLOWED)?;
-        for_wheel_count!(count, omni(circle_radius_m, offset_rad, wheel_radius_m))
+        for_wheel_count!(count, omni[](circle_radius_m, offset_rad, wheel_radius_m), counts::refuse)
     }
 
     /// Four mecanum wheels at the corners of a rectangle.

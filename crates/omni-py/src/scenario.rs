@@ -67,11 +67,11 @@ fn to_toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     }
     if value.is_instance_of::<PyInt>() {
         let integer = value.extract().map_err(|_| {
-            exception(&Error::Config {
+            exception(&Error::Config(config::Error::Key {
                 file: "overrides".into(),
                 key: key.into(),
                 message: format!("{value}, allowed: an integer of 64 bits"),
-            })
+            }))
         })?;
         return Ok(Value::Integer(integer));
     }

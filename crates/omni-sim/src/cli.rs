@@ -92,7 +92,7 @@ impl RunArgs {
 }
 
 fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {
-    texts.iter().map(|text| Override::parse(text)).collect()
+    texts.iter().map(|text| Ok(Override::parse(text)?)).collect()
 }
 
 /// Runs the command line `args` (the program's name first) and returns the exit code.

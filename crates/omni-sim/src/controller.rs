@@ -1,13 +1,11 @@
 //! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
 
+use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
-use omni_core::{
-    BodyTwist, ConfigError, ControlState, Controller, Coordination, Kinematics, PidConfig, Real,
-    WheelControlConfig, WheelLayout, WheelVelocities,
-};
+use omni_core::{BodyTwist, ControlState, Controller, Real, WheelVelocities};
 
 use crate::Error;
-use crate::config::{Precision, Scenario, Vehicle};
+use crate::config::{self, Precision, Scenario};
 
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,15 +143,19 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] where the vehicle and the control cannot be combined; a loaded scenario has been checked.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        let built = match scenario.control.precision {
-            Precision::F32 => build::<f32>(scenario),
-            Precision::F64 => build::<f64>(scenario),
+        let refuse = |count| {
+            Err(config::Error::Key {
+                file: format!("vehicle {}", scenario.vehicle().name),
+                key: "wheel".into(),
+                message: config::wheel_count_refused(count).to_string(),
+            })
         };
-        built.map(Self).map_err(|error| Error::Config {
-            file: format!("vehicle {}", scenario.vehicle().name),
-            key: error.parameter.into(),
-            message: error.to_string(),
-        })
+        let count = scenario.vehicle().wheel.len();
+        let built = match scenario.control.precision {
+            Precision::F32 => for_wheel_count!(count, sized[f32](scenario), refuse),
+            Precision::F64 => for_wheel_count!(count, sized[f64](scenario), refuse),
+        };
+        Ok(Self(built?))
     }
 
     /// One control step; `measured_rad_s` has one actuator velocity a wheel.
@@ -168,53 +170,9 @@ impl AnyController {
     }
 }
 
-/// Calls `$f::<N>` for the vehicle's wheel count. Vehicle files allow 3 to 8 wheels.
-macro_rules! for_wheel_count {
-    ($vehicle:expr, $f:ident [$($r:ty)?], $arg:expr) => {
-        match $vehicle.wheel.len() {
-            3 => $f::<$($r,)? 3>($arg),
-            4 => $f::<$($r,)? 4>($arg),
-            5 => $f::<$($r,)? 5>($arg),
-            6 => $f::<$($r,)? 6>($arg),
-            7 => $f::<$($r,)? 7>($arg),
-            8 => $f::<$($r,)? 8>($arg),
-            n => Err(ConfigError { parameter: "wheel count", index: None, value: n as f64, allowed: "3 to 8" }),
-        }
-    };
-}
-
-fn build<R: Real>(scenario: &Scenario) -> Result<Box<dyn Loop>, ConfigError> {
-    for_wheel_count!(scenario.vehicle(), build_sized[R], scenario)
-}
-
-fn build_sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, ConfigError> {
-    let vehicle = scenario.vehicle();
-    let coordination = Coordination::preset(&scenario.control.policy).ok_or(ConfigError {
-        parameter: "control.policy",
-        index: None,
-        value: f64::NAN,
-        allowed: "a coordination preset",
-    })?;
-    let config = WheelControlConfig {
-        pid: PidConfig::new(
-            vehicle.gains.pid(),
-            R::of(scenario.control.period_us as f64 * 1e-6),
-        ),
-        limits: [vehicle.motor.limit()?; N],
-        coordination,
-    };
-    let layout: WheelLayout<R, N> = vehicle.layout()?;
+fn sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, config::Error> {
     Ok(Box::new(Sized {
-        controller: Controller::new(&layout, config)?,
+        controller: scenario.controller::<R, N>()?,
         state: ControlState::default(),
     }))
-}
-
-/// Can these wheels move a vehicle in three directions?
-pub(crate) fn check_layout(vehicle: &Vehicle) -> Result<(), ConfigError> {
-    for_wheel_count!(vehicle, check_sized[], vehicle)
-}
-
-fn check_sized<const N: usize>(vehicle: &Vehicle) -> Result<(), ConfigError> {
-    Kinematics::new(&vehicle.layout::<f64, N>()?).map(|_| ())
 }

@@ -6,44 +6,9 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The text is not TOML.
-    #[error("{file}:{line}: {message}")]
-    Syntax {
-        /// File, or `built-in NAME`.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// What the parser expected.
-        message: String,
-    },
-    /// A key is unknown, missing, of the wrong type or out of range.
-    #[error("{file}: {key}: {message}")]
-    Config {
-        /// File, or `built-in NAME`.
-        file: String,
-        /// Path of the key, as `wheel[2].radius_m`.
-        key: String,
-        /// The value found and the range allowed.
-        message: String,
-    },
-    /// No built-in thing and no file of that name.
-    #[error("unknown {kind} {name:?}, allowed: {known}")]
-    UnknownName {
-        /// Kind of thing: `scenario`, `vehicle`, `policy`.
-        kind: &'static str,
-        /// The name asked for.
-        name: String,
-        /// The names there are.
-        known: String,
-    },
-    /// An override is not of the form `key=value`.
-    #[error("--set {text:?}: {message}")]
-    Override {
-        /// The text given.
-        text: String,
-        /// What is wrong with it.
-        message: String,
-    },
+    /// A file, a key or a name is not usable.
+    #[error(transparent)]
+    Config(#[from] crate::config::Error),
     /// A command handed to a running simulation is not usable.
     #[error("{name} = {value}, allowed: {allowed}")]
     Argument {

@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
-pub mod config;
 pub mod controller;
 mod error;
 pub mod log;
@@ -13,6 +12,9 @@ mod simulation;
 mod trace;
 mod wheels;
 mod world;
+
+/// Vehicles and scenarios as plain data from TOML, checked when they are loaded.
+pub use omni_config as config;
 
 pub use error::Error;
 pub use outcome::Outcome;

@@ -4,7 +4,7 @@ use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControl
 use serde::Serialize;
 
 use crate::Error;
-use crate::config::WheelsExperiment;
+use crate::config::{self, WheelsExperiment};
 
 /// The policies that make sense without a vehicle: `load_sharing` needs one.
 pub const WHEEL_POLICIES: [&str; 3] = ["independent", "paper", "synchronised"];
@@ -80,7 +80,7 @@ impl WheelsTrace {
 /// Runs the experiment under a policy, torque limited by eq. (13) in four quadrants.
 ///
 /// # Errors
-/// [`Error::UnknownName`] for a policy that is not one of [`WHEEL_POLICIES`]; [`Error::Config`] for gains that are out
+/// [`config::Error::UnknownName`] for a policy that is not one of [`WHEEL_POLICIES`]; [`config::Error::Key`] for gains that are out
 /// of range.
 ///
 /// ```
@@ -93,7 +93,7 @@ impl WheelsTrace {
 pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsTrace, Error> {
     let coordination = Coordination::preset(policy).filter(|_| WHEEL_POLICIES.contains(&policy));
     let known = || WHEEL_POLICIES.join(", ");
-    let coordination = coordination.ok_or_else(|| Error::UnknownName {
+    let coordination = coordination.ok_or_else(|| config::Error::UnknownName {
         kind: "policy",
         name: policy.into(),
         known: known(),
@@ -104,7 +104,7 @@ pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsT
         limits: [TorqueLimit::chugo(); 3],
         coordination,
     };
-    let controller = WheelController::<f64, 3>::new(config).map_err(|error| Error::Config {
+    let controller = WheelController::<f64, 3>::new(config).map_err(|error| config::Error::Key {
         file: experiment.name.clone(),
         key: error.parameter.into(),
         message: error.to_string(),

@@ -153,7 +153,7 @@ fn wheels_json_has_the_times_of_the_paper() {
 /// The built-in vehicle and step with one text replaced, as files `v.toml` and `s.toml`; refused with this message.
 fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../omni-config/assets");
     let vehicle = fs::read_to_string(assets.join("vehicles/chugo7.toml")).unwrap();
     let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
     let scenario = scenario.replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"");

@@ -3,7 +3,7 @@
 use serde::de::{Deserialize, Deserializer, Error};
 use toml::{Table, Value};
 
-/// Around the key inside, in an error's message: [`super::load`] joins it to the path of the table.
+/// Around the key inside, in an error's message: [`crate::load`] joins it to the path of the table.
 pub(super) const INNER_KEY: char = '\u{1f}';
 
 /// Reads `{ kind = "x", ... }` by way of the externally tagged `{ x = { ... } }`, which `external` reads.
@@ -41,7 +41,7 @@ macro_rules! deserialize_by_kind {
     ($enum:ty, $external:ident) => {
         impl<'de> serde::Deserialize<'de> for $enum {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                super::tagged::by_kind(deserializer, |value| $external::deserialize(value))
+                crate::tagged::by_kind(deserializer, |value| $external::deserialize(value))
             }
         }
     };

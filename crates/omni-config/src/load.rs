@@ -6,18 +6,18 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::tagged::INNER_KEY;
 use crate::Error;
+use crate::tagged::INNER_KEY;
 
 /// Built-in files by name, in the order they are listed.
 type Builtin = &'static [(&'static str, &'static str)];
 
-const VEHICLES: Builtin = &[("chugo7", include_str!("../../assets/vehicles/chugo7.toml"))];
+const VEHICLES: Builtin = &[("chugo7", include_str!("../assets/vehicles/chugo7.toml"))];
 const SCENARIOS: Builtin = &[
-    ("step", include_str!("../../assets/scenarios/step.toml")),
-    ("flat", include_str!("../../assets/scenarios/flat.toml")),
+    ("step", include_str!("../assets/scenarios/step.toml")),
+    ("flat", include_str!("../assets/scenarios/flat.toml")),
 ];
-const WHEELS: Builtin = &[("wheels", include_str!("../../assets/scenarios/wheels.toml"))];
+const WHEELS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 
 /// Names of the built-in vehicles.
 #[must_use]
@@ -128,7 +128,7 @@ impl Source {
     }
 
     pub(crate) fn refuse(&self, key: impl Into<String>, message: impl Into<String>) -> Error {
-        Error::Config {
+        Error::Key {
             file: self.file.clone(),
             key: key.into(),
             message: message.into(),
@@ -201,11 +201,11 @@ impl Override {
     /// [`Error::Override`] where there is no `=` or no key.
     ///
     /// ```
-    /// use omni_sim::config::Override;
+    /// use omni_config::Override;
     /// assert_eq!(Override::parse("terrain.friction=0.5")?, Override::new("terrain.friction", 0.5));
     /// assert_eq!(Override::parse("control.policy=paper")?, Override::new("control.policy", "paper"));
     /// assert!(Override::parse("friction").is_err());
-    /// # Ok::<(), omni_sim::Error>(())
+    /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, Error> {
         let malformed = |message: &str| Error::Override {

@@ -3,16 +3,16 @@
 use garde::Validate;
 use serde::{Deserialize, Serialize};
 
-use super::check::{between, is_name, is_schema_version, not_negative, positive};
-use super::load::{Override, Source, read};
-use super::vehicle::Gains;
 use crate::Error;
+use crate::check::{between, is_name, is_schema_version, not_negative, positive};
+use crate::load::{Override, Source, read};
+use crate::vehicle::Gains;
 
 /// Three motors, each with an inertia, a friction and dampers that come and go.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct WheelsExperiment {
-    /// Version of the file format, [`super::SCHEMA_VERSION`].
+    /// Version of the file format, [`crate::SCHEMA_VERSION`].
     #[garde(custom(is_schema_version))]
     pub schema_version: u32,
     /// Name in messages.

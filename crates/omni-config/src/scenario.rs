@@ -5,17 +5,17 @@ use omni_core::{BodyTwist, Coordination};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::check::{between, finite, is_name, is_schema_version, not_negative, positive};
-use super::load::{Override, Source, read};
-use super::tagged::deserialize_by_kind;
-use super::vehicle::Vehicle;
 use crate::Error;
+use crate::check::{between, finite, is_name, is_schema_version, not_negative, positive};
+use crate::load::{Override, Source, read};
+use crate::tagged::deserialize_by_kind;
+use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Version of the file format, [`super::SCHEMA_VERSION`].
+    /// Version of the file format, [`crate::SCHEMA_VERSION`].
     #[garde(custom(is_schema_version))]
     pub schema_version: u32,
     /// Name in logs and file names.
@@ -209,12 +209,12 @@ impl Scenario {
     /// What is wrong with it, in one line that names file, key, value and allowed range.
     ///
     /// ```
-    /// use omni_sim::config::{Override, Scenario, Terrain};
+    /// use omni_config::{Override, Scenario, Terrain};
     /// let low = Scenario::load("step", &[Override::parse("terrain.height_m=0.02")?])?;
     /// assert!(matches!(low.terrain, Terrain::Step { height_m: 0.02, .. }));
     /// let error = Scenario::load("step", &[Override::parse("terrain.friction=-1")?]).unwrap_err();
     /// assert_eq!(error.to_string(), "built-in step: terrain.friction: -1, allowed: 0 to 2");
-    /// # Ok::<(), omni_sim::Error>(())
+    /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
         Self::from_source(&Source::scenario(name)?, overrides)
@@ -272,7 +272,7 @@ impl Scenario {
     /// A riser starts ahead of every wheel, wherever the perturbation puts the vehicle.
     fn check_start(&self, source: &Source) -> Result<(), Error> {
         if let Terrain::Step { at_m, .. } = self.terrain {
-            let front = |w: &super::WheelSpec| {
+            let front = |w: &crate::WheelSpec| {
                 w.position_m[0].hypot(w.position_m[1]).max(w.position_m[0]) + w.radius_m
             };
             let ahead = if self.perturbation.yaw_rad > 0.0 {
@@ -306,16 +306,9 @@ impl Scenario {
     /// # Errors
     /// [`Error::UnknownName`].
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {
-        if Coordination::<f64>::preset(policy).is_none() {
-            let known = Coordination::<f64>::PRESETS.join(", ");
-            return Err(Error::UnknownName {
-                kind: "policy",
-                name: policy.into(),
-                known,
-            });
-        }
         let mut other = self.clone();
         other.control.policy = policy.into();
+        other.coordination::<f64>()?;
         Ok(other)
     }
 }

@@ -2,14 +2,22 @@
 //!
 //! Every key is checked: an unknown key, a missing one, a wrong type, a NaN or a value out of range is one line that
 //! names the file, the key, the value and what is allowed.
+//!
+//! No physics in here: simulation, Python and the builds of firmware read the same files with it.
+
+#![forbid(unsafe_code)]
 
 mod check;
+mod control;
+mod error;
 mod load;
 mod scenario;
 mod tagged;
 mod vehicle;
 mod wheels;
 
+pub use control::wheel_count_refused;
+pub use error::Error;
 pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
 pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
 pub use vehicle::{Body, Gains, Hinge, Motor, Vehicle, WheelContact, WheelSpec};

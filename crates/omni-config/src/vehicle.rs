@@ -5,19 +5,19 @@ use omni_core::{PidGains, TorqueLimit, Wheel, WheelLayout};
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::check::{
+use crate::Error;
+use crate::check::{
     between, direction, finite_all, is_name, is_schema_version, not_negative, positive, positive_all,
 };
-use super::load::{Override, Source, read};
-use super::tagged::deserialize_by_kind;
-use crate::Error;
+use crate::load::{Override, Source, read};
+use crate::tagged::deserialize_by_kind;
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
 /// ground, the origin under the point that the kinematics refer to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
-    /// Version of the file format, [`super::SCHEMA_VERSION`].
+    /// Version of the file format, [`crate::SCHEMA_VERSION`].
     #[garde(custom(is_schema_version))]
     pub schema_version: u32,
     /// Name in logs.
@@ -204,10 +204,10 @@ impl Vehicle {
     /// What is wrong with it, in one line.
     ///
     /// ```
-    /// let vehicle = omni_sim::config::Vehicle::load("chugo7")?;
+    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
     /// let total: f64 = vehicle.body.iter().map(|b| b.mass_kg).chain(vehicle.wheel.iter().map(|w| w.mass_kg)).sum();
     /// assert_eq!(total, 20.0);
-    /// # Ok::<(), omni_sim::Error>(())
+    /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn load(name: &str) -> Result<Self, Error> {
         Self::from_source(&Source::vehicle(name, None)?, &[])
@@ -310,7 +310,7 @@ impl Vehicle {
                 return Err(source.refuse(format!("wheel[{i}].contact.radius_m"), message));
             }
         }
-        crate::controller::check_layout(self).map_err(|error| {
+        crate::control::check_layout(self).map_err(|error| {
             let key = error
                 .index
                 .map_or_else(|| "wheel".to_owned(), |i| format!("wheel[{i}]"));

@@ -89,9 +89,9 @@ pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
 
 /// The version of the file format.
 pub(crate) fn is_schema_version(value: &u32, _: &()) -> garde::Result {
-    if *value == super::SCHEMA_VERSION {
+    if *value == crate::SCHEMA_VERSION {
         Ok(())
     } else {
-        refuse(value, &format!("{}", super::SCHEMA_VERSION))
+        refuse(value, &format!("{}", crate::SCHEMA_VERSION))
     }
 }

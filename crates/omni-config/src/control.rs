@@ -1,0 +1,109 @@
+//! From a file to a controller of omni-core.
+
+use omni_core::{
+    ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
+};
+
+use crate::{Error, Scenario, Vehicle};
+
+/// Calls the generic function `$f` with the wheel count as its last parameter: the one place where a count that is known
+/// at run time becomes the const generic of omni-core. Vehicles have 3 to 8 wheels; `$otherwise` is the result for any
+/// other count.
+///
+/// ```
+/// fn twice<const N: usize>(plus: usize) -> Option<usize> {
+///     Some(2 * N + plus)
+/// }
+/// let of = |count: usize| omni_config::for_wheel_count!(count, twice[](1), |_| None);
+/// assert_eq!((of(3), of(8), of(9)), (Some(7), Some(17), None));
+/// ```
+#[macro_export]
+macro_rules! for_wheel_count {
+    ($count:expr, $f:ident [$($r:ty),*] ($($arg:expr),*), $otherwise:expr) => {
+        match $count {
+            3 => $f::<$($r,)* 3>($($arg),*),
+            4 => $f::<$($r,)* 4>($($arg),*),
+            5 => $f::<$($r,)* 5>($($arg),*),
+            6 => $f::<$($r,)* 6>($($arg),*),
+            7 => $f::<$($r,)* 7>($($arg),*),
+            8 => $f::<$($r,)* 8>($($arg),*),
+            count => ($otherwise)(count),
+        }
+    };
+}
+
+/// The error for a vehicle with too few or too many wheels.
+#[must_use]
+pub fn wheel_count_refused(count: usize) -> ConfigError {
+    ConfigError {
+        parameter: "wheel count",
+        index: None,
+        value: count as f64,
+        allowed: "3 to 8",
+    }
+}
+
+impl Scenario {
+    /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
+    ///
+    /// # Errors
+    /// [`Error::Key`] where the vehicle and the control cannot be combined, or where `N` is not the number of wheels.
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// use omni_core::{BodyTwist, ControlState, WheelVelocities};
+    /// let controller = Scenario::load("step", &[])?.controller::<f32, 7>()?;
+    /// let ahead = BodyTwist { vx_m_s: 0.066_f32, vy_m_s: 0.0, wz_rad_s: 0.0 };
+    /// let sample = controller.step(&mut ControlState::default(), &ahead, &WheelVelocities::zero());
+    /// assert_eq!(sample.wheels.reference.rad_s[3], 1.0); // wheel 4, of 66 mm, points forward
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn controller<R: Real, const N: usize>(&self) -> Result<Controller<R, N>, Error> {
+        let vehicle = self.vehicle();
+        let coordination = self.coordination()?;
+        let build = || {
+            let config = WheelControlConfig {
+                pid: PidConfig::new(vehicle.gains.pid(), R::of(self.period_s())),
+                limits: [vehicle.motor.limit()?; N],
+                coordination,
+            };
+            Controller::new(&vehicle.layout()?, config)
+        };
+        build().map_err(|error: ConfigError| Error::Key {
+            file: format!("vehicle {}", vehicle.name),
+            key: error.parameter.into(),
+            message: error.to_string(),
+        })
+    }
+
+    /// The control period \[s\].
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.control.period_us as f64 * 1e-6
+    }
+
+    /// What the wheels do together.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a policy that is no preset; a loaded scenario has been checked.
+    pub fn coordination<R: Real>(&self) -> Result<Coordination<R>, Error> {
+        let policy = &self.control.policy;
+        Coordination::preset(policy).ok_or_else(|| Error::UnknownName {
+            kind: "policy",
+            name: policy.clone(),
+            known: Coordination::<f64>::PRESETS.join(", "),
+        })
+    }
+}
+
+/// Can these wheels move a vehicle in three directions?
+pub(crate) fn check_layout(vehicle: &Vehicle) -> Result<(), ConfigError> {
+    for_wheel_count!(vehicle.wheel.len(), check_sized[](vehicle), |count| Err(
+        wheel_count_refused(count)
+    ))
+}
+
+fn check_sized<const N: usize>(vehicle: &Vehicle) -> Result<(), ConfigError> {
+    let layout: WheelLayout<f64, N> = vehicle.layout()?;
+    Kinematics::new(&layout).map(|_| ())
+}
