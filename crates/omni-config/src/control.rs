@@ -1,7 +1,8 @@
 //! From a file to a controller of omni-core.
 
 use omni_core::{
-    ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
+    AxisLimits, ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, TwistLimiter,
+    TwistLimits, WheelControlConfig, WheelLayout,
 };
 
 use crate::{Error, Scenario, Vehicle};
@@ -72,6 +73,34 @@ impl Scenario {
         build().map_err(|error: ConfigError| Error::Key {
             file: format!("vehicle {}", vehicle.name),
             key: error.parameter.into(),
+            message: error.to_string(),
+        })
+    }
+
+    /// What the command goes through before the controller: the vehicle's limits, in the scalar `R`.
+    ///
+    /// # Errors
+    /// [`Error::Key`] where they cannot be used with the control period; a loaded scenario has been checked.
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// use omni_core::{BodyTwist, TwistLimiterState};
+    /// let limiter = Scenario::load("step", &[])?.limiter::<f64>()?;
+    /// let fast = BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO };
+    /// assert_eq!(limiter.step(&mut TwistLimiterState::default(), &fast).vx_m_s, 1.0); // a brisk walk is enough
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn limiter<R: Real>(&self) -> Result<TwistLimiter<R>, Error> {
+        let vehicle = self.vehicle();
+        let unlimited = TwistLimits::PerAxis {
+            vx: AxisLimits::unlimited(),
+            vy: AxisLimits::unlimited(),
+            wz: AxisLimits::unlimited(),
+        };
+        let limits = vehicle.limits.map_or(unlimited, |limits| limits.of_twist());
+        TwistLimiter::new(limits, R::of(self.period_s())).map_err(|error| Error::Key {
+            file: format!("vehicle {}", vehicle.name),
+            key: format!("limits.{}", error.parameter),
             message: error.to_string(),
         })
     }

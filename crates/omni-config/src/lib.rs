@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod check;
+mod constants;
 mod control;
 mod error;
 mod load;
@@ -16,11 +17,12 @@ mod tagged;
 mod vehicle;
 mod wheels;
 
+pub use constants::Language;
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
 pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
-pub use vehicle::{Body, Gains, Hinge, Motor, Vehicle, WheelContact, WheelSpec};
+pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

@@ -1,7 +1,7 @@
 //! A vehicle: bodies, passive hinges, wheels, motors, gains.
 
 use garde::Validate;
-use omni_core::{PidGains, TorqueLimit, Wheel, WheelLayout};
+use omni_core::{AxisLimits, PidGains, TorqueLimit, TwistLimits, Wheel, WheelLayout};
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
@@ -39,6 +39,10 @@ pub struct Vehicle {
     /// Gains of every wheel's loop.
     #[garde(dive)]
     pub gains: Gains,
+    /// What the vehicle may be commanded to do; anything if left out.
+    #[serde(default)]
+    #[garde(dive)]
+    pub limits: Option<Limits>,
 }
 
 /// A rigid body without its wheels.
@@ -166,6 +170,45 @@ impl Motor {
     /// As [`TorqueLimit::line`].
     pub fn limit<R: omni_core::Real>(&self) -> Result<TorqueLimit<R>, omni_core::ConfigError> {
         TorqueLimit::line(R::of(self.stall_torque_n_m), R::of(self.slope_n_m_s_rad))
+    }
+}
+
+/// Limits of the commanded twist, the same forward and in reverse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Speed forward \[m/s\], > 0.
+    #[garde(custom(positive))]
+    pub vx_m_s: f64,
+    /// Speed sideways \[m/s\], > 0.
+    #[garde(custom(positive))]
+    pub vy_m_s: f64,
+    /// Yaw rate \[rad/s\], > 0.
+    #[garde(custom(positive))]
+    pub wz_rad_s: f64,
+    /// Speeding up and braking, forward and sideways \[m/s^2\], > 0; left out: at once.
+    #[serde(default)]
+    #[garde(inner(custom(positive)))]
+    pub linear_m_s2: Option<f64>,
+    /// The same of the yaw rate \[rad/s^2\], > 0; left out: at once.
+    #[serde(default)]
+    #[garde(inner(custom(positive)))]
+    pub yaw_rad_s2: Option<f64>,
+}
+
+impl Limits {
+    /// The limits in the controller's scalar, axis by axis.
+    #[must_use]
+    pub fn of_twist<R: omni_core::Real>(&self) -> TwistLimits<R> {
+        let axis = |speed: f64, acceleration: Option<f64>| {
+            let acceleration = R::of(acceleration.unwrap_or(f64::INFINITY));
+            AxisLimits::symmetric(R::of(speed), acceleration, acceleration, R::of(f64::INFINITY))
+        };
+        TwistLimits::PerAxis {
+            vx: axis(self.vx_m_s, self.linear_m_s2),
+            vy: axis(self.vy_m_s, self.linear_m_s2),
+            wz: axis(self.wz_rad_s, self.yaw_rad_s2),
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::error::ConfigError;
 use crate::pid::is_plausible;
 use crate::wheel_loops::LoopInputs;
@@ -35,10 +36,13 @@ use crate::{
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Controller<R, const N: usize> {
     kinematics: Kinematics<R, N>,
     wheels: WheelController<R, N>,
 }
+
+constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: WheelController<R, N> });
 
 /// Every signal of one step of a [`Controller`].
 ///
@@ -57,6 +61,7 @@ pub struct Controller<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct ControlSample<R, const N: usize> {
     /// The command; rest where the one given was not finite, or beyond 1e6.
     pub command: BodyTwist<R>,
@@ -74,7 +79,7 @@ impl<R: Real, const N: usize> ControlSample<R, N> {
     /// assert_eq!(sample.wheels.common_factor, 1.0);
     /// ```
     #[must_use]
-    pub fn zero() -> Self {
+    pub const fn zero() -> Self {
         Self {
             command: BodyTwist::zero(),
             wheels: WheelSample::zero(),

@@ -7,6 +7,7 @@
 mod tests;
 
 use crate::Real;
+use crate::constants::{constant_enum, constant_struct};
 use crate::error::ConfigError;
 
 /// How requested torques are brought within the limits.
@@ -28,6 +29,7 @@ use crate::error::ConfigError;
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, u8)]
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
@@ -42,6 +44,8 @@ pub enum Saturation<R> {
         floor: R,
     },
 }
+
+constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 
 /// Which error the integrals take in.
 ///
@@ -62,6 +66,7 @@ pub enum Saturation<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Integral {
     /// Each wheel its own.
     PerWheel,
@@ -69,6 +74,8 @@ pub enum Integral {
     /// each other. Needs a layout.
     Shared,
 }
+
+constant_enum!(Integral { PerWheel, Shared });
 
 /// A coordination policy: one choice of each.
 ///
@@ -79,12 +86,15 @@ pub enum Integral {
 /// assert_eq!(policy.integral, Integral::PerWheel);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Coordination<R> {
     /// How torques are brought within limits.
     pub saturation: Saturation<R>,
     /// Which error the integrals take in.
     pub integral: Integral,
 }
+
+constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral });
 
 impl<R: Real> Coordination<R> {
     /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
@@ -223,12 +233,15 @@ impl<R: Real> Coordination<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct TorqueRange<R> {
     /// Lowest torque, <= 0.
     pub lower_n_m: R,
     /// Highest torque, >= 0.
     pub upper_n_m: R,
 }
+
+constant_struct!(TorqueRange<R> { lower_n_m: R, upper_n_m: R });
 
 impl<R: Real> TorqueRange<R> {
     /// No limits at all: infinite.
@@ -313,6 +326,7 @@ impl<R: Real> TorqueRange<R> {
 /// assert_eq!([0, 1].map(|wheel| ranges.wheel(wheel).clip(0.4)), [0.4, 0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct TorqueRanges<R, const N: usize> {
     /// Lowest torque of each, <= 0.
     pub lower_n_m: [R; N],

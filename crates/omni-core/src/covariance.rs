@@ -1,5 +1,6 @@
 //! How far odometry may be off: the covariance of its pose, carried along to first order.
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, not_negative};
 use crate::trig::{cardinal_sine, cardinal_sine_slope};
 use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles};
@@ -141,6 +142,8 @@ pub struct CovarianceGrowth<R> {
     /// g.
     per_residual: R,
 }
+
+constant_struct!(CovarianceGrowth<R> { per_rad: R, per_residual: R });
 
 impl<R: Real> CovarianceGrowth<R> {
     /// Growth by the noise given.

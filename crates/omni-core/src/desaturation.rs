@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::constants::{constant_enum, constant_struct};
 use crate::error::{ConfigError, within};
 use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 
@@ -33,6 +34,12 @@ pub enum Desaturation {
     TranslationFirst,
 }
 
+constant_enum!(Desaturation {
+    Uniform,
+    YawFirst,
+    TranslationFirst
+});
+
 /// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 ///
 /// ```
@@ -54,6 +61,8 @@ pub struct SpeedLimits<R, const N: usize> {
     limit_rad_s: [R; N],
     gives_way: Desaturation,
 }
+
+constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], gives_way: Desaturation });
 
 /// A twist that every wheel can follow.
 ///

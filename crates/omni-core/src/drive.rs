@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, finite};
 use crate::wheel_loops::LoopInputs;
 use crate::{
@@ -269,6 +270,20 @@ pub struct Drive<R, const N: usize> {
     growth: Option<CovarianceGrowth<R>>,
     period_s: R,
 }
+
+constant_struct!(Drive<R, const N> {
+    controller: Controller<R, N>,
+    shaper: CommandShaper<R>,
+    command_point_m: [R; 2],
+    discretize: bool,
+    blind_periods: u16,
+    speed_limits: Option<SpeedLimits<R, N>>,
+    slip: SlipDetector<R>,
+    faults: FaultMonitor<R>,
+    odometry: Odometry<R, N>,
+    growth: Option<CovarianceGrowth<R>>,
+    period_s: R,
+});
 
 /// What a [`Drive`] remembers.
 ///

@@ -1,5 +1,6 @@
 //! Encoders that lie and wheels that are lost: found, named, and let go while the others carry on.
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
 use crate::pid::is_plausible;
 use crate::{Real, WheelVelocities};
@@ -77,6 +78,16 @@ pub struct FaultConfig<R> {
     pub recovery_periods: u16,
 }
 
+constant_struct!(FaultConfig<R> {
+    jump_rad_s: R,
+    jump_periods: u16,
+    stuck_rad_s: R,
+    stuck_torque_n_m: R,
+    stuck_periods: u16,
+    silent_periods: u16,
+    recovery_periods: u16,
+});
+
 impl<R: Real> FaultConfig<R> {
     /// No check but for readings that are missing or no numbers, which are not believed for as long as they last.
     pub(crate) fn unchecked() -> Self {
@@ -113,6 +124,8 @@ impl<R: Real> FaultConfig<R> {
 pub struct FaultMonitor<R> {
     config: FaultConfig<R>,
 }
+
+constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 
 /// What the monitor remembers; `default` is a fresh start.
 ///

@@ -8,6 +8,7 @@ mod forward_map;
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, finite, within};
 use crate::{BodyDisplacement, BodyTwist, Real, WheelAngles, WheelLayout, WheelVelocities};
 use forward_map::{Gram, column_average};
@@ -127,11 +128,14 @@ impl<R: Real, const N: usize> Default for PathFactors<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Kinematics<R, const N: usize> {
     inverse: [[R; 3]; N],
     forward: [[R; N]; 3],
     weights: [R; N],
 }
+
+constant_struct!(Kinematics<R, const N> { inverse: [[R; 3]; N], forward: [[R; N]; 3], weights: [R; N] });
 
 impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by least squares.

@@ -2,6 +2,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod constants;
 pub mod coordination;
 pub mod metrics;
 
@@ -54,6 +55,16 @@ pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
 pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
 pub use wheel_loops::{ControlState, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
+
+/// Every type that generated constants name.
+#[doc(hidden)]
+pub mod parts {
+    pub use crate::limits::Steps;
+    pub use crate::motor::TorqueLimits;
+    pub use crate::pid::Discrete;
+    pub use crate::twist_limits::{Group, Law};
+    pub use crate::*;
+}
 
 #[cfg(test)]
 extern crate std;

@@ -4,6 +4,7 @@
 //! addition, and no division by the period is left.
 
 use crate::Real;
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, period};
 use crate::sum::Sum;
 
@@ -137,11 +138,26 @@ pub struct RateLimiterState<R> {
 
 impl<R: Real> Default for RateLimiterState<R> {
     fn default() -> Self {
-        Self::at(R::zero())
+        Self::new()
     }
 }
 
 impl<R: Real> RateLimiterState<R> {
+    /// At rest, for a `static` too.
+    ///
+    /// ```
+    /// use omni_core::RateLimiterState;
+    /// static STATE: RateLimiterState<f32> = RateLimiterState::new();
+    /// assert_eq!(STATE.velocity(), 0.0);
+    /// ```
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            velocity: Sum::of(R::ZERO),
+            step: Sum::of(R::ZERO),
+        }
+    }
+
     /// Moving steadily at `velocity` \[m/s or rad/s\], which may be outside the limits: the limiter then brings it in.
     /// One that is not finite counts as rest.
     ///
@@ -190,12 +206,14 @@ impl<R: Real> RateLimiterState<R> {
 
 /// Velocity steps of a motion in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Steps<R> {
+pub struct Steps<R> {
     /// Speed that a period adds to a motion in this direction.
     up: R,
     /// Speed that a period takes from a motion in the opposite direction.
     down: R,
 }
+
+constant_struct!(Steps<R> { up: R, down: R });
 
 impl<R: Real> Steps<R> {
     /// Without jerk limit: the velocity after `velocity`, on the way up to `target`.
@@ -274,7 +292,11 @@ pub struct RateLimiter<R> {
     forward: Steps<R>,
     backward: Steps<R>,
     jerk_step: R,
+    /// Velocity limits only: every target is reached in one period.
+    at_once: bool,
 }
+
+constant_struct!(RateLimiter<R> { min: R, max: R, forward: Steps<R>, backward: Steps<R>, jerk_step: R, at_once: bool });
 
 impl<R: Real> RateLimiter<R> {
     /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
@@ -296,7 +318,15 @@ impl<R: Real> RateLimiter<R> {
     pub(crate) fn named(limits: AxisLimits<R>, period_s: R, names: &AxisNames) -> Result<Self, ConfigError> {
         let dt = period(period_s)?;
         let [min, max, up, down, reverse_up, reverse_down, jerk] = *names;
+        let changes = [
+            limits.acceleration,
+            limits.deceleration,
+            limits.reverse_acceleration,
+            limits.reverse_deceleration,
+            limits.jerk,
+        ];
         Ok(Self {
+            at_once: changes.iter().all(|limit| !limit.is_finite_real()),
             min: if limits.min_velocity <= R::zero() {
                 limits.min_velocity
             } else {
@@ -330,7 +360,22 @@ impl<R: Real> RateLimiter<R> {
     /// assert_eq!(limiter.step(&mut state, f64::NAN), -0.125); // no target: as before
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
+    #[inline(always)] // a handful of instructions, as long as the rest is not in here
     pub fn step(&self, state: &mut RateLimiterState<R>, target: R) -> R {
+        if !self.at_once {
+            return self.step_gradually(state, target);
+        }
+        if target.is_finite_real() {
+            *state = RateLimiterState {
+                velocity: Sum::of(target.limited(self.min, self.max)),
+                step: Sum::of(R::ZERO),
+            };
+        }
+        state.velocity.total
+    }
+
+    #[inline]
+    fn step_gradually(&self, state: &mut RateLimiterState<R>, target: R) -> R {
         let velocity = state.velocity.total;
         let target = if target.is_finite_real() {
             target.limited(self.min, self.max)

@@ -21,6 +21,7 @@ pub use gearbox::Gearbox;
 pub use table::TorqueTable;
 pub use thermal::{ThermalConfig, ThermalModel, ThermalState};
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, not_negative, positive};
 use crate::{Real, TorqueRange, TorqueRanges};
 
@@ -184,13 +185,16 @@ fn known<R: Real>(velocity: R, range: TorqueRange<R>) -> TorqueRange<R> {
 
 /// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TorqueLimits<R, const N: usize> {
+#[repr(C)]
+pub struct TorqueLimits<R, const N: usize> {
     stall: [R; N],
     slope: [R; N],
     cap: [R; N],
     /// No limit depends on the velocity.
     constant: bool,
 }
+
+constant_struct!(TorqueLimits<R, const N> { stall: [R; N], slope: [R; N], cap: [R; N], constant: bool });
 
 impl<R: Real, const N: usize> TorqueLimits<R, N> {
     pub(crate) fn new(limits: &[TorqueLimit<R>; N]) -> Self {

@@ -4,6 +4,7 @@
 //! pose are compensated sums (after Neumaier, 1974): in `f32` a step of 0.3 mm at 100 m from the origin would else be
 //! rounded to a multiple of 8 micrometres.
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, period};
 use crate::sum::Sum;
 use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles, WheelVelocities};
@@ -86,6 +87,8 @@ pub struct Odometry<R, const N: usize> {
     period_s: R,
 }
 
+constant_struct!(Odometry<R, const N> { period_s: R });
+
 /// Where odometry has come to; `default` is at the world's origin with no position read.
 ///
 /// ```
@@ -108,7 +111,21 @@ pub struct OdometryState<R, const N: usize> {
 
 impl<R: Real, const N: usize> Default for OdometryState<R, N> {
     fn default() -> Self {
-        let zero = Sum::of(R::zero());
+        Self::new()
+    }
+}
+
+impl<R: Real, const N: usize> OdometryState<R, N> {
+    /// At the origin, facing +x, for a `static` too.
+    ///
+    /// ```
+    /// use omni_core::OdometryState;
+    /// static STATE: OdometryState<f32, 7> = OdometryState::new();
+    /// assert_eq!((STATE.pose().x_m, STATE.pose().yaw_rad), (0.0, 0.0));
+    /// ```
+    #[must_use]
+    pub const fn new() -> Self {
+        let zero = Sum::of(R::ZERO);
         Self {
             x: zero,
             y: zero,
@@ -116,9 +133,7 @@ impl<R: Real, const N: usize> Default for OdometryState<R, N> {
             last_positions: None,
         }
     }
-}
 
-impl<R: Real, const N: usize> OdometryState<R, N> {
     /// The estimated pose \[m, m, rad\], its yaw in (-pi, pi].
     ///
     /// ```

@@ -5,10 +5,11 @@ mod feed_forward;
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, period, within};
 use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
-pub use feed_forward::FeedForward;
+pub use feed_forward::{Discrete, FeedForward};
 
 /// Gains of eq. (10), `u = kp e + ki (integral of e) + kd e'`, on an actuator velocity error e \[rad/s\].
 ///
@@ -147,6 +148,7 @@ impl<R: Real> PidConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Pid<R> {
     kp: R,
     kp_reference: R,
@@ -155,7 +157,7 @@ pub struct Pid<R> {
     kd_per_dt: R,
     derivative_weight: R,
     derivative_memory: R,
-    feed_forward: feed_forward::Discrete<R>,
+    feed_forward: Discrete<R>,
     /// Some term compares with the step before: a derivative or a feed-forward.
     remembers: bool,
     feeds_forward: bool,
@@ -166,6 +168,24 @@ pub struct Pid<R> {
     tracking: R,
     output: TorqueRange<R>,
 }
+
+constant_struct!(Pid<R> {
+    kp: R,
+    kp_reference: R,
+    ki_dt: R,
+    ki_dt_output: R,
+    kd_per_dt: R,
+    derivative_weight: R,
+    derivative_memory: R,
+    feed_forward: Discrete<R>,
+    remembers: bool,
+    feeds_forward: bool,
+    per_slope: R,
+    per_first_slope: R,
+    anti_windup: AntiWindup<R>,
+    tracking: R,
+    output: TorqueRange<R>,
+});
 
 /// What a PID loop remembers between steps; `default` is a fresh start.
 ///
@@ -329,7 +349,7 @@ impl<R: Real> Pid<R> {
         )?;
         let derivative_weight = weight("derivative_weight", config.derivative_weight)?;
         let kp_reference = kp * weight("proportional_weight", config.proportional_weight)?;
-        let feed_forward = feed_forward::Discrete::new(&config.feed_forward, dt)?;
+        let feed_forward = Discrete::new(&config.feed_forward, dt)?;
         let feeds_forward = config.feed_forward != FeedForward::none();
         let (zero, one) = (R::zero(), R::one());
         within(

@@ -36,6 +36,21 @@ mod sealed {
 /// assert_eq!(0.25_f32.as_f64(), 0.25);
 /// ```
 pub trait Real: sealed::Sealed {
+    /// 0, in constants too.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// const NOTHING: [f32; 2] = [Real::ZERO; 2];
+    /// assert_eq!(NOTHING, [0.0; 2]);
+    /// ```
+    const ZERO: Self;
+    /// 1, in constants too.
+    ///
+    /// ```
+    /// use omni_core::Real;
+    /// assert_eq!(<f64 as Real>::ONE, 1.0);
+    /// ```
+    const ONE: Self;
     /// The nearest value of this type to `x`; infinite where `x` is beyond its range, NaN for NaN.
     ///
     /// ```
@@ -107,6 +122,8 @@ pub trait Real: sealed::Sealed {
 macro_rules! real {
     ($t:ty, $sine_cosine:path) => {
         impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
             #[inline(always)]
             fn of(x: f64) -> Self {
                 x as $t

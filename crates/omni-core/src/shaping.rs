@@ -1,6 +1,7 @@
 //! What stands between whoever commands a vehicle and its controller: a check, a time-out and an emergency stop around
 //! the limits.
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, not_negative, period};
 use crate::limits::limit;
 use crate::twist_limits::Vector;
@@ -279,6 +280,8 @@ pub struct CommandShaper<R> {
     /// Linear and yaw speed that an emergency stop takes a period.
     emergency_steps: [R; 2],
 }
+
+constant_struct!(CommandShaper<R> { limiter: TwistLimiter<R>, oldest: u32, emergency_steps: [R; 2] });
 
 impl<R: Real> CommandShaper<R> {
     /// A shaper that is stepped every `period_s` \[s\], 1e-6 to 10. A time-out counts in whole periods, rounded down.

@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
 use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
 
@@ -34,6 +35,8 @@ pub struct SlipConfig<R> {
     /// Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
     pub leave_periods: u16,
 }
+
+constant_struct!(SlipConfig<R> { enter_rad_s: R, leave_rad_s: R, enter_periods: u16, leave_periods: u16 });
 
 impl<R: Real> SlipConfig<R> {
     /// No wheel is ever suspected.
@@ -71,6 +74,8 @@ impl<R: Real> SlipConfig<R> {
 pub struct SlipDetector<R> {
     config: SlipConfig<R>,
 }
+
+constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 
 /// What the detector remembers: who is left out, for how long whom it suspects, and the forward map of the rest.
 ///

@@ -12,8 +12,8 @@ pub(crate) struct Sum<R> {
 }
 
 impl<R: Real> Sum<R> {
-    pub(crate) fn of(total: R) -> Self {
-        let rest = R::zero();
+    pub(crate) const fn of(total: R) -> Self {
+        let rest = R::ZERO;
         Self { total, rest }
     }
 

@@ -27,6 +27,7 @@ use crate::trig::cardinal_sine;
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct BodyTwist<R> {
     /// Forward velocity \[m/s\] (forward is +).
     pub vx_m_s: R,
@@ -54,11 +55,11 @@ impl<R: Real> BodyTwist<R> {
     /// assert_eq!(BodyTwist::zero(), BodyTwist::ZERO); // the constant is f64 only
     /// ```
     #[must_use]
-    pub fn zero() -> Self {
+    pub const fn zero() -> Self {
         Self {
-            vx_m_s: R::zero(),
-            vy_m_s: R::zero(),
-            wz_rad_s: R::zero(),
+            vx_m_s: R::ZERO,
+            vy_m_s: R::ZERO,
+            wz_rad_s: R::ZERO,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Velocity, acceleration and jerk limits of a twist: axis by axis, or along the motion.
 
+use crate::constants::{constant_enum, constant_struct};
 use crate::error::{ConfigError, period};
 use crate::limits::{AxisLimits, RateLimiter, RateLimiterState, axis_names, limit, ramp_start, speed_limit};
 use crate::sum::Sum;
@@ -106,13 +107,25 @@ pub struct TwistLimiterState<R> {
 
 impl<R: Real> Default for TwistLimiterState<R> {
     fn default() -> Self {
-        Self {
-            axes: [RateLimiterState::default(); 3],
-        }
+        Self::new()
     }
 }
 
 impl<R: Real> TwistLimiterState<R> {
+    /// At rest, for a `static` too.
+    ///
+    /// ```
+    /// use omni_core::TwistLimiterState;
+    /// static STATE: TwistLimiterState<f32> = TwistLimiterState::new();
+    /// assert_eq!(STATE.twist().to_array(), [0.0; 3]);
+    /// ```
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            axes: [RateLimiterState::new(); 3],
+        }
+    }
+
     /// Moving steadily with `twist`, which may be outside the limits: the limiter then brings it in. Components that are
     /// not finite count as zero.
     ///
@@ -172,11 +185,26 @@ pub struct TwistLimiter<R> {
     law: Law<R>,
 }
 
+constant_struct!(TwistLimiter<R> { law: Law<R> });
+
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Law<R> {
-    PerAxis([RateLimiter<R>; 3]),
-    AlongMotion { linear: Group<R>, yaw: Group<R> },
+/// How a twist is limited, in velocity steps a period.
+pub enum Law<R> {
+    /// [`TwistLimits::PerAxis`].
+    PerAxis {
+        /// vx, vy, wz.
+        axes: [RateLimiter<R>; 3],
+    },
+    /// [`TwistLimits::AlongMotion`].
+    AlongMotion {
+        /// vx and vy.
+        linear: Group<R>,
+        /// wz.
+        yaw: Group<R>,
+    },
 }
+
+constant_enum!(Law<R> { PerAxis { axes }, AlongMotion { linear, yaw } });
 
 impl<R: Real> TwistLimiter<R> {
     /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
@@ -194,11 +222,13 @@ impl<R: Real> TwistLimiter<R> {
     /// ```
     pub fn new(limits: TwistLimits<R>, period_s: R) -> Result<Self, ConfigError> {
         let law = match limits {
-            TwistLimits::PerAxis { vx, vy, wz } => Law::PerAxis([
-                RateLimiter::named(vx, period_s, &axis_names!("vx."))?,
-                RateLimiter::named(vy, period_s, &axis_names!("vy."))?,
-                RateLimiter::named(wz, period_s, &axis_names!("wz."))?,
-            ]),
+            TwistLimits::PerAxis { vx, vy, wz } => Law::PerAxis {
+                axes: [
+                    RateLimiter::named(vx, period_s, &axis_names!("vx."))?,
+                    RateLimiter::named(vy, period_s, &axis_names!("vy."))?,
+                    RateLimiter::named(wz, period_s, &axis_names!("wz."))?,
+                ],
+            },
             TwistLimits::AlongMotion { linear, yaw } => Law::AlongMotion {
                 linear: Group::new(
                     linear,
@@ -237,13 +267,16 @@ impl<R: Real> TwistLimiter<R> {
     /// assert_eq!(held.vx_m_s, twist.vx_m_s);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
+    #[inline]
     pub fn step(&self, state: &mut TwistLimiterState<R>, target: &BodyTwist<R>) -> BodyTwist<R> {
         match &self.law {
-            Law::PerAxis(limiters) => {
-                let targets = target.to_array();
-                for ((limiter, axis), target) in limiters.iter().zip(&mut state.axes).zip(targets) {
-                    limiter.step(axis, target);
-                }
+            Law::PerAxis { axes: limiters } => {
+                // Not a loop: with constant limits the compiler then knows those of each axis.
+                let [vx, vy, wz] = limiters;
+                let [x, y, z] = &mut state.axes;
+                vx.step(x, target.vx_m_s);
+                vy.step(y, target.vy_m_s);
+                wz.step(z, target.wz_rad_s);
             }
             Law::AlongMotion { linear, yaw } => step_along(linear, yaw, &mut state.axes, target.to_array()),
         }
@@ -301,12 +334,14 @@ fn share<R: Real>(part: R, whole: R) -> R {
 
 /// Limits of one group in velocity steps a period.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Group<R> {
+pub struct Group<R> {
     speed: R,
     up: R,
     down: R,
     jerk_step: R,
 }
+
+constant_struct!(Group<R> { speed: R, up: R, down: R, jerk_step: R });
 
 impl<R: Real> Group<R> {
     fn new(limits: MotionLimits<R>, period_s: R, names: [&'static str; 4]) -> Result<Self, ConfigError> {

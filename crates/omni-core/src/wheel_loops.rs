@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::constants::constant_struct;
 use crate::coordination::{
     Coordination, Integral, Saturation, TorqueRanges, reference_factor, torque_factor,
 };
@@ -53,6 +54,7 @@ pub struct WheelControlConfig<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct ControlState<R, const N: usize> {
     /// Integral term of each wheel \[N.m\].
     pub integral_n_m: [R; N],
@@ -68,7 +70,21 @@ pub struct ControlState<R, const N: usize> {
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
     fn default() -> Self {
-        let zero = [R::zero(); N];
+        Self::new()
+    }
+}
+
+impl<R: Real, const N: usize> ControlState<R, N> {
+    /// A fresh start, for a `static` too.
+    ///
+    /// ```
+    /// use omni_core::ControlState;
+    /// static STATE: ControlState<f32, 7> = ControlState::new();
+    /// assert_eq!((STATE, STATE.integral_n_m), (ControlState::default(), [0.0; 7]));
+    /// ```
+    #[must_use]
+    pub const fn new() -> Self {
+        let zero = [R::ZERO; N];
         Self {
             integral_n_m: zero,
             derivative_n_m: zero,
@@ -96,6 +112,7 @@ impl<R: Real, const N: usize> Default for ControlState<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.
     pub reference: WheelVelocities<R, N>,
@@ -140,12 +157,15 @@ pub struct WheelSample<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct WheelController<R, const N: usize> {
     pid: Pid<R>,
     // The limits' numbers side by side: loops over wheels then run several at a time where the processor can.
     limits: TorqueLimits<R, N>,
     coordination: Coordination<R>,
 }
+
+constant_struct!(WheelController<R, const N> { pid: Pid<R>, limits: TorqueLimits<R, N>, coordination: Coordination<R> });
 
 /// What one step of the loops starts from.
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
@@ -157,15 +177,6 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
 }
 
-/// What the loops remember of a step that was limited.
-struct Limited<R, const N: usize> {
-    /// What anti-windup adds to the integrals \[N.m\].
-    correction: [R; N],
-    corrected: bool,
-    derivative: [R; N],
-    realised: [R; N],
-}
-
 impl<R: Real, const N: usize> WheelSample<R, N> {
     /// At rest, to be written to by [`WheelController::step_into`]: all zero but the common factor, which is 1.
     ///
@@ -175,8 +186,8 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
     /// assert_eq!((sample.applied.n_m, sample.active, sample.common_factor), ([0.0; 3], [false; 3], 1.0));
     /// ```
     #[must_use]
-    pub fn zero() -> Self {
-        let zero = [R::zero(); N];
+    pub const fn zero() -> Self {
+        let zero = [R::ZERO; N];
         Self {
             reference: WheelVelocities { rad_s: zero },
             measured: WheelVelocities { rad_s: zero },
@@ -192,7 +203,7 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
                 upper_n_m: zero,
             },
             saturated: [false; N],
-            common_factor: R::one(),
+            common_factor: R::ONE,
         }
     }
 }
@@ -413,18 +424,16 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             if !sum.is_finite_real() {
                 start_afresh_where_not_finite(state, &mut taken_in, out);
             }
-            let mut limited = self.limit(state, &mut taken_in, out);
+            let mut correction = [R::zero(); N];
+            let corrected = self.limit(state, &mut taken_in, out, &mut correction);
             if let Some(share) = &share
-                && limited.corrected
+                && corrected
             {
-                limited.correction = share(&limited.correction);
-                keep(&mut limited.correction, &out.active);
+                correction = share(&correction);
+                keep(&mut correction, &out.active);
             }
             for i in 0..N {
-                state.integral_n_m[i] += ki_dt * taken_in[i] + limited.correction[i];
-            }
-            if self.pid.remembers() {
-                (state.derivative_n_m, state.last_reference_rad_s) = (limited.derivative, limited.realised);
+                state.integral_n_m[i] += ki_dt * taken_in[i] + correction[i];
             }
         } else {
             for i in 0..N {
@@ -440,15 +449,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         self.hold_integrals(state);
     }
 
-    /// Brings the requested torques of `out` within the limits by the law of the coordination, and says what the loops are
-    /// to remember of it.
+    /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
+    /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
+    /// there is a correction.
     #[inline(never)]
     fn limit(
         &self,
-        state: &ControlState<R, N>,
+        state: &mut ControlState<R, N>,
         taken_in: &mut [R; N],
         out: &mut WheelSample<R, N>,
-    ) -> Limited<R, N> {
+        correction: &mut [R; N],
+    ) -> bool {
         let mut realised = out.reference.rad_s;
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
@@ -495,6 +506,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 out.applied.n_m = asked;
             }
         }
+        if self.pid.remembers() {
+            (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, realised);
+        }
         let mut excess = [R::zero(); N];
         let mut changed = false;
         for i in 0..N {
@@ -505,28 +519,22 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         for e in excess {
             changed |= e != R::zero();
         }
-        let mut limited = Limited {
-            correction: [R::zero(); N],
-            corrected: changed,
-            derivative: out.d_n_m,
-            realised,
-        };
         if changed {
-            self.condition(state, taken_in, &excess, out, &mut limited);
+            self.condition(state, taken_in, &excess, &out.active, correction);
         }
-        limited
+        changed
     }
 
-    /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with derivative and reference
-    /// brought to what was realised.
+    /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with the derivative and reference
+    /// of `state` brought to what was realised.
     #[inline(never)]
     fn condition(
         &self,
-        state: &ControlState<R, N>,
+        state: &mut ControlState<R, N>,
         taken_in: &[R; N],
         excess: &[R; N],
-        out: &WheelSample<R, N>,
-        limited: &mut Limited<R, N>,
+        active: &[bool; N],
+        correction: &mut [R; N],
     ) {
         // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
         let law = match self.coordination.saturation {
@@ -541,17 +549,19 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 outwards += excess[i] * taken_in[i];
             }
             if outwards < R::zero() {
-                limited.correction = taken_in.map(|taken_in| -self.pid.integral_gain_dt() * taken_in);
+                *correction = taken_in.map(|taken_in| -self.pid.integral_gain_dt() * taken_in);
             }
             return;
         }
         for i in 0..N {
-            if out.active[i] {
+            if active[i] {
                 let started = state.started[i];
-                limited.correction[i] = self.pid.correction(law, taken_in[i], excess[i], started);
-                let shift = self.pid.shift(law, excess[i], started);
-                limited.derivative[i] += self.pid.derivative_slope(started) * shift;
-                limited.realised[i] += shift;
+                correction[i] = self.pid.correction(law, taken_in[i], excess[i], started);
+                if self.pid.remembers() {
+                    let shift = self.pid.shift(law, excess[i], started);
+                    state.derivative_n_m[i] += self.pid.derivative_slope(started) * shift;
+                    state.last_reference_rad_s[i] += shift;
+                }
             }
         }
     }

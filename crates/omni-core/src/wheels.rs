@@ -6,6 +6,7 @@ macro_rules! per_wheel {
     ($(#[$doc:meta])* $name:ident, $field:ident, $(#[$field_doc:meta])*) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[repr(C)]
         pub struct $name<R, const N: usize> {
             $(#[$field_doc])*
             pub $field: [R; N],
@@ -23,8 +24,8 @@ macro_rules! per_wheel {
             /// assert_eq!(WheelAngles::<f64, 7>::zero().rad, [0.0; 7]);
             /// ```
             #[must_use]
-            pub fn zero() -> Self {
-                Self { $field: [R::zero(); N] }
+            pub const fn zero() -> Self {
+                Self { $field: [R::ZERO; N] }
             }
 
             /// Every number is finite: neither NaN nor infinite.

@@ -2,7 +2,9 @@
 
 use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
-use omni_core::{BodyTwist, ControlState, Controller, Real, WheelVelocities};
+use omni_core::{
+    BodyTwist, ControlState, Controller, Real, TwistLimiter, TwistLimiterState, WheelVelocities,
+};
 
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
@@ -10,7 +12,7 @@ use crate::config::{self, Precision, Scenario};
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlSample {
-    /// The command.
+    /// The command, within the vehicle's limits.
     pub command: BodyTwist<f64>,
     /// The twist that the measured velocities amount to.
     pub estimated: BodyTwist<f64>,
@@ -74,6 +76,8 @@ trait Loop: Send + Sync {
 }
 
 struct Sized<R, const N: usize> {
+    limiter: TwistLimiter<R>,
+    limited: TwistLimiterState<R>,
     controller: Controller<R, N>,
     state: ControlState<R, N>,
 }
@@ -100,9 +104,8 @@ impl<R: Real, const N: usize> Loop for Sized<R, N> {
         for (v, m) in velocities.rad_s.iter_mut().zip(measured) {
             *v = R::of(*m);
         }
-        let s = self
-            .controller
-            .step(&mut self.state, &scalar(command), &velocities);
+        let command = self.limiter.step(&mut self.limited, &scalar(command));
+        let s = self.controller.step(&mut self.state, &command, &velocities);
         sample.command = double(&s.command);
         sample.estimated = double(&self.controller.kinematics().forward(&velocities));
         let residual = self.controller.kinematics().residual(&velocities);
@@ -172,6 +175,8 @@ impl AnyController {
 
 fn sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, config::Error> {
     Ok(Box::new(Sized {
+        limiter: scenario.limiter()?,
+        limited: TwistLimiterState::default(),
         controller: scenario.controller::<R, N>()?,
         state: ControlState::default(),
     }))

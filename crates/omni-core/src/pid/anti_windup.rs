@@ -1,6 +1,7 @@
 //! What an integral does while the output is not what its loop asked for.
 
 use crate::Real;
+use crate::constants::constant_enum;
 use crate::error::{ConfigError, within};
 
 /// How the integral of a saturated loop is kept from winding up.
@@ -27,6 +28,7 @@ use crate::error::{ConfigError, within};
 /// assert!(integral_after_1_s_at_the_limit(AntiWindup::Conditioned) < 1.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, u8)]
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,
@@ -46,6 +48,8 @@ pub enum AntiWindup<R> {
     /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] where the reference moves no term.
     Conditioned,
 }
+
+constant_enum!(AntiWindup<R> { None, Clamp { limit_n_m }, Conditional, BackCalculation { tracking_time_s }, Conditioned });
 
 impl<R: Real> AntiWindup<R> {
     /// The share of an excess that back-calculation gives back each period, 0 for the other laws.

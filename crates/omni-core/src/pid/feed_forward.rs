@@ -1,6 +1,7 @@
 //! What a reference needs without any error.
 
 use crate::Real;
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
 
 /// Torque that holds and changes a velocity known in advance: static friction, viscous friction, inertia.
@@ -51,11 +52,14 @@ impl<R: Real> FeedForward<R> {
 
 /// [`FeedForward`] for one period: `ks sgn(r) + gain (r - decay r_last)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Discrete<R> {
+#[repr(C)]
+pub struct Discrete<R> {
     pub(super) static_n_m: R,
     pub(super) gain: R,
     pub(super) decay: R,
 }
+
+constant_struct!(Discrete<R> { static_n_m: R, gain: R, decay: R });
 
 impl<R: Real> Discrete<R> {
     pub(super) fn new(ff: &FeedForward<R>, period: R) -> Result<Self, ConfigError> {

@@ -1,0 +1,94 @@
+//! A scenario's controller as source for firmware: Rust in a build script, a C header.
+//!
+//! The numbers are those that the simulator's controller has in `f32`, every bit of them: what was simulated is what is
+//! flashed.
+
+mod c;
+mod rust;
+
+use omni_core::TwistLimiter;
+use omni_core::constants::Constant;
+
+use crate::{Error, Scenario, for_wheel_count, wheel_count_refused};
+
+/// A language that constants can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// Items for `include!`, which name `omni_core`.
+    Rust,
+    /// A header for `omnistep.h`.
+    C,
+}
+
+impl Scenario {
+    /// The controller's constants in `f32`, as source.
+    ///
+    /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
+    /// `LIMITER`, `ODOMETRY`, to be used as any other. In C the same in `OMNI_...`, but for limiter and odometry.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for.
+    ///
+    /// ```
+    /// use omni_config::{Language, Scenario};
+    /// let source = Scenario::load("step", &[])?.constants(Language::Rust)?;
+    /// assert!(source.contains("pub static CONTROLLER: omni_core::Controller<f32, 7> ="));
+    /// assert!(source.contains("pub const PERIOD_US: u32 = 1000;"));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn constants(&self, language: Language) -> Result<String, Error> {
+        let values = self.values()?;
+        match language {
+            Language::Rust => Ok(rust::source(self, &values, values.digest())),
+            Language::C => c::source(self, &values, values.digest()),
+        }
+    }
+
+    /// CRC-32 of the constants: two controllers with the same digest do the same. Firmware says it when it is asked whose
+    /// controller it has.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let step = Scenario::load("step", &[])?;
+    /// let heavier = Scenario::load("step", &[Override::parse("vehicle.body[0].mass_kg=2")?])?;
+    /// let weaker = Scenario::load("step", &[Override::parse("vehicle.motor.stall_torque_n_m=1.5")?])?;
+    /// assert_eq!(step.constants_digest()?, heavier.constants_digest()?); // the controller knows of no mass
+    /// assert_ne!(step.constants_digest()?, weaker.constants_digest()?);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn constants_digest(&self) -> Result<u32, Error> {
+        Ok(self.values()?.digest())
+    }
+
+    fn values(&self) -> Result<Values, Error> {
+        fn controller<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
+            Ok(Box::new(scenario.controller::<f32, N>()?))
+        }
+        let count = self.vehicle().wheel.len();
+        Ok(Values {
+            controller: for_wheel_count!(count, controller[](self), |count| Err(Error::Key {
+                file: format!("vehicle {}", self.vehicle().name),
+                key: "wheel".into(),
+                message: wheel_count_refused(count).to_string(),
+            }))?,
+            limiter: self.limiter()?,
+        })
+    }
+}
+
+/// What a scenario's controller is made of, in `f32`.
+struct Values {
+    controller: Box<dyn Constant>,
+    limiter: TwistLimiter<f32>,
+}
+
+impl Values {
+    fn digest(&self) -> u32 {
+        let mut text = rust::expression(&*self.controller);
+        text.push_str(&rust::expression(&self.limiter));
+        crc32fast::hash(text.as_bytes())
+    }
+}

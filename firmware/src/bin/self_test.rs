@@ -1,0 +1,130 @@
+//! Does this build compute what the computer that built it computes, bit for bit, and at what cost?
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+#[cfg(target_arch = "arm")]
+use cortex_m_rt::entry;
+use omni_core::{BodyTwist, ControlSample, ControlState, OdometryState, TwistLimiterState, WheelVelocities};
+use omni_firmware::constants::{CONTROLLER, HASH, LIMITER, ODOMETRY, PERIOD_US, POLICY, VEHICLE, WHEELS};
+use omni_firmware::counter::Counter;
+use omni_firmware::platform::exit;
+use omni_firmware::{randomised, say, stack};
+#[cfg(target_arch = "riscv32")]
+use riscv_rt::entry;
+
+/// What a control task keeps between periods.
+struct Memory {
+    limited: TwistLimiterState<f32>,
+    state: ControlState<f32, 7>,
+    sample: ControlSample<f32, 7>,
+    pose: OdometryState<f32, 7>,
+    residual: WheelVelocities<f32, 7>,
+}
+
+impl Memory {
+    const fn new() -> Self {
+        Self {
+            limited: TwistLimiterState::new(),
+            state: ControlState::new(),
+            sample: ControlSample::zero(),
+            pose: OdometryState::new(),
+            residual: WheelVelocities::zero(),
+        }
+    }
+}
+
+/// Velocity limits, inverse kinematics, seven loops, coordination.
+#[inline(never)]
+fn step(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocities<f32, 7>) {
+    let twist = LIMITER.step(&mut memory.limited, command);
+    CONTROLLER.step_into(&mut memory.state, &twist, measured, &mut memory.sample);
+}
+
+/// [`step`], the pose, and what tells of slip.
+#[inline(never)]
+fn step_and_pose(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocities<f32, 7>) {
+    step(memory, command, measured);
+    ODOMETRY.step_velocities(&mut memory.pose, CONTROLLER.kinematics(), measured);
+    memory.residual = CONTROLLER.kinematics().residual(measured);
+}
+
+type Work = fn(&mut Memory, &BodyTwist<f32>, &WheelVelocities<f32, 7>);
+
+/// Most instructions of 200 steps; `part` of the wheels' velocity is there, so that a small one saturates every torque.
+fn most(counter: &Counter, work: Work, part: f32) -> u32 {
+    let mut memory = Memory::new();
+    let command = BodyTwist {
+        vx_m_s: 0.3,
+        vy_m_s: 0.1,
+        wz_rad_s: 0.2,
+    };
+    let mut measured = CONTROLLER.kinematics().inverse(&command);
+    let mut most = 0;
+    for k in 0..200_u8 {
+        let ripple = if k % 2 == 0 { 1.02 } else { 0.98 };
+        let mut now = measured;
+        for velocity in &mut now.rad_s {
+            *velocity *= part * ripple;
+        }
+        let count =
+            counter.instructions(|| work(black_box(&mut memory), black_box(&command), black_box(&now)));
+        most = most.max(count);
+        measured = CONTROLLER.kinematics().inverse(&command);
+    }
+    most
+}
+
+#[entry]
+fn main() -> ! {
+    say!(
+        "omnistep self-test: vehicle {}, policy {}, {} wheels, every {} us",
+        VEHICLE,
+        POLICY,
+        WHEELS,
+        PERIOD_US
+    );
+    let hash = randomised::hash(&CONTROLLER, &LIMITER, PERIOD_US as f32 * 1e-6);
+    let same = hash == HASH;
+    let verdict = if same {
+        "as on the computer that built this"
+    } else {
+        "NOT as on the computer that built this"
+    };
+    say!(
+        "{} randomised steps: hash {}, {}",
+        randomised::STEPS,
+        hash,
+        verdict
+    );
+    let costs: [(&str, Work, f32); 4] = [
+        ("step, free", step, 1.0),
+        ("step, saturated", step, 0.3),
+        ("step with odometry and residual, free", step_and_pose, 1.0),
+        ("step with odometry and residual, saturated", step_and_pose, 0.3),
+    ];
+    match Counter::start() {
+        Some(counter) => {
+            for (name, work, part) in costs {
+                say!("instructions, {}: {}", name, most(&counter, work, part));
+            }
+        }
+        None => say!("no timer to count instructions with"),
+    }
+    let mut memory = Memory::new();
+    let command = BodyTwist {
+        vx_m_s: 0.3,
+        vy_m_s: 0.1,
+        wz_rad_s: 0.2,
+    };
+    let used = stack::used_by(|| {
+        step_and_pose(
+            &mut memory,
+            black_box(&command),
+            black_box(&WheelVelocities::zero()),
+        )
+    });
+    say!("stack of a step with odometry and residual: {} bytes", used);
+    exit(same)
+}

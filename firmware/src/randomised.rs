@@ -1,0 +1,111 @@
+//! 10,000 steps of a controller under random commands, loads and broken readings, as one number: the same on every machine,
+//! bit for bit, or something computes differently. Included by the build script too, which says what the number should be.
+
+use omni_core::{
+    BodyTwist, ControlSample, ControlState, Controller, Odometry, OdometryState, TwistLimiter,
+    TwistLimiterState, WheelVelocities,
+};
+
+/// Steps that are hashed.
+pub const STEPS: u32 = 10_000;
+
+/// A 32-bit xorshift (Marsaglia, 2003): the same everywhere, and nothing of it in floating point.
+struct Random(u32);
+
+impl Random {
+    fn bits(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// A number from -`scale` to `scale`; 24 bits, so that it is exact in `f32`.
+    fn within(&mut self, scale: f32) -> f32 {
+        ((self.bits() >> 8) as f32 / 8_388_608.0 - 1.0) * scale
+    }
+}
+
+/// FNV-1a over the bits of a number, a NaN as any other NaN: its payload is the processor's own business.
+fn take(hash: &mut u32, value: f32) {
+    let bits = if value.is_nan() {
+        0x7fc0_0000
+    } else {
+        value.to_bits()
+    };
+    for byte in bits.to_le_bytes() {
+        *hash = (*hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+    }
+}
+
+/// The hash of every signal of every step.
+pub fn hash(controller: &Controller<f32, 7>, limiter: &TwistLimiter<f32>, period_s: f32) -> u32 {
+    let mut random = Random(0x9e37_79b9);
+    let mut hash = 0x811c_9dc5;
+    let (mut limited, mut state) = (TwistLimiterState::default(), ControlState::default());
+    let mut sample = ControlSample::zero();
+    let odometry = Odometry::from_constants((period_s,));
+    let mut pose = OdometryState::default();
+    let mut command = BodyTwist {
+        vx_m_s: 0.0,
+        vy_m_s: 0.0,
+        wz_rad_s: 0.0,
+    };
+    let mut slowed = [1.0_f32; 7];
+    for step in 0..STEPS {
+        if step % 50 == 0 {
+            command = BodyTwist {
+                vx_m_s: random.within(1.5),
+                vy_m_s: random.within(1.5),
+                wz_rad_s: random.within(3.0),
+            };
+            // Some wheels are held back, so that every branch of the coordination runs.
+            slowed = [0; 7].map(|_| {
+                if random.bits().is_multiple_of(3) {
+                    random.within(0.5) + 0.5
+                } else {
+                    1.0
+                }
+            });
+        }
+        let mut measured = sample.wheels.reference;
+        for (velocity, slowed) in measured.rad_s.iter_mut().zip(slowed) {
+            *velocity = *velocity * slowed + random.within(0.5);
+        }
+        if random.bits().is_multiple_of(97) {
+            measured.rad_s[3] = f32::NAN;
+        }
+        let twist = limiter.step(&mut limited, &command);
+        controller.step_into(&mut state, &twist, &measured, &mut sample);
+        let wheels = &sample.wheels;
+        let signals = [
+            &wheels.reference.rad_s,
+            &wheels.measured.rad_s,
+            &wheels.p_n_m,
+            &wheels.i_n_m,
+            &wheels.d_n_m,
+            &wheels.requested.n_m,
+            &wheels.applied.n_m,
+            &wheels.range.lower_n_m,
+            &wheels.range.upper_n_m,
+        ];
+        for signal in signals {
+            for value in signal {
+                take(&mut hash, *value);
+            }
+        }
+        take(&mut hash, wheels.common_factor);
+        let sane = WheelVelocities {
+            rad_s: wheels.measured.rad_s,
+        };
+        odometry.step_velocities(&mut pose, controller.kinematics(), &sane);
+        for residual in controller.kinematics().residual(&sane).rad_s {
+            take(&mut hash, residual);
+        }
+        let pose = pose.pose();
+        for value in [pose.x_m, pose.y_m, pose.yaw_rad] {
+            take(&mut hash, value);
+        }
+    }
+    hash
+}
