@@ -5,10 +5,61 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-use omni_config::{Language, Scenario};
+use omni_config::{Language, Scenario, rust_expression};
+use omni_core::{
+    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, ForwardMap,
+    OdometryNoise, ShapingConfig, SlipConfig, SpeedLimits, TwistLimits,
+};
 
 #[path = "src/randomised.rs"]
 mod randomised;
+
+/// A drive with every option on, to see what all of it costs: limits with jerk, speed limits, faults, slip, covariance,
+/// a shared path, a command point, discretisation.
+fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
+    let axis = AxisLimits::symmetric(1.0, 1.0, 2.0, 20.0);
+    let config = DriveConfig {
+        layout: scenario.vehicle().layout()?,
+        forward: ForwardMap::LeastSquares,
+        control: scenario.wheel_control()?,
+        shaping: ShapingConfig {
+            limits: TwistLimits::PerAxis {
+                vx: axis,
+                vy: axis,
+                wz: axis,
+            },
+            timeout_s: Some(0.1),
+            emergency_deceleration: Some(EmergencyDeceleration {
+                linear_m_s2: 4.0,
+                yaw_rad_s2: 8.0,
+            }),
+        },
+        command_point_m: [0.1, 0.0],
+        discretize: true,
+        blind_periods: 10,
+        speed_limits: Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?),
+        slip: Some(SlipConfig {
+            enter_rad_s: 2.0,
+            leave_rad_s: 1.0,
+            enter_periods: 10,
+            leave_periods: 50,
+        }),
+        faults: Some(FaultConfig {
+            jump_rad_s: 20.0,
+            jump_periods: 5,
+            stuck_rad_s: 1.0,
+            stuck_torque_n_m: f32::INFINITY,
+            stuck_periods: 200,
+            silent_periods: 20,
+            recovery_periods: 100,
+        }),
+        noise: Some(OdometryNoise {
+            wheel_rad_per_sqrt_rad: 0.02,
+            residual_gain: 1.0,
+        }),
+    };
+    Ok(Drive::new(config)?)
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("no OUT_DIR")?);
@@ -28,7 +79,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             scenario.period_s() as f32,
         );
         source.push_str(&format!(
-            "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n"
+            "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
+             /// A drive with every option on.\npub static DRIVE: omni_core::Drive<f32, 7> = {};\n",
+            rust_expression(&everything(&scenario)?)
         ));
     } else {
         return Err(format!(

@@ -32,6 +32,11 @@ impl Counter {
         timer::since(before)
     }
 
+    /// The most instructions of `times` calls of `work` with 0, 1, 2, ...
+    pub fn most(&self, times: u32, mut work: impl FnMut(u32)) -> u32 {
+        (0..times).fold(0, |most, k| most.max(self.instructions(|| work(k))))
+    }
+
     /// Instructions of `work`, to about one.
     pub fn instructions(&self, work: impl FnOnce()) -> u32 {
         let ticks = self.ticks(work).saturating_sub(self.overhead);

@@ -11,6 +11,21 @@ use omni_core::constants::Constant;
 
 use crate::{Error, Scenario, for_wheel_count, wheel_count_refused};
 
+/// A configured value as a Rust expression for a `const` or `static`; it names `omni_core`.
+///
+/// ```
+/// use omni_core::{AxisLimits, RateLimiter};
+/// let limiter = RateLimiter::new(AxisLimits::symmetric(0.5_f32, 2.0, 4.0, f32::INFINITY), 0.25)?;
+/// let source = omni_config::rust_expression(&limiter);
+/// assert!(source.starts_with("omni_core::parts::RateLimiter::from_constants("));
+/// assert!(source.contains("/* min */ -0.5") && source.contains("/* jerk_step */ f32::INFINITY"));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[must_use]
+pub fn rust_expression(value: &dyn Constant) -> String {
+    rust::expression(value)
+}
+
 /// A language that constants can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {

@@ -60,21 +60,37 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn controller<R: Real, const N: usize>(&self) -> Result<Controller<R, N>, Error> {
+        let config = self.wheel_control()?;
+        let build = || Controller::new(&self.vehicle().layout()?, config);
+        build().map_err(|error| self.refuse(&error))
+    }
+
+    /// What a controller of the scenario's vehicle is configured with, to be put into a [`omni_core::DriveConfig`], say.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`].
+    ///
+    /// ```
+    /// let config = omni_config::Scenario::load("step", &[])?.wheel_control::<f32, 7>()?;
+    /// assert_eq!((config.pid.period_s, config.pid.gains.kp_n_m_s_rad), (1e-3, 0.3));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn wheel_control<R: Real, const N: usize>(&self) -> Result<WheelControlConfig<R, N>, Error> {
         let vehicle = self.vehicle();
-        let coordination = self.coordination()?;
-        let build = || {
-            let config = WheelControlConfig {
-                pid: PidConfig::new(vehicle.gains.pid(), R::of(self.period_s())),
-                limits: [vehicle.motor.limit()?; N],
-                coordination,
-            };
-            Controller::new(&vehicle.layout()?, config)
-        };
-        build().map_err(|error: ConfigError| Error::Key {
-            file: format!("vehicle {}", vehicle.name),
+        let limit = vehicle.motor.limit().map_err(|error| self.refuse(&error))?;
+        Ok(WheelControlConfig {
+            pid: PidConfig::new(vehicle.gains.pid(), R::of(self.period_s())),
+            limits: [limit; N],
+            coordination: self.coordination()?,
+        })
+    }
+
+    fn refuse(&self, error: &ConfigError) -> Error {
+        Error::Key {
+            file: format!("vehicle {}", self.vehicle().name),
             key: error.parameter.into(),
             message: error.to_string(),
-        })
+        }
     }
 
     /// What the command goes through before the controller: the vehicle's limits, in the scalar `R`.

@@ -17,7 +17,7 @@ mod tagged;
 mod vehicle;
 mod wheels;
 
-pub use constants::Language;
+pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};

@@ -3,15 +3,7 @@
 use crate::Real;
 
 macro_rules! per_wheel {
-    ($(#[$doc:meta])* $name:ident, $field:ident, $(#[$field_doc:meta])*) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        #[repr(C)]
-        pub struct $name<R, const N: usize> {
-            $(#[$field_doc])*
-            pub $field: [R; N],
-        }
-
+    ($name:ident, $field:ident) => {
         impl<R: Real, const N: usize> $name<R, N> {
             /// Zero for every wheel.
             ///
@@ -25,7 +17,9 @@ macro_rules! per_wheel {
             /// ```
             #[must_use]
             pub const fn zero() -> Self {
-                Self { $field: [R::ZERO; N] }
+                Self {
+                    $field: [R::ZERO; N],
+                }
             }
 
             /// Every number is finite: neither NaN nor infinite.
@@ -50,52 +44,61 @@ macro_rules! per_wheel {
     };
 }
 
-per_wheel!(
-    /// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
-    ///
-    /// ```
-    /// use omni_core::WheelVelocities;
-    /// let velocities = WheelVelocities { rad_s: [3.0_f64, 0.0, -3.0] };
-    /// assert_eq!(velocities.rad_s[2], -3.0);
-    /// assert_eq!(WheelVelocities::<f64, 3>::zero().rad_s, [0.0; 3]);
-    /// assert!(!WheelVelocities::from([f32::NAN]).is_finite());
-    /// ```
-    ///
-    /// A torque is not a velocity:
-    ///
-    /// ```compile_fail
-    /// use omni_core::{Kinematics, WheelLayout, WheelTorques};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).unwrap()).unwrap();
-    /// kinematics.forward(&WheelTorques { n_m: [1.0, 1.0, 1.0] });
-    /// ```
-    WheelVelocities,
-    rad_s,
+/// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+///
+/// ```
+/// use omni_core::WheelVelocities;
+/// let velocities = WheelVelocities { rad_s: [3.0_f64, 0.0, -3.0] };
+/// assert_eq!(velocities.rad_s[2], -3.0);
+/// assert_eq!(WheelVelocities::<f64, 3>::zero().rad_s, [0.0; 3]);
+/// assert!(!WheelVelocities::from([f32::NAN]).is_finite());
+/// ```
+///
+/// A torque is not a velocity:
+///
+/// ```compile_fail
+/// use omni_core::{Kinematics, WheelLayout, WheelTorques};
+/// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).unwrap()).unwrap();
+/// kinematics.forward(&WheelTorques { n_m: [1.0, 1.0, 1.0] });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct WheelVelocities<R, const N: usize> {
     /// Velocity of each actuator \[rad/s\] (positive as the wheel's rolling direction says), any finite number.
-);
+    pub rad_s: [R; N],
+}
 
-per_wheel!(
-    /// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
-    ///
-    /// ```
-    /// use omni_core::WheelTorques;
-    /// assert_eq!(WheelTorques { n_m: [0.5_f32, -0.5] }.n_m[1], -0.5);
-    /// ```
-    WheelTorques,
-    n_m,
+per_wheel!(WheelVelocities, rad_s);
+
+/// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+///
+/// ```
+/// use omni_core::WheelTorques;
+/// assert_eq!(WheelTorques { n_m: [0.5_f32, -0.5] }.n_m[1], -0.5);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct WheelTorques<R, const N: usize> {
     /// Torque of each actuator \[N.m\] (positive drives the wheel in its rolling direction), any finite number.
-);
+    pub n_m: [R; N],
+}
 
-per_wheel!(
-    /// Actuator angles or their increments, one a wheel in the layout's order: what position encoders read.
-    ///
-    /// ```
-    /// use omni_core::WheelAngles;
-    /// assert_eq!(WheelAngles { rad: [0.1_f32, 0.2] }.rad[0], 0.1);
-    /// ```
-    WheelAngles,
-    rad,
+per_wheel!(WheelTorques, n_m);
+
+/// Actuator angles or their increments, one a wheel in the layout's order: what position encoders read.
+///
+/// ```
+/// use omni_core::WheelAngles;
+/// assert_eq!(WheelAngles { rad: [0.1_f32, 0.2] }.rad[0], 0.1);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct WheelAngles<R, const N: usize> {
     /// Angle turned by each actuator \[rad\] (positive as the wheel's rolling direction says), unwrapped.
-);
+    pub rad: [R; N],
+}
+
+per_wheel!(WheelAngles, rad);
 
 impl<R: Real, const N: usize> WheelVelocities<R, N> {
     /// Angles turned at these velocities within `dt_s` \[s\].

@@ -14,7 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use omni_core::Coordination;
 
 use crate::Error;
-use crate::config::{Override, builtin_scenarios, builtin_vehicles};
+use crate::config::{Language, Override, Scenario, builtin_scenarios, builtin_vehicles};
 
 /// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
 #[derive(Parser)]
@@ -49,8 +49,26 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Prints a scenario's controller as constants for firmware: Rust to include, or a C header.
+    Constants {
+        /// A built-in scenario or a .toml file: its vehicle, policy and control period.
+        #[arg(default_value = "step")]
+        scenario: String,
+        /// Replaces a key, as policy: control.policy=paper, vehicle.gains.kp_n_m_s_rad=0.5; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Language of the constants.
+        #[arg(long, value_enum, default_value = "rust")]
+        language: ConstantsLanguage,
+    },
     /// Lists the built-in scenarios, vehicles and policies.
     List,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ConstantsLanguage {
+    Rust,
+    C,
 }
 
 #[derive(Args)]
@@ -134,6 +152,18 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             overrides,
             json,
         } => wheels::wheels(&experiment, &overrides, json, out),
+        Command::Constants {
+            scenario,
+            overrides,
+            language,
+        } => {
+            let language = match language {
+                ConstantsLanguage::Rust => Language::Rust,
+                ConstantsLanguage::C => Language::C,
+            };
+            let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)?;
+            print(out, &scenario.constants(language)?)
+        }
         Command::List => {
             let lists = [
                 ("scenarios:  ", builtin_scenarios()),

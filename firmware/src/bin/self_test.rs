@@ -60,20 +60,15 @@ fn most(counter: &Counter, work: Work, part: f32) -> u32 {
         vy_m_s: 0.1,
         wz_rad_s: 0.2,
     };
-    let mut measured = CONTROLLER.kinematics().inverse(&command);
-    let mut most = 0;
-    for k in 0..200_u8 {
-        let ripple = if k % 2 == 0 { 1.02 } else { 0.98 };
-        let mut now = measured;
-        for velocity in &mut now.rad_s {
-            *velocity *= part * ripple;
-        }
-        let count =
-            counter.instructions(|| work(black_box(&mut memory), black_box(&command), black_box(&now)));
-        most = most.max(count);
-        measured = CONTROLLER.kinematics().inverse(&command);
-    }
-    most
+    let whole = CONTROLLER.kinematics().inverse(&command);
+    let measured = [1.02, 0.98].map(|ripple| WheelVelocities {
+        rad_s: whole.rad_s.map(|v| v * part * ripple),
+    });
+    let [even, odd] = &measured;
+    counter.most(200, |k| {
+        let now = if k % 2 == 0 { even } else { odd };
+        work(black_box(&mut memory), black_box(&command), black_box(now));
+    })
 }
 
 #[entry]

@@ -53,7 +53,7 @@ impl Initialiser {
     }
 }
 
-/// `ScaleReference` as cbindgen spells it in front of the names of fields.
+/// `ScaleReference` as `scale_reference`.
 fn snake_case(name: &str) -> String {
     let mut snake = String::new();
     for c in name.chars() {
@@ -124,7 +124,7 @@ impl Describe for Initialiser {
         self.choice(name, variant)?;
         self.0.push_str(", ");
         if !fields.is_empty() {
-            write!(self.0, ".{} = {{ ", snake_case(variant))?;
+            write!(self.0, ".{} = {{ ", snake_case(variant).to_uppercase())?;
             self.fields(fields)?;
             self.0.push_str("} ");
         }

@@ -1,0 +1,557 @@
+/* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
+ *
+ * A controller is a constant that `omnistep constants` writes from a vehicle file; what changes is in a state. Units are
+ * SI: m, m/s, rad/s, N.m, s. Generated from the Rust sources by cbindgen; not to be edited. */
+
+#ifndef OMNISTEP_H
+#define OMNISTEP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+// Which error the integrals take in.
+enum omni_integral
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Each wheel its own.
+  OMNI_INTEGRAL_PER_WHEEL,
+  // The part of the errors that a motion of the vehicle explains, so that redundant wheels cannot wind up against
+  // each other. Needs a layout.
+  OMNI_INTEGRAL_SHARED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_integral omni_integral;
+#else
+typedef uint8_t omni_integral;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[3];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[3];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[3];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[3];
+  // There was a step before.
+  bool started[3];
+} omni3_state;
+
+// Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
+typedef struct {
+  // Forward velocity [m/s] (forward is +).
+  float vx_m_s;
+  // Sideways velocity [m/s] (left is +).
+  float vy_m_s;
+  // Yaw rate [rad/s] (counter-clockwise seen from above is +).
+  float wz_rad_s;
+} omni_twist;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[3];
+} omni3_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[3];
+} omni3_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[3];
+  // Highest torque of each, >= 0.
+  float upper_n_m[3];
+} omni3_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni3_velocities reference;
+  // Measurement y; 0 for a wheel that is not `active`.
+  omni3_velocities measured;
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  bool active[3];
+  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  float p_n_m[3];
+  // Integral term, likewise.
+  float i_n_m[3];
+  // Derivative term, likewise.
+  float d_n_m[3];
+  // Feed-forward, likewise.
+  float ff_n_m[3];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni3_torques requested;
+  // Torque to apply, always within the limits.
+  omni3_torques applied;
+  // Limits at the present velocities.
+  omni3_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[3];
+  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
+  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  float common_factor;
+} omni3_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni3_wheel_sample wheels;
+} omni3_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[3][3];
+  float forward[3][3];
+  float weights[3];
+} omni3_kinematics;
+
+// `FeedForward` for one period: `ks sgn(r) + gain (r - decay r_last)`.
+typedef struct {
+  float static_n_m;
+  float gain;
+  float decay;
+} omni_feed_forward;
+
+// How the integral of a saturated loop is kept from winding up.
+//
+// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
+// coordination law, changed the output.
+enum omni_anti_windup_tag
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Nothing: the integral takes in every error. Overshoots after every saturation.
+  OMNI_ANTI_WINDUP_NONE,
+  // The integral term itself is held within +-`limit_n_m`.
+  OMNI_ANTI_WINDUP_CLAMP,
+  // No error is taken in that would drive a saturated output further out (conditional integration).
+  OMNI_ANTI_WINDUP_CONDITIONAL,
+  // The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
+  OMNI_ANTI_WINDUP_BACK_CALCULATION,
+  // The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
+  // conditioned controller). No parameter. Acts as `AntiWindup::Conditional` where the reference moves no term.
+  OMNI_ANTI_WINDUP_CONDITIONED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_anti_windup_tag omni_anti_windup_tag;
+#else
+typedef uint8_t omni_anti_windup_tag;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+typedef struct {
+  // Largest integral term [N.m], 0 to 1e9.
+  float limit_n_m;
+} omni_anti_windup_Clamp_body;
+
+typedef struct {
+  // Tracking time constant T [s], the control period to 1e6: smaller forgets faster. A usual choice is kp / ki.
+  float tracking_time_s;
+} omni_anti_windup_BackCalculation_body;
+
+typedef struct {
+  omni_anti_windup_tag tag;
+  union {
+    omni_anti_windup_Clamp_body CLAMP;
+    omni_anti_windup_BackCalculation_body BACK_CALCULATION;
+  };
+} omni_anti_windup;
+
+// Torque limits of one wheel at its present velocity [N.m]; positive drives it in its rolling direction.
+typedef struct {
+  // Lowest torque, <= 0.
+  float lower_n_m;
+  // Highest torque, >= 0.
+  float upper_n_m;
+} omni_torque_range;
+
+// A PID loop's constants. What changes from step to step is in `PidState`.
+//
+// Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step.
+typedef struct {
+  float kp;
+  float kp_reference;
+  float ki_dt;
+  float ki_dt_output;
+  float kd_per_dt;
+  float derivative_weight;
+  float derivative_memory;
+  omni_feed_forward feed_forward;
+  // Some term compares with the step before: a derivative or a feed-forward.
+  bool remembers;
+  bool feeds_forward;
+  // Change of the reference with the output (0 where there is none), later and in the first step.
+  float per_slope;
+  float per_first_slope;
+  omni_anti_windup anti_windup;
+  float tracking;
+  omni_torque_range output;
+} omni_pid;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[3];
+  float slope[3];
+  float cap[3];
+  // No limit depends on the velocity.
+  bool constant;
+} omni3_torque_limits;
+
+// How requested torques are brought within the limits.
+enum omni_saturation_tag
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Each wheel is cut to its own limit; the others do not notice.
+  OMNI_SATURATION_CLIP,
+  // Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
+  // Ratios of torques are kept. The integrals are not told.
+  OMNI_SATURATION_SCALE_TORQUES,
+  // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
+  // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
+  // kept and nothing winds up.
+  OMNI_SATURATION_SCALE_REFERENCE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_saturation_tag omni_saturation_tag;
+#else
+typedef uint8_t omni_saturation_tag;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+typedef struct {
+  // The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
+  float floor;
+} omni_saturation_ScaleReference_body;
+
+typedef struct {
+  omni_saturation_tag tag;
+  union {
+    omni_saturation_ScaleReference_body SCALE_REFERENCE;
+  };
+} omni_saturation;
+
+// A coordination policy: one choice of each.
+typedef struct {
+  // How torques are brought within limits.
+  omni_saturation saturation;
+  // Which error the integrals take in.
+  omni_integral integral;
+} omni_coordination;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni3_torque_limits limits;
+  omni_coordination coordination;
+} omni3_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni3_kinematics kinematics;
+  omni3_loops wheels;
+} omni3_controller;
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[4];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[4];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[4];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[4];
+  // There was a step before.
+  bool started[4];
+} omni4_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[4];
+} omni4_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[4];
+} omni4_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[4];
+  // Highest torque of each, >= 0.
+  float upper_n_m[4];
+} omni4_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni4_velocities reference;
+  // Measurement y; 0 for a wheel that is not `active`.
+  omni4_velocities measured;
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  bool active[4];
+  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  float p_n_m[4];
+  // Integral term, likewise.
+  float i_n_m[4];
+  // Derivative term, likewise.
+  float d_n_m[4];
+  // Feed-forward, likewise.
+  float ff_n_m[4];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni4_torques requested;
+  // Torque to apply, always within the limits.
+  omni4_torques applied;
+  // Limits at the present velocities.
+  omni4_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[4];
+  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
+  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  float common_factor;
+} omni4_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni4_wheel_sample wheels;
+} omni4_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[4][3];
+  float forward[3][4];
+  float weights[4];
+} omni4_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[4];
+  float slope[4];
+  float cap[4];
+  // No limit depends on the velocity.
+  bool constant;
+} omni4_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni4_torque_limits limits;
+  omni_coordination coordination;
+} omni4_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni4_kinematics kinematics;
+  omni4_loops wheels;
+} omni4_controller;
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[7];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[7];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[7];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[7];
+  // There was a step before.
+  bool started[7];
+} omni7_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[7];
+} omni7_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[7];
+} omni7_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[7];
+  // Highest torque of each, >= 0.
+  float upper_n_m[7];
+} omni7_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni7_velocities reference;
+  // Measurement y; 0 for a wheel that is not `active`.
+  omni7_velocities measured;
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  bool active[7];
+  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  float p_n_m[7];
+  // Integral term, likewise.
+  float i_n_m[7];
+  // Derivative term, likewise.
+  float d_n_m[7];
+  // Feed-forward, likewise.
+  float ff_n_m[7];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni7_torques requested;
+  // Torque to apply, always within the limits.
+  omni7_torques applied;
+  // Limits at the present velocities.
+  omni7_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[7];
+  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
+  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  float common_factor;
+} omni7_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni7_wheel_sample wheels;
+} omni7_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[7][3];
+  float forward[3][7];
+  float weights[7];
+} omni7_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[7];
+  float slope[7];
+  float cap[7];
+  // No limit depends on the velocity.
+  bool constant;
+} omni7_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni7_torque_limits limits;
+  omni_coordination coordination;
+} omni7_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni7_kinematics kinematics;
+  omni7_loops wheels;
+} omni7_controller;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// Makes the state and the sample of a three-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni3_init(omni3_state *state, omni3_sample *sample);
+
+// One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
+// nothing, where a pointer is null.
+bool omni3_step(const omni3_controller *controller,
+                omni3_state *state,
+                const omni_twist *command,
+                const omni3_velocities *measured,
+                omni3_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a three-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni3_estimate(const omni3_controller *controller,
+                    const omni3_velocities *measured,
+                    omni_twist *twist);
+
+// Makes the state and the sample of a four-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni4_init(omni4_state *state, omni4_sample *sample);
+
+// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
+// nothing, where a pointer is null.
+bool omni4_step(const omni4_controller *controller,
+                omni4_state *state,
+                const omni_twist *command,
+                const omni4_velocities *measured,
+                omni4_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a four-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni4_estimate(const omni4_controller *controller,
+                    const omni4_velocities *measured,
+                    omni_twist *twist);
+
+// Makes the state and the sample of a seven-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni7_init(omni7_state *state, omni7_sample *sample);
+
+// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
+// nothing, where a pointer is null.
+bool omni7_step(const omni7_controller *controller,
+                omni7_state *state,
+                const omni_twist *command,
+                const omni7_velocities *measured,
+                omni7_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a seven-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni7_estimate(const omni7_controller *controller,
+                    const omni7_velocities *measured,
+                    omni_twist *twist);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* OMNISTEP_H */
