@@ -36,6 +36,7 @@ use crate::{
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Controller<R, const N: usize> {
     kinematics: Kinematics<R, N>,
@@ -61,6 +62,8 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ControlSample<R, const N: usize> {
     /// The command; rest where the one given was not finite, or beyond 1e6.

@@ -29,6 +29,8 @@ use crate::error::ConfigError;
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C, u8)]
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
@@ -66,6 +68,8 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
 pub enum Integral {
     /// Each wheel its own.
@@ -86,6 +90,8 @@ constant_enum!(Integral { PerWheel, Shared });
 /// assert_eq!(policy.integral, Integral::PerWheel);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Coordination<R> {
     /// How torques are brought within limits.
@@ -233,6 +239,8 @@ impl<R: Real> Coordination<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct TorqueRange<R> {
     /// Lowest torque, <= 0.
@@ -326,11 +334,19 @@ impl<R: Real> TorqueRange<R> {
 /// assert_eq!([0, 1].map(|wheel| ranges.wheel(wheel).clip(0.4)), [0.4, 0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct TorqueRanges<R, const N: usize> {
     /// Lowest torque of each, <= 0.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub lower_n_m: [R; N],
     /// Highest torque of each, >= 0.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub upper_n_m: [R; N],
 }
 

@@ -16,6 +16,8 @@ use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PoseCovariance<R> {
     matrix: [[R; 3]; 3],
 }
@@ -98,6 +100,8 @@ impl<R: Real> PoseCovariance<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OdometryNoise<R> {
     /// k >= 0: standard deviation of a wheel's angle after it turned by a radian \[rad per root of rad\]. Uneven ground,
     /// rollers. Errors of different steps are independent, so that the variance grows as the way does.
@@ -136,6 +140,7 @@ pub struct OdometryNoise<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CovarianceGrowth<R> {
     /// k^2 \[rad\].
     per_rad: R,

@@ -25,6 +25,8 @@ use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Desaturation {
     /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,
@@ -57,6 +59,7 @@ constant_enum!(Desaturation {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SpeedLimits<R, const N: usize> {
     limit_rad_s: [R; N],
     gives_way: Desaturation,
@@ -80,6 +83,7 @@ constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], gives_way: Desat
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Desaturated<R, const N: usize> {
     /// The twist as reduced.
     pub twist: BodyTwist<R>,

@@ -32,6 +32,7 @@ use crate::{
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
     pub layout: WheelLayout<R, N>,
@@ -110,6 +111,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveInput<R, const N: usize> {
     /// A new command, if one arrived: the twist of the command point.
     pub command: Option<BodyTwist<R>>,
@@ -183,6 +185,8 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DriveMode {
     /// Every wheel drives and is believed.
     Normal,
@@ -213,6 +217,7 @@ pub enum DriveMode {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveSample<R, const N: usize> {
     /// How far the vehicle can be relied on.
     pub mode: DriveMode,
@@ -257,6 +262,7 @@ pub struct DriveSample<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Drive<R, const N: usize> {
     controller: Controller<R, N>,
     shaper: CommandShaper<R>,
@@ -302,6 +308,7 @@ constant_struct!(Drive<R, const N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveState<R, const N: usize> {
     /// The loops.
     pub control: ControlState<R, N>,

@@ -14,6 +14,7 @@ use core::fmt;
 /// assert_eq!(error.to_string(), "wheel 1: radius_m = 0, allowed: 0.0001 to 100");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,

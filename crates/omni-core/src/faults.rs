@@ -21,6 +21,8 @@ use crate::{Real, WheelVelocities};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fault {
     /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
     NotANumber,
@@ -55,6 +57,8 @@ pub enum Fault {
 /// assert_eq!((error.parameter, error.value), ("stuck_periods", 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaultConfig<R> {
     /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
     /// believed is held back.
@@ -121,6 +125,7 @@ impl<R: Real> FaultConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultMonitor<R> {
     config: FaultConfig<R>,
 }
@@ -143,12 +148,14 @@ constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultState<R, const N: usize> {
     wheel: [WheelHistory<R>; N],
     lost: [bool; N],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct WheelHistory<R> {
     /// Last reading believed, and the periods without any reading since.
     believed: Option<R>,

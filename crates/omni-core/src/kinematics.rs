@@ -26,6 +26,8 @@ use forward_map::{Gram, column_average};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ForwardMap {
     /// `(A^T A)^-1 A^T`: the twist with the smallest sum of squared wheel errors \[rad/s\].
     LeastSquares,
@@ -47,6 +49,7 @@ pub enum ForwardMap {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PathFactors<R, const N: usize> {
     factor: [R; N],
     reciprocal: [R; N],
@@ -128,6 +131,7 @@ impl<R: Real, const N: usize> Default for PathFactors<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Kinematics<R, const N: usize> {
     inverse: [[R; 3]; N],

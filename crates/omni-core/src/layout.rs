@@ -23,6 +23,7 @@ pub const CONDITION_LIMIT: f64 = 100.0;
 /// assert!((geared.rates_per_twist()[0] * 0.66 + 200.0).abs() < 1e-10);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Wheel<R> {
     /// Place of the contact point in the body frame \[m\]: x (forward is +), y (left is +), within +-1000 m.
     pub position_m: [R; 2],
@@ -220,6 +221,7 @@ impl<R: Real> Wheel<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WheelLayout<R, const N: usize> {
     wheels: [Wheel<R>; N],
 }

@@ -20,6 +20,8 @@ use crate::sum::Sum;
 /// assert_eq!(limits.reverse_deceleration, 4.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisLimits<R> {
     /// Lowest velocity \[m/s or rad/s\], <= 0.
     pub min_velocity: R,
@@ -130,6 +132,8 @@ pub(crate) fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateLimiterState<R> {
     pub(crate) velocity: Sum<R>,
     /// The last velocity step that a jerk limit has to continue from.
@@ -206,6 +210,7 @@ impl<R: Real> RateLimiterState<R> {
 
 /// Velocity steps of a motion in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Steps<R> {
     /// Speed that a period adds to a motion in this direction.
     up: R,
@@ -286,6 +291,7 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RateLimiter<R> {
     min: R,
     max: R,

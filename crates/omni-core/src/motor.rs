@@ -43,6 +43,7 @@ use crate::{Real, TorqueRange, TorqueRanges};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TorqueLimit<R> {
     /// Where the line meets rest.
     stall_n_m: R,
@@ -185,6 +186,7 @@ fn known<R: Real>(velocity: R, range: TorqueRange<R>) -> TorqueRange<R> {
 
 /// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct TorqueLimits<R, const N: usize> {
     stall: [R; N],

@@ -41,6 +41,8 @@ fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OdometryStep<R> {
     /// The pose moved by this.
     Moved(BodyDisplacement<R>),
@@ -83,6 +85,7 @@ pub enum OdometryStep<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Odometry<R, const N: usize> {
     period_s: R,
 }
@@ -102,6 +105,8 @@ constant_struct!(Odometry<R, const N> { period_s: R });
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OdometryState<R, const N: usize> {
     x: Sum<R>,
     y: Sum<R>,

@@ -23,6 +23,8 @@ pub use feed_forward::{Discrete, FeedForward};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidGains<R> {
     /// Proportional gain k_p \[N.m per rad/s\], 0 to 1e6.
     pub kp_n_m_s_rad: R,
@@ -45,6 +47,8 @@ pub struct PidGains<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum IntegrationOrder {
     /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
     BeforeOutput,
@@ -65,6 +69,8 @@ pub enum IntegrationOrder {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidConfig<R> {
     /// Gains.
     pub gains: PidGains<R>,
@@ -148,6 +154,7 @@ impl<R: Real> PidConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Pid<R> {
     kp: R,
@@ -199,6 +206,8 @@ constant_struct!(Pid<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidState<R> {
     /// Integral term \[N.m\].
     pub integral_n_m: R,
@@ -221,6 +230,8 @@ pub struct PidState<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LastStep<R> {
     /// Reference as realised \[rad/s\].
     pub reference_rad_s: R,
@@ -265,6 +276,8 @@ impl<R: Real> PidState<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidTerms<R> {
     /// Proportional term \[N.m\].
     pub p_n_m: R,
@@ -311,6 +324,8 @@ impl<R: Real> PidTerms<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PidSample<R> {
     /// The terms.
     pub terms: PidTerms<R>,

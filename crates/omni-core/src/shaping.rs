@@ -23,6 +23,8 @@ use crate::{AxisLimits, BodyTwist, Real, TwistLimiter, TwistLimiterState, TwistL
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EmergencyDeceleration<R> {
     /// Loss of speed along the direction of (vx, vy) \[m/s^2\], > 0; infinity means at once.
     pub linear_m_s2: R,
@@ -43,6 +45,8 @@ pub struct EmergencyDeceleration<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShapingConfig<R> {
     /// Limits of the twist that goes out.
     pub limits: TwistLimits<R>,
@@ -98,6 +102,8 @@ impl<R: Real> ShapingConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CommandStatus {
     /// No command since the start or since the release of an emergency stop: rest, or on the way there.
     Idle,
@@ -121,6 +127,8 @@ pub enum CommandStatus {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShapedCommand<R> {
     /// What the vehicle is to do.
     pub twist: BodyTwist<R>,
@@ -141,6 +149,8 @@ pub struct ShapedCommand<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShaperState<R> {
     limiter: TwistLimiterState<R>,
     command: Option<BodyTwist<R>>,
@@ -273,6 +283,7 @@ impl<R: Real> ShaperState<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CommandShaper<R> {
     limiter: TwistLimiter<R>,
     /// The highest age at which a command counts.

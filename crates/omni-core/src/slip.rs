@@ -25,6 +25,8 @@ use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SlipConfig<R> {
     /// Slip \[rad/s\] of the actuator above which a wheel is suspected, 1e-9 or more; infinite never.
     pub enter_rad_s: R,
@@ -71,6 +73,7 @@ impl<R: Real> SlipConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlipDetector<R> {
     config: SlipConfig<R>,
 }
@@ -91,6 +94,7 @@ constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlipState<R, const N: usize> {
     slipping: [bool; N],
     declared: [bool; N],
@@ -116,6 +120,7 @@ pub struct SlipState<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlipSample<R, const N: usize> {
     /// The motion that the trusted wheels tell.
     pub estimated: BodyTwist<R>,

@@ -4,6 +4,8 @@ use crate::Real;
 
 /// A sum and what its rounding left out, carried into the next addition (after Neumaier, 1974).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Sum<R> {
     /// The sum, rounded.
     pub(crate) total: R,

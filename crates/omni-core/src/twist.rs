@@ -27,6 +27,8 @@ use crate::trig::cardinal_sine;
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct BodyTwist<R> {
     /// Forward velocity \[m/s\] (forward is +).
@@ -206,6 +208,8 @@ impl<R: Real> BodyTwist<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyDisplacement<R> {
     /// Forward \[m\].
     pub dx_m: R,
@@ -274,6 +278,8 @@ impl<R: Real> BodyDisplacement<R> {
 /// assert!((body.vy_m_s + 1.0).abs() < 1e-15); // world x is to the right of a vehicle that faces left
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorldTwist<R> {
     /// Velocity along world x \[m/s\].
     pub vx_m_s: R,
@@ -317,6 +323,8 @@ impl<R: Real> WorldTwist<R> {
 /// assert_eq!(end.yaw_rad, quarter);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlanarPose<R> {
     /// World x \[m\].
     pub x_m: R,

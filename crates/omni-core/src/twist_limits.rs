@@ -16,6 +16,8 @@ use crate::{BodyTwist, Real};
 /// assert_eq!((limits.velocity, limits.jerk), (1.5, f32::INFINITY));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MotionLimits<R> {
     /// Highest speed \[m/s or rad/s\], >= 0.
     pub velocity: R,
@@ -67,6 +69,8 @@ impl<R: Real> MotionLimits<R> {
 /// assert!((along - 0.5).abs() < 1e-12); // the target's direction from the first step on
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TwistLimits<R> {
     /// Each axis by itself: each is as quick as it may be, and the path bends where one of them lags.
     PerAxis {
@@ -101,6 +105,8 @@ pub enum TwistLimits<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TwistLimiterState<R> {
     axes: [RateLimiterState<R>; 3],
 }
@@ -181,6 +187,7 @@ impl<R: Real> TwistLimiterState<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TwistLimiter<R> {
     law: Law<R>,
 }
@@ -188,6 +195,7 @@ pub struct TwistLimiter<R> {
 constant_struct!(TwistLimiter<R> { law: Law<R> });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 /// How a twist is limited, in velocity steps a period.
 pub enum Law<R> {
     /// [`TwistLimits::PerAxis`].
@@ -286,6 +294,7 @@ impl<R: Real> TwistLimiter<R> {
 
 /// A vector of the velocity space of one group; the yaw rate leaves `y` at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Vector<R> {
     pub(crate) x: R,
     pub(crate) y: R,
@@ -334,6 +343,7 @@ fn share<R: Real>(part: R, whole: R) -> R {
 
 /// Limits of one group in velocity steps a period.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Group<R> {
     speed: R,
     up: R,

@@ -28,6 +28,7 @@ use crate::{AntiWindup, Pid, PidConfig, Real, TorqueLimit, WheelTorques, WheelVe
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WheelControlConfig<R, const N: usize> {
     /// The loop, the same for every wheel. Its `output` limits are ignored: the actuators' count.
     pub pid: PidConfig<R>,
@@ -54,17 +55,28 @@ pub struct WheelControlConfig<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct ControlState<R, const N: usize> {
     /// Integral term of each wheel \[N.m\].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub integral_n_m: [R; N],
     /// Derivative term of each wheel \[N.m\], after its filter.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub derivative_n_m: [R; N],
     /// Reference of the step before, as realised \[rad/s\].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub last_reference_rad_s: [R; N],
     /// Measurement of the step before \[rad/s\].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub last_measured_rad_s: [R; N],
     /// There was a step before.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub started: [bool; N],
 }
 
@@ -112,6 +124,12 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.
@@ -119,14 +137,19 @@ pub struct WheelSample<R, const N: usize> {
     /// Measurement y; 0 for a wheel that is not `active`.
     pub measured: WheelVelocities<R, N>,
     /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],
     /// Proportional term, formed with the reference as reduced by `common_factor` under [`Saturation::ScaleReference`].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub p_n_m: [R; N],
     /// Integral term, likewise.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub i_n_m: [R; N],
     /// Derivative term, likewise.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub d_n_m: [R; N],
     /// Feed-forward, likewise.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub ff_n_m: [R; N],
     /// Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
     pub requested: WheelTorques<R, N>,
@@ -135,6 +158,7 @@ pub struct WheelSample<R, const N: usize> {
     /// Limits at the present velocities.
     pub range: TorqueRanges<R, N>,
     /// The requested torque is outside the limits.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub saturated: [bool; N],
     /// What all torques ([`Saturation::ScaleTorques`]) or all references ([`Saturation::ScaleReference`]) were
     /// multiplied by, 0 to 1; 1 under [`Saturation::Clip`].
@@ -157,6 +181,7 @@ pub struct WheelSample<R, const N: usize> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct WheelController<R, const N: usize> {
     pid: Pid<R>,

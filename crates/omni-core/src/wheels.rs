@@ -62,9 +62,16 @@ macro_rules! per_wheel {
 /// kinematics.forward(&WheelTorques { n_m: [1.0, 1.0, 1.0] });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct WheelVelocities<R, const N: usize> {
     /// Velocity of each actuator \[rad/s\] (positive as the wheel's rolling direction says), any finite number.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub rad_s: [R; N],
 }
 
@@ -77,9 +84,16 @@ per_wheel!(WheelVelocities, rad_s);
 /// assert_eq!(WheelTorques { n_m: [0.5_f32, -0.5] }.n_m[1], -0.5);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct WheelTorques<R, const N: usize> {
     /// Torque of each actuator \[N.m\] (positive drives the wheel in its rolling direction), any finite number.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub n_m: [R; N],
 }
 
@@ -92,9 +106,16 @@ per_wheel!(WheelTorques, n_m);
 /// assert_eq!(WheelAngles { rad: [0.1_f32, 0.2] }.rad[0], 0.1);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct WheelAngles<R, const N: usize> {
     /// Angle turned by each actuator \[rad\] (positive as the wheel's rolling direction says), unwrapped.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub rad: [R; N],
 }
 

@@ -20,6 +20,8 @@ use crate::error::{ConfigError, not_negative, positive};
 /// assert!((stall(DcMotorConfig { current_limit_a: Some(2.0), ..sheet }) - 0.05 * (2.0 - 0.1)).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DcMotorConfig<R> {
     /// Torque constant \[N.m/A\], > 0; the same number is the back-EMF constant \[V per rad/s\].
     pub torque_constant_n_m_a: R,
@@ -51,6 +53,7 @@ pub struct DcMotorConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DcMotor<R> {
     config: DcMotorConfig<R>,
     limit: TorqueLimit<R>,

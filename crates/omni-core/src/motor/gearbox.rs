@@ -18,6 +18,7 @@ use crate::{Real, TorqueRange};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gearbox<R> {
     ratio: R,
     efficiency: R,

@@ -24,6 +24,8 @@ use crate::{Real, TorqueRange};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ThermalConfig<R> {
     /// Torque that it can give for ever \[N.m\], > 0.
     pub continuous_torque_n_m: R,
@@ -67,6 +69,7 @@ pub struct ThermalConfig<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ThermalModel<R> {
     continuous: R,
     peak: R,
@@ -96,6 +99,8 @@ pub struct ThermalModel<R> {
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ThermalState<R> {
     /// In f32 a period adds less than the last digit of it.
     heat: Sum<R>,

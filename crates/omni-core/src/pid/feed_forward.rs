@@ -21,6 +21,8 @@ use crate::error::{ConfigError, within};
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeedForward<R> {
     /// Static friction ks \[N.m\], 0 to 1e6: applied in the direction of the reference, nothing at rest.
     pub static_n_m: R,
@@ -52,6 +54,7 @@ impl<R: Real> FeedForward<R> {
 
 /// [`FeedForward`] for one period: `ks sgn(r) + gain (r - decay r_last)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Discrete<R> {
     pub(super) static_n_m: R,
