@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions
+.PHONY: run test test-full bench lint coverage embedded instructions firmware
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -18,6 +18,9 @@ lint:           ## formatting and lints of Rust and Python
 
 coverage:       ## line coverage of omni-core by its own tests, at least 95 %
 	scripts/coverage.sh
+
+firmware:       ## images, budgets, C example and processor in the loop, all in QEMU
+	scripts/firmware.sh
 
 embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 	scripts/embedded.sh

@@ -9,3 +9,4 @@ scripts/venv.sh
 .venv/bin/python scripts/check_examples.py --self-test
 .venv/bin/python scripts/check_examples.py
 .venv/bin/python -m pytest
+scripts/firmware.sh --if-possible

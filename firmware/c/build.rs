@@ -10,7 +10,12 @@ const HEADER: &str = "include/omnistep.h";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-env-changed=OMNISTEP_WRITE_HEADER");
-    for source in ["src/lib.rs", "cbindgen.toml", HEADER, "../../crates/omni-core/src"] {
+    for source in [
+        "src/lib.rs",
+        "cbindgen.toml",
+        HEADER,
+        "../../crates/omni-core/src",
+    ] {
         println!("cargo::rerun-if-changed={source}");
     }
     let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or("no CARGO_MANIFEST_DIR")?);
@@ -22,7 +27,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var_os("OMNISTEP_WRITE_HEADER").is_some() {
         fs::write(path, header)?;
     } else if fs::read_to_string(&path).ok().as_deref() != Some(&header) {
-        return Err(format!("{HEADER} is not what the sources say: build once with OMNISTEP_WRITE_HEADER=1").into());
+        return Err(
+            format!("{HEADER} is not what the sources say: build once with OMNISTEP_WRITE_HEADER=1").into(),
+        );
     }
     Ok(())
 }
@@ -38,7 +45,10 @@ fn for_c(text: &str) -> String {
                 in_example = !in_example;
                 continue;
             }
-            if in_example || comment == "A torque is not a velocity:" || comment.ends_with("does not compile:") {
+            if in_example
+                || comment == "A torque is not a velocity:"
+                || comment.ends_with("does not compile:")
+            {
                 continue;
             }
         } else {
@@ -47,8 +57,15 @@ fn for_c(text: &str) -> String {
                 lines.pop();
             }
         }
-        let plain = line.replace("\\[", "[").replace("\\]", "]").replace("[`", "`").replace("`]", "`");
-        let plain = plain.replace("_F32,", ",").replace("_Body_f32", "_body").replace("_Tag", "_tag");
+        let plain = line
+            .replace("\\[", "[")
+            .replace("\\]", "]")
+            .replace("[`", "`")
+            .replace("`]", "`");
+        let plain = plain
+            .replace("_F32,", ",")
+            .replace("_Body_f32", "_body")
+            .replace("_Tag", "_tag");
         let repeats = plain.trim() == "//" && lines.last().is_some_and(|last| last.trim() == "//");
         if !repeats {
             lines.push(plain);

@@ -5,6 +5,8 @@
 
 mod c;
 mod rust;
+#[cfg(test)]
+mod tests;
 
 use omni_core::TwistLimiter;
 use omni_core::constants::Constant;

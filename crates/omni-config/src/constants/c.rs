@@ -25,10 +25,7 @@ pub(super) fn source(
             message: format!("{count} wheels, allowed for C: 3, 4 or 7"),
         });
     }
-    let mut controller = Initialiser(String::new());
-    // Writing to a string does not fail.
-    let _ = values.controller.describe(&mut controller);
-    let controller = controller.0;
+    let controller = initialiser(&*values.controller);
     Ok(format!(
         "/* Generated from the vehicle file; not to be edited. */\n\
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
@@ -38,6 +35,14 @@ pub(super) fn source(
          static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
          #endif\n"
     ))
+}
+
+/// A value as an initialiser.
+pub(super) fn initialiser(value: &dyn Constant) -> String {
+    let mut text = Initialiser(String::new());
+    // Writing to a string does not fail.
+    let _ = value.describe(&mut text);
+    text.0
 }
 
 struct Initialiser(String);

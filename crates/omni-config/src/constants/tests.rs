@@ -1,0 +1,89 @@
+//! What the writers write. That it is the very controller, compiled, is proved by the firmware images and the C example.
+
+use omni_core::constants::{Constant, Describe};
+
+use super::*;
+use crate::Override;
+
+/// One of everything that can be described.
+struct Odd;
+
+impl Constant for Odd {
+    fn describe(&self, to: &mut dyn Describe) -> std::fmt::Result {
+        let (whole, flag): (u32, bool) = (7, true);
+        let numbers = [-0.0_f32, 1e-9, 16_777_216.0, f32::NEG_INFINITY];
+        to.structure(
+            "Odd",
+            &[("numbers", &numbers), ("whole", &whole), ("flag", &flag)],
+        )
+    }
+}
+
+#[test]
+fn rust_numbers_read_back_as_the_same_bits() {
+    let source = rust_expression(&Odd);
+    assert_eq!(
+        source,
+        "omni_core::parts::Odd::from_constants((/* numbers */ [-0.0, 1e-9, 16777216.0, f32::NEG_INFINITY, ],\n\
+         /* whole */ 7,\n/* flag */ true,\n))"
+    );
+    assert_eq!(rust_expression(&Some(0.5_f32)), "Some(0.5)");
+    assert_eq!(rust_expression(&None::<f32>), "None");
+    // In f32 a tenth is not what it is in f64: the shortest digits of each.
+    assert_eq!(
+        (rust_expression(&0.1_f32), rust_expression(&0.1_f64)),
+        ("0.1".into(), "0.1".into())
+    );
+    assert_eq!(rust_expression(&f64::from(0.1_f32)), "0.10000000149011612");
+}
+
+#[test]
+fn c_initialisers_are_float_literals_that_need_no_header() {
+    assert_eq!(
+        c::initialiser(&Odd),
+        "{\n.numbers = {-0.0f, 1e-9f, 16777216.0f, -__builtin_inff(), },\n.whole = 7,\n.flag = true,\n}"
+    );
+}
+
+#[test]
+fn a_gain_a_policy_and_a_limit_each_change_the_digest() {
+    let digest = |key: &str| {
+        let overrides = [Override::parse(key).expect("valid")];
+        Scenario::load("step", &overrides)
+            .expect("valid")
+            .constants_digest()
+            .expect("valid")
+    };
+    let same = digest("seed=1");
+    for key in [
+        "vehicle.gains.ki_n_m_rad=2.5",
+        "control.policy=\"paper\"",
+        "vehicle.limits.vx_m_s=0.5",
+    ] {
+        assert_ne!(digest(key), same, "{key}");
+    }
+    assert_eq!(digest("terrain.height_m=0.03"), same); // the ground is no part of the controller
+}
+
+#[test]
+fn a_wheel_count_without_a_c_type_is_refused_by_name() {
+    let mut text = include_str!("../../assets/vehicles/chugo7.toml").to_owned();
+    let extra = "\n[[wheel]]\nname = \"8\"\nbody = \"middle\"\nposition_m = [0.0, 0.1]\nrolling_direction = [1.0, 0.0]\n\
+                 radius_m = 0.066\nmass_kg = 1.0\ninertia_kg_m2 = 0.002\ncontact = { kind = \"ball\" }\n";
+    text.push_str(extra);
+    let vehicle: toml::Table = text.parse().expect("valid");
+    let mut table: toml::Table = include_str!("../../assets/scenarios/step.toml")
+        .parse()
+        .expect("valid");
+    table.insert("vehicle".into(), vehicle.into());
+    let source = crate::Source::text("eight.toml", table.to_string());
+    let scenario = Scenario::from_source(&source, &[]).expect("valid");
+    assert!(
+        scenario
+            .constants(Language::Rust)
+            .expect("eight wheels")
+            .contains("Controller<f32, 8>")
+    );
+    let error = scenario.constants(Language::C).expect_err("no type").to_string();
+    assert_eq!(error, "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4 or 7");
+}

@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Everything about firmware: builds the images and the C library, runs them in QEMU, checks bits and budgets, closes the loop
+# through the emulated processor. `--if-possible`: where a tool is missing, one line that says which, and success; else a
+# missing tool is a failure. Never touches rustup's targets: where they are missing and apt-get is there, a toolchain is
+# prepared from Debian's packages (`--if-possible` only uses one that is there already).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+if_possible=${1:-}
+missing=()
+command -v qemu-system-arm >/dev/null || missing+=("qemu-system-arm (apt install qemu-system-arm)")
+command -v qemu-system-riscv32 >/dev/null || missing+=("qemu-system-riscv32 (apt install qemu-system-misc)")
+command -v arm-none-eabi-gcc >/dev/null || missing+=("arm-none-eabi-gcc (apt install gcc-arm-none-eabi)")
+targets=(thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf)
+if [ "$if_possible" = --if-possible ]; then
+    toolchain=$(EMBEDDED_TOOLCHAIN_CHECK=1 scripts/embedded-toolchain.sh "${targets[@]}" 2>/dev/null) ||
+        missing+=("bare-metal targets (rustup target add ${targets[*]}, or make embedded)")
+fi
+if [ ${#missing[@]} -gt 0 ]; then
+    printf -v list '%s, ' "${missing[@]}"
+    [ "$if_possible" = --if-possible ] && { echo "SKIPPED the firmware tests; missing: ${list%, }"; exit 0; }
+    echo "missing: ${list%, }" >&2
+    exit 1
+fi
+[ "$if_possible" = --if-possible ] || toolchain=$(scripts/embedded-toolchain.sh "${targets[@]}")
+
+# omni-core with every combination of its features.
+for features in "" defmt serde defmt,serde; do
+    # shellcheck disable=SC2086 # an empty toolchain must vanish
+    cargo $toolchain build --locked --quiet --release -p omni-core --features "$features" --target thumbv7em-none-eabihf
+    echo "omni-core with features \"$features\": built for thumbv7em-none-eabihf"
+done
+
+cd firmware
+# shellcheck disable=SC2086
+cargo $toolchain build --locked --quiet --release --workspace # for the Cortex-M4F, as in .cargo/config.toml
+# shellcheck disable=SC2086
+build() { CARGO_TARGET_DIR=target/$1 RUSTFLAGS="$2" cargo $toolchain build --locked --quiet --release "${@:3}"; }
+thumb="-C link-arg=-Tlink.x"
+build m7 "$thumb -C target-cpu=cortex-m7" --bin self_test --target thumbv7em-none-eabihf
+build m0plus "$thumb -C target-cpu=cortex-m0plus" --bin self_test --target thumbv6m-none-eabi
+build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test --target riscv32imac-unknown-none-elf
+
+# The C example: the library, the constants of the same scenario, no warning, no C library.
+c=target/c && mkdir -p $c
+(cd .. && cargo run --locked --quiet --release --bin omnistep -- constants step --language c) >$c/constants.h
+arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 -Wall -Wextra -Werror -pedantic \
+    -ffreestanding -nostdlib -I$c -Ic/include -Ic/example c/example/main.c c/example/startup.c \
+    target/thumbv7em-none-eabihf/release/libomnistep.a -T c/example/link.ld \
+    -Wl,--gc-sections -Wl,-z,noexecstack -Wl,--fatal-warnings -o $c/example
+echo '#include "omnistep.h"' | "${CXX:-c++}" -std=c++11 -Wall -Wextra -Werror -pedantic -fsyntax-only -Ic/include -x c++ -
+expected=$(cd .. && cargo run --locked --quiet --release -p omni-config --example c_reference)
+said=$(./qemu.sh mps2-an386 $c/example)
+echo "$said"
+[ "$said" = "from C: chugo7, synchronised, hash $expected" ] || { echo "C computes something else; wanted $expected" >&2; exit 1; }
+
+cd ..
+[ -x .venv/bin/python ] || scripts/venv.sh
+.venv/bin/python scripts/firmware_report.py --self-test
+.venv/bin/python scripts/firmware_report.py
