@@ -1,0 +1,115 @@
+//! The controller's side, without the transport.
+
+#[cfg(test)]
+mod tests;
+
+use omni_core::{ControlSample, ControlState, Controller, WheelTorques};
+
+use crate::{
+    Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, ToController, decode, encode,
+};
+
+/// Answers frames with a controller of `N` wheels: the loops' state, the guard and the last answer, about 75 bytes a wheel
+/// and 80. Needs no buffers but the two it is given.
+#[derive(Clone, Debug)]
+pub struct Server<const N: usize> {
+    greeting: Greeting,
+    state: ControlState<f32, N>,
+    guard: Guard,
+    answer: Answer<N>,
+}
+
+impl<const N: usize> Server<N> {
+    /// Stopped, for a controller of control period `period_us` \[us\] whose constants have this digest.
+    #[must_use]
+    pub fn new(digest: u32, period_us: u32) -> Self {
+        Self {
+            greeting: Greeting {
+                version: PROTOCOL_VERSION,
+                wheels: N as u32,
+                period_us,
+                digest,
+            },
+            state: ControlState::default(),
+            guard: Guard::new(),
+            answer: Answer::stopped(),
+        }
+    }
+
+    /// Answers one frame: `received` without its closing zero, or with it; its bytes are used up. Always the same
+    /// `controller`. Returns the answer's frame at the front of `out`, nothing only where `out` is shorter than
+    /// [`answer_frame`](crate::answer_frame)`(N)`.
+    pub fn answer<'a>(
+        &mut self,
+        controller: &Controller<f32, N>,
+        received: &mut [u8],
+        out: &'a mut [u8],
+    ) -> &'a [u8] {
+        let message = match decode(received) {
+            Ok(ToController::Hello) => FromController::Greeting(self.greeting),
+            Ok(ToController::Request(request)) => {
+                self.take(controller, &request);
+                FromController::Answer(&self.answer)
+            }
+            Err(error) => {
+                let action = self.guard.damaged(error);
+                self.settle(action);
+                FromController::Answer(&self.answer)
+            }
+        };
+        encode(&message, out).unwrap_or_default()
+    }
+
+    fn take(&mut self, controller: &Controller<f32, N>, request: &Request<N>) {
+        let action = if request.restart {
+            self.guard.restart(request.sequence);
+            self.state = ControlState::default();
+            Action::Step
+        } else {
+            self.guard.received(request.sequence)
+        };
+        if action == Action::Step {
+            let measured = request.measured_rad_s.into();
+            let Answer { sample, .. } = &mut self.answer;
+            controller.step_into(&mut self.state, &request.command, &measured, sample);
+            self.answer.estimated = controller.kinematics().forward(&measured);
+            self.answer.residual = controller.kinematics().residual(&measured);
+        }
+        self.settle(action);
+        self.answer.sequence = request.sequence;
+    }
+
+    fn settle(&mut self, action: Action) {
+        if action == Action::Stop {
+            self.answer.sample.wheels.applied = WheelTorques::zero();
+        }
+        self.answer.action = action;
+        self.answer.sequence = self.guard.sequence();
+        self.answer.counters = self.guard.counters();
+    }
+
+    /// For firmware with a timer: no frame has come in this period. Returns what to do, with [`Server::torques`].
+    pub fn missed(&mut self) -> Action {
+        let action = self.guard.missed();
+        self.settle(action);
+        action
+    }
+
+    /// Torques to apply now \[N.m\]: of the last step, zero while stopped.
+    #[must_use]
+    pub fn torques(&self) -> &WheelTorques<f32, N> {
+        &self.answer.sample.wheels.applied
+    }
+
+    /// Every signal of the last step.
+    #[must_use]
+    pub fn sample(&self) -> &ControlSample<f32, N> {
+        &self.answer.sample
+    }
+
+    /// What went wrong so far, and whether the loop runs.
+    #[must_use]
+    pub fn guard(&self) -> &Guard {
+        &self.guard
+    }
+}
