@@ -1,16 +1,28 @@
-//! A message in a frame: postcard, then CRC-32 (ISO-HDLC, little end first), both COBS-stuffed, then a zero byte.
+//! A message in a frame: postcard, then CRC-32 (MPEG-2, little end first), both COBS-stuffed, then a zero byte.
 
 #[cfg(test)]
 mod tests;
 
 use cobs::{CobsEncoder, DecodeResult, DecoderState};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use crc::{CRC_32_MPEG_2, Crc, NoTable};
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Bit by bit: a table of 1 KiB would be the largest thing in the firmware.
-static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+/// Bit by bit: a table of 1 KiB would be the largest thing in the firmware. Of the common checks this is the one that is
+/// its own start for the bytes that follow, and the one that many microcontrollers have a unit for.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_MPEG_2);
+
+/// The check of nothing.
+const CHECK_OF_NOTHING: u32 = CRC_32_MPEG_2.init;
+
+/// The check with one more byte. Never inlined: it would be unrolled for every caller.
+#[inline(never)]
+fn check_with(check: u32, byte: u8) -> u32 {
+    let mut digest = CRC.digest_with_initial(check);
+    digest.update(&[byte]);
+    digest.finalize()
+}
 
 /// What is wrong with a received frame.
 ///
@@ -73,9 +85,12 @@ pub fn decode<T: DeserializeOwned>(received: &mut [u8]) -> Result<T, FrameError>
         .get(..length)
         .and_then(<[u8]>::split_last_chunk)
         .ok_or(FrameError::Truncated)?;
+    let found = body
+        .iter()
+        .fold(CHECK_OF_NOTHING, |check, &byte| check_with(check, byte));
     match postcard::take_from_bytes(body) {
         Err(postcard::Error::DeserializeUnexpectedEnd) => Err(FrameError::Truncated),
-        Ok((message, [])) if CRC.checksum(body) == u32::from_le_bytes(*check) => Ok(message),
+        Ok((message, [])) if found == u32::from_le_bytes(*check) => Ok(message),
         _ => Err(FrameError::Corrupted),
     }
 }
@@ -103,18 +118,24 @@ fn unstuff(received: &mut [u8]) -> Result<usize, FrameError> {
     }
 }
 
-/// Stuffs what postcard writes and counts it into the check, byte by byte: one buffer is enough.
+/// Stuffs what postcard writes and takes it into the check, byte by byte: one buffer is enough.
 struct Checked<'a> {
     encoder: CobsEncoder<'a>,
-    digest: crc::Digest<'static, u32, NoTable>,
+    check: u32,
 }
 
 impl<'a> Checked<'a> {
     fn into(out: &'a mut [u8]) -> Self {
         Self {
             encoder: CobsEncoder::new(out),
-            digest: CRC.digest(),
+            check: CHECK_OF_NOTHING,
         }
+    }
+
+    #[inline(never)]
+    fn stuff(&mut self, byte: u8) -> postcard::Result<()> {
+        let full = |_| postcard::Error::SerializeBufferFull;
+        self.encoder.push(&[byte]).map_err(full)
     }
 }
 
@@ -122,16 +143,23 @@ impl Flavor for Checked<'_> {
     /// Bytes written.
     type Output = usize;
 
+    #[inline(never)]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.digest.update(&[byte]);
-        let full = |_| postcard::Error::SerializeBufferFull;
-        self.encoder.push(&[byte]).map_err(full)
+        self.check = check_with(self.check, byte);
+        self.stuff(byte)
+    }
+
+    #[inline(never)]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        for &byte in bytes {
+            self.try_push(byte)?;
+        }
+        Ok(())
     }
 
     fn finalize(mut self) -> postcard::Result<usize> {
-        let full = |_| postcard::Error::SerializeBufferFull;
-        for byte in self.digest.finalize().to_le_bytes() {
-            self.encoder.push(&[byte]).map_err(full)?;
+        for byte in self.check.to_le_bytes() {
+            self.stuff(byte)?;
         }
         Ok(self.encoder.finalize())
     }
