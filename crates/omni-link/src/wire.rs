@@ -5,7 +5,21 @@ use omni_core::{BodyTwist, TorqueRanges, WheelSample, WheelTorques, WheelVelocit
 use serde::{Deserialize, Serialize};
 
 /// A number of 4 bytes; postcard's own would be of 1 to 5.
-pub(crate) use postcard::fixint::le as plain;
+pub(crate) mod plain {
+    use postcard::fixint::le;
+    use serde::{Deserializer, Serializer};
+
+    // Never inlined: there are many of these too.
+    #[inline(never)]
+    pub(crate) fn serialize<S: Serializer>(value: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+        le::serialize(value, serializer)
+    }
+
+    #[inline(never)]
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+        le::deserialize(deserializer)
+    }
+}
 
 /// As many numbers or marks as there are wheels, without their count.
 pub(crate) mod each {
