@@ -44,6 +44,13 @@ pub const MAX_REQUEST_FRAME: usize = request_frame(8);
 pub const MAX_ANSWER_FRAME: usize = answer_frame(8);
 
 /// Message to the side that has the controller; it answers each.
+///
+/// ```
+/// use omni_link::{MAX_REQUEST_FRAME, ToController, decode, encode};
+/// let mut buffer = [0; MAX_REQUEST_FRAME];
+/// assert_eq!(encode(&ToController::<4>::Hello, &mut buffer).map(<[u8]>::len), Some(1 + 4 + 2));
+/// assert_eq!(decode(&mut buffer), Ok(ToController::<4>::Hello));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToController<const N: usize> {
     /// Who are you?
@@ -53,6 +60,16 @@ pub enum ToController<const N: usize> {
 }
 
 /// One control period: what to control, and what was measured at its start.
+///
+/// ```
+/// use omni_core::BodyTwist;
+/// use omni_link::{MAX_REQUEST_FRAME, Request, ToController, decode, encode, request_frame};
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [0.5_f32; 4] };
+/// let mut buffer = [0; MAX_REQUEST_FRAME];
+/// let frame = encode(&ToController::Request(request), &mut buffer).unwrap_or_default();
+/// assert_eq!(frame.len(), request_frame(4));
+/// assert_eq!(decode(&mut buffer), Ok(ToController::Request(request)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request<const N: usize> {
     /// Number of the period; wraps round.
@@ -69,6 +86,13 @@ pub struct Request<const N: usize> {
 }
 
 /// Message from the side that has the controller. `A` is an [`Answer`], or a reference to one where it is only sent.
+///
+/// ```
+/// use omni_link::{Answer, FromController, MAX_ANSWER_FRAME, decode, encode};
+/// let (answer, mut buffer) = (Answer::<4>::stopped(), [0; MAX_ANSWER_FRAME]);
+/// encode(&FromController::Answer(&answer), &mut buffer);
+/// assert_eq!(decode(&mut buffer), Ok(FromController::Answer(answer)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FromController<A> {
     /// To [`ToController::Hello`].
@@ -79,6 +103,14 @@ pub enum FromController<A> {
 
 /// What a controller was built for: a host refuses one that is not its vehicle's. It reads the same for any number of
 /// wheels.
+///
+/// ```
+/// use omni_link::{Answer, FromController, Greeting, PROTOCOL_VERSION, decode, encode};
+/// let greeting = Greeting { version: PROTOCOL_VERSION, wheels: 4, period_us: 1000, digest: 0x1234_5678 };
+/// let mut buffer = [0; 32];
+/// encode(&FromController::<Answer<4>>::Greeting(greeting), &mut buffer);
+/// assert_eq!(decode(&mut buffer), Ok(FromController::<Answer<7>>::Greeting(greeting))); // not of 7 wheels, says the host
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Greeting {
     /// [`PROTOCOL_VERSION`] of the controller.
@@ -96,6 +128,13 @@ pub struct Greeting {
 }
 
 /// What a controller did in a period, with every signal of it.
+///
+/// ```
+/// use omni_link::{Action, Answer};
+/// let answer = Answer::<7>::stopped();
+/// assert_eq!((answer.action, answer.sample.wheels.applied.n_m), (Action::Stop, [0.0; 7]));
+/// assert!(answer.counters.is_zero());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer<const N: usize> {
     /// Number of the request; where that was damaged the number that it should have had.

@@ -9,8 +9,35 @@ use crate::{
     Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, ToController, decode, encode,
 };
 
-/// Answers frames with a controller of `N` wheels: the loops' state, the guard and the last answer, about 75 bytes a wheel
-/// and 80. Needs no buffers but the two it is given.
+/// Answers frames with a controller of `N` wheels: the loops' state, the guard and the last answer, at most
+/// 75 `N` + 80 bytes. Needs no buffers but the two it is given.
+///
+/// ```
+/// use omni_core::{BodyTwist, Controller, WheelLayout};
+/// use omni_link::{Action, Answer, FromController, Receiver, Request, Server, ToController};
+/// use omni_link::{answer_frame, decode, encode, request_frame};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+/// let mut server = Server::<4>::new(0x1234_5678, 1000);
+/// let (mut receiver, mut out) = (Receiver::<{ request_frame(4) }>::new(), [0; answer_frame(4)]);
+///
+/// // What comes from the wire: wheels that turn with 2 rad/s are to stand still.
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let mut wire = [0; request_frame(4)];
+/// encode(&ToController::Request(request), &mut wire);
+/// for byte in wire {
+///     if let Some(frame) = receiver.push(byte) {
+///         server.answer(&controller, frame, &mut out); // and what it returns goes to the wire
+///     }
+/// }
+/// let Ok(FromController::Answer(answer)) = decode::<FromController<Answer<4>>>(&mut out) else { panic!() };
+/// assert_eq!((answer.sequence, answer.action), (1, Action::Step));
+/// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Server<const N: usize> {
     greeting: Greeting,

@@ -23,7 +23,7 @@ fn request(sequence: u32, values: [f32; 3 + N]) -> ToController<N> {
     measured_rad_s.copy_from_slice(&values[3..]);
     ToController::Request(Request {
         sequence,
-        restart: sequence % 2 == 0,
+        restart: sequence.is_multiple_of(2),
         command: BodyTwist {
             vx_m_s: values[0],
             vy_m_s: values[1],
@@ -136,7 +136,7 @@ proptest! {
             panic!("a request");
         };
         let found_values = [&found.command.to_array()[..], &found.measured_rad_s].concat();
-        prop_assert_eq!((found.sequence, found.restart), (sequence, sequence % 2 == 0));
+        prop_assert_eq!((found.sequence, found.restart), (sequence, sequence.is_multiple_of(2)));
         prop_assert!(found_values.iter().zip(values).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
 
