@@ -203,9 +203,13 @@ impl<const N: usize> Linked<N> {
             return Err(self.link.obituary());
         }
         let until = Instant::now() + self.link.time_out;
+        // A controller that has not seen the restart yet knows no number.
+        let due = |answer: &Answer<N>, restart| {
+            answer.sequence == sequence || restart && answer.action == Action::Stop
+        };
         let action = loop {
             match self.link.hear(until) {
-                Heard::Message(FromController::Answer(answer)) if answer.sequence == sequence => {
+                Heard::Message(FromController::Answer(answer)) if due(&answer, self.restart) => {
                     break self.take(answer);
                 }
                 // A late one.
