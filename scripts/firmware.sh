@@ -54,6 +54,8 @@ echo "$said"
 [ "$said" = "from C: chugo7, synchronised, hash $expected" ] || { echo "C computes something else; wanted $expected" >&2; exit 1; }
 
 cd ..
+# The processor in the loop: the whole climb, and faults of every kind in both directions.
+cargo test --locked --quiet -p omni-sim --test link -- --ignored
 [ -x .venv/bin/python ] || scripts/venv.sh
 .venv/bin/python scripts/firmware_report.py --self-test
 .venv/bin/python scripts/firmware_report.py

@@ -10,11 +10,12 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use omni_core::Coordination;
 
 use crate::Error;
 use crate::config::{Language, Override, Scenario, builtin_scenarios, builtin_vehicles};
+use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
 /// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
 #[derive(Parser)]
@@ -36,6 +37,13 @@ enum Command {
         /// Coordination policy instead of the scenario's: independent, paper, synchronised or load_sharing.
         #[arg(long)]
         policy: Option<String>,
+        /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
+        /// with the physics. The latter computes in f32: as with --set control.precision=f32.
+        #[arg(long, value_enum, default_value_t = Place::Host)]
+        controller: Place,
+        /// Firmware image for --controller qemu.
+        #[arg(long, value_name = "FILE", default_value = DEFAULT_FIRMWARE)]
+        firmware: PathBuf,
     },
     /// Runs section 3.3 of the paper: three motors on dampers under three policies.
     Wheels {
@@ -69,6 +77,13 @@ enum Command {
 enum ConstantsLanguage {
     Rust,
     C,
+}
+
+/// Where the controller of a run is.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Place {
+    Host,
+    Qemu,
 }
 
 #[derive(Args)]
@@ -145,8 +160,16 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
         })
     };
     match cli.command.unwrap_or_else(default) {
-        Command::Compare(args) => compare::compare(&args, &Coordination::<f64>::PRESETS.map(Some), out),
-        Command::Run { args, policy } => compare::compare(&args, &[policy.as_deref()], out),
+        Command::Compare(args) => compare::compare(&args, &Coordination::<f64>::PRESETS.map(Some), None, out),
+        Command::Run {
+            args,
+            policy,
+            controller,
+            firmware,
+        } => {
+            let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
+            compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)
+        }
         Command::Wheels {
             experiment,
             overrides,

@@ -1,5 +1,8 @@
 //! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
 
+mod link;
+mod qemu;
+
 use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
 use omni_core::{
@@ -8,6 +11,8 @@ use omni_core::{
 
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
+pub use link::{Link, LinkCounters};
+pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,9 +75,18 @@ impl Default for ControlSample {
 
 /// One control loop with its state.
 trait Loop: Send + Sync {
-    /// `measured` has one entry a wheel; `sample` is overwritten.
-    fn step(&mut self, command: &BodyTwist<f64>, measured: &[f64], sample: &mut ControlSample);
+    /// `measured` has one entry a wheel; `sample` is overwritten, whatever is returned.
+    fn step(
+        &mut self,
+        command: &BodyTwist<f64>,
+        measured: &[f64],
+        sample: &mut ControlSample,
+    ) -> Result<(), Error>;
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
+    /// What was not received so far; none without a link.
+    fn link(&self) -> Option<LinkCounters> {
+        None
+    }
 }
 
 struct Sized<R, const N: usize> {
@@ -98,20 +112,28 @@ fn double<R: Real>(t: &BodyTwist<R>) -> BodyTwist<f64> {
     }
 }
 
-impl<R: Real, const N: usize> Loop for Sized<R, N> {
-    fn step(&mut self, command: &BodyTwist<f64>, measured: &[f64], sample: &mut ControlSample) {
-        let mut velocities = WheelVelocities::zero();
-        for (v, m) in velocities.rad_s.iter_mut().zip(measured) {
-            *v = R::of(*m);
-        }
-        let command = self.limiter.step(&mut self.limited, &scalar(command));
-        let s = self.controller.step(&mut self.state, &command, &velocities);
-        sample.command = double(&s.command);
-        sample.estimated = double(&self.controller.kinematics().forward(&velocities));
-        let residual = self.controller.kinematics().residual(&velocities);
-        sample.common_factor = s.wheels.common_factor.as_f64();
-        sample.wheels.clear();
-        sample.wheels.extend((0..N).map(|i| WheelSignals {
+/// Measured velocities in the controller's scalar.
+fn velocities<R: Real, const N: usize>(measured: &[f64]) -> WheelVelocities<R, N> {
+    let mut velocities = WheelVelocities::zero();
+    for (v, m) in velocities.rad_s.iter_mut().zip(measured) {
+        *v = R::of(*m);
+    }
+    velocities
+}
+
+impl ControlSample {
+    /// Overwrites everything with what a controller of omni-core says.
+    fn take<R: Real, const N: usize>(
+        &mut self,
+        s: &omni_core::ControlSample<R, N>,
+        estimated: &BodyTwist<R>,
+        residual: &WheelVelocities<R, N>,
+    ) {
+        self.command = double(&s.command);
+        self.estimated = double(estimated);
+        self.common_factor = s.wheels.common_factor.as_f64();
+        self.wheels.clear();
+        self.wheels.extend((0..N).map(|i| WheelSignals {
             reference_rad_s: s.wheels.reference.rad_s[i].as_f64(),
             measured_rad_s: s.wheels.measured.rad_s[i].as_f64(),
             p_n_m: s.wheels.p_n_m[i].as_f64(),
@@ -125,19 +147,39 @@ impl<R: Real, const N: usize> Loop for Sized<R, N> {
             residual_rad_s: residual.rad_s[i].as_f64(),
         }));
     }
+}
+
+impl<R: Real, const N: usize> Loop for Sized<R, N> {
+    fn step(
+        &mut self,
+        command: &BodyTwist<f64>,
+        measured: &[f64],
+        sample: &mut ControlSample,
+    ) -> Result<(), Error> {
+        let velocities = velocities(measured);
+        let command = self.limiter.step(&mut self.limited, &scalar(command));
+        let s = self.controller.step(&mut self.state, &command, &velocities);
+        let kinematics = self.controller.kinematics();
+        sample.take(
+            &s,
+            &kinematics.forward(&velocities),
+            &kinematics.residual(&velocities),
+        );
+        Ok(())
+    }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        self.controller
-            .kinematics()
-            .inverse(&scalar(twist))
-            .rad_s
-            .iter()
-            .map(|v| v.as_f64())
-            .collect()
+        inverse(&self.controller, twist)
     }
 }
 
-/// A controller for as many wheels as the vehicle has, in the precision the scenario names.
+fn inverse<R: Real, const N: usize>(controller: &Controller<R, N>, twist: &BodyTwist<f64>) -> Vec<f64> {
+    let velocities = controller.kinematics().inverse(&scalar(twist));
+    velocities.rad_s.iter().map(|v| v.as_f64()).collect()
+}
+
+/// A controller for as many wheels as the vehicle has: here in the precision the scenario names, or in `f32` at the other
+/// end of a link.
 pub struct AnyController(Box<dyn Loop>);
 
 impl AnyController {
@@ -146,13 +188,7 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] where the vehicle and the control cannot be combined; a loaded scenario has been checked.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        let refuse = |count| {
-            Err(config::Error::Key {
-                file: format!("vehicle {}", scenario.vehicle().name),
-                key: "wheel".into(),
-                message: config::wheel_count_refused(count).to_string(),
-            })
-        };
+        let refuse = |_| Err(wheel_count_refused(scenario));
         let count = scenario.vehicle().wheel.len();
         let built = match scenario.control.precision {
             Precision::F32 => for_wheel_count!(count, sized[f32](scenario), refuse),
@@ -161,15 +197,56 @@ impl AnyController {
         Ok(Self(built?))
     }
 
-    /// One control step; `measured_rad_s` has one actuator velocity a wheel.
-    pub fn step(&mut self, command: &BodyTwist<f64>, measured_rad_s: &[f64], sample: &mut ControlSample) {
-        self.0.step(command, measured_rad_s, sample);
+    /// A controller that somebody serves at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
+    /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
+    ///
+    /// # Errors
+    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
+    pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
+        let refuse = |_| Err(wheel_count_refused(scenario).into());
+        let count = scenario.vehicle().wheel.len();
+        Ok(Self(for_wheel_count!(count, linked[](scenario, link), refuse)?))
+    }
+
+    /// A controller in an emulated Cortex-M4F, in lock-step: the physics wait for it, it waits for them.
+    ///
+    /// # Errors
+    /// As [`AnyController::over_link`], and [`Error::Firmware`] where the image or the emulator is missing.
+    pub fn in_qemu(scenario: &Scenario, firmware: &Firmware) -> Result<Self, Error> {
+        Self::over_link(scenario, firmware.start()?)
+    }
+
+    /// One control step; `measured_rad_s` has one actuator velocity a wheel. `sample` is overwritten, whatever is returned.
+    ///
+    /// # Errors
+    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then. No other controller fails.
+    pub fn step(
+        &mut self,
+        command: &BodyTwist<f64>,
+        measured_rad_s: &[f64],
+        sample: &mut ControlSample,
+    ) -> Result<(), Error> {
+        self.0.step(command, measured_rad_s, sample)
     }
 
     /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
     #[must_use]
     pub fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
         self.0.inverse(twist)
+    }
+
+    /// What was lost on the link so far; none where the controller runs here.
+    #[must_use]
+    pub fn link(&self) -> Option<LinkCounters> {
+        self.0.link()
+    }
+}
+
+fn wheel_count_refused(scenario: &Scenario) -> config::Error {
+    config::Error::Key {
+        file: format!("vehicle {}", scenario.vehicle().name),
+        key: "wheel".into(),
+        message: config::wheel_count_refused(scenario.vehicle().wheel.len()).to_string(),
     }
 }
 
@@ -180,4 +257,8 @@ fn sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, 
         controller: scenario.controller::<R, N>()?,
         state: ControlState::default(),
     }))
+}
+
+fn linked<const N: usize>(scenario: &Scenario, link: Link) -> Result<Box<dyn Loop>, Error> {
+    Ok(Box::new(link::Linked::<N>::greet(scenario, link)?))
 }

@@ -30,6 +30,24 @@ pub enum Error {
     /// The log could not be written.
     #[error(transparent)]
     Log(#[from] crate::log::LogError),
+    /// A controller at the other end of a link cannot be started, or is not the scenario's.
+    #[error("{name}: {reason}")]
+    Firmware {
+        /// The image, or what else serves the controller.
+        name: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// The link to a running controller has stopped; there is no torque any more.
+    #[error("the link to the controller stopped at t = {time_s:.3} s: {reason} ({counters})")]
+    Link {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// Why.
+        reason: String,
+        /// What was lost until then.
+        counters: crate::controller::LinkCounters,
+    },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
     Diverged {
@@ -46,7 +64,7 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Log(error) => matches!(error, crate::log::LogError::Create { .. }),
-            Self::Diverged { .. } => false,
+            Self::Diverged { .. } | Self::Link { .. } => false,
             _ => true,
         }
     }

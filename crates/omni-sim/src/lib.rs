@@ -18,7 +18,7 @@ pub use omni_config as config;
 
 pub use error::Error;
 pub use outcome::Outcome;
-pub use run::{Record, control_periods, record, run, run_watched};
+pub use run::{Record, control_periods, record, record_with, run, run_watched, run_with};
 pub use simulation::Simulation;
 pub use trace::Trace;
 pub use wheels::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::config::Scenario;
+use crate::controller::{AnyController, LinkCounters};
 use crate::log::RunLog;
 use crate::trace::{Trace, TraceBuilder};
 use crate::{Error, Outcome, Simulation};
@@ -23,9 +24,21 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 /// As [`run`], and whatever `watch` returns.
 pub fn run_watched<E: From<Error>>(
     scenario: &Scenario,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Trace, E> {
+    run_with(scenario, AnyController::new(scenario)?, watch)
+}
+
+/// [`run_watched`] with a controller that was made for the scenario and is freshly started.
+///
+/// # Errors
+/// As [`Simulation::step`], and whatever `watch` returns.
+pub fn run_with<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    let mut simulation = Simulation::new(scenario)?;
+    let mut simulation = Simulation::with_controller(scenario, controller);
     let mut trace = TraceBuilder::new(scenario.vehicle());
     let periods = control_periods(scenario);
     for k in 0..periods {
@@ -45,6 +58,8 @@ pub struct Record {
     pub outcome: Outcome,
     /// The log, if one was asked for.
     pub mcap: Option<PathBuf>,
+    /// What was lost on the link to the controller, if there is one.
+    pub link: Option<LinkCounters>,
 }
 
 /// Runs a scenario from start to end, into a log if there is one, calling `watch` after every control period with the
@@ -54,10 +69,25 @@ pub struct Record {
 /// As [`run`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
 pub fn record<E: From<Error>>(
     scenario: &Scenario,
+    log: Option<RunLog>,
+    watch: impl FnMut(f64) -> Result<(), E>,
+) -> Result<Record, E> {
+    record_with(scenario, AnyController::new(scenario)?, log, watch)
+}
+
+/// [`record`] with a controller that was made for the scenario and is freshly started.
+///
+/// # Errors
+/// As [`run_with`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
+pub fn record_with<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
     mut log: Option<RunLog>,
     mut watch: impl FnMut(f64) -> Result<(), E>,
 ) -> Result<Record, E> {
-    let trace = run_watched(scenario, |simulation, part| {
+    let mut link = controller.link();
+    let trace = run_with(scenario, controller, |simulation, part| {
+        link = simulation.controller().link();
         if let Some(log) = &mut log {
             log.push(simulation.sample(), simulation.observation())
                 .map_err(Error::from)?;
@@ -69,7 +99,12 @@ pub fn record<E: From<Error>>(
         .map(|log| log.finish(&outcome))
         .transpose()
         .map_err(Error::from)?;
-    Ok(Record { trace, outcome, mcap })
+    Ok(Record {
+        trace,
+        outcome,
+        mcap,
+        link,
+    })
 }
 
 /// Control periods in a scenario.

@@ -37,6 +37,12 @@ impl Simulation {
     /// # Errors
     /// As [`AnyController::new`].
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
+        Ok(Self::with_controller(scenario, AnyController::new(scenario)?))
+    }
+
+    /// The scenario at its start, at rest, with a controller that was made for it and is freshly started.
+    #[must_use]
+    pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
         // 53 bits: uniform in -1..1.
         let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
@@ -45,22 +51,22 @@ impl Simulation {
         let world = World::new(scenario, x_m, yaw_rad);
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
-        let controller = AnyController::new(scenario)?;
-        Ok(Self {
+        Self {
             world,
             controller,
             sample: ControlSample::default(),
             observation,
             measured: Vec::new(),
             torques: Vec::new(),
-        })
+        }
     }
 
     /// One control period: measures, controls, holds the torques while the physics advance.
     ///
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
-    /// physics fail, and ever after.
+    /// physics fail, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
+    /// vehicle runs on without torque.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),
@@ -76,11 +82,12 @@ impl Simulation {
             }
         }
         self.world.measure(&mut self.measured);
-        self.controller.step(command, &self.measured, &mut self.sample);
+        let controlled = self.controller.step(command, &self.measured, &mut self.sample);
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
-        self.world.step(&self.torques, &mut self.observation)
+        self.world.step(&self.torques, &mut self.observation)?;
+        controlled
     }
 
     /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
@@ -106,6 +113,12 @@ impl Simulation {
         let mut velocities = Vec::new();
         self.world.measure(&mut velocities);
         velocities
+    }
+
+    /// The controller.
+    #[must_use]
+    pub fn controller(&self) -> &AnyController {
+        &self.controller
     }
 
     /// What the controller did in the last [`Simulation::step`].

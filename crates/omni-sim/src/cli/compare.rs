@@ -9,9 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::{RunArgs, print};
-use crate::config::{Scenario, Terrain};
+use crate::config::{Precision, Scenario, Terrain};
+use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::RunLog;
-use crate::{Error, Outcome, Record, record};
+use crate::{Error, Outcome, Record, record_with};
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -24,9 +25,17 @@ struct Row {
     mcap: PathBuf,
 }
 
-/// Runs the scenario under each policy (`None`: the scenario's own).
-pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn Write) -> Result<(), Error> {
-    let scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
+/// Runs the scenario under each policy (`None`: the scenario's own), with the controller in `firmware` if there is one.
+pub(super) fn compare(
+    args: &RunArgs,
+    policies: &[Option<&str>],
+    firmware: Option<&Firmware>,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let mut scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
+    if firmware.is_some() {
+        in_f32(args, &mut scenario)?;
+    }
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),
@@ -54,9 +63,13 @@ pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn W
     let mut rows = Vec::new();
     for (k, run) in runs.iter().enumerate() {
         bar.set_message(run.control.policy.clone());
-        let row = one(run, &args.out, |part| {
+        let (row, link) = one(run, firmware, &args.out, |part| {
             bar.set_position(1000 * k as u64 + (1000.0 * part) as u64)
         })?;
+        if let Some(link) = link.filter(|link| !link.is_zero()) {
+            // The figures stand, but they are not those of an undisturbed run.
+            let _ = bar.suspend(|| writeln!(std::io::stderr(), "not received on the link: {link}"));
+        }
         if args.json {
             // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
             let line = serde_json::to_string(&row).unwrap_or_default();
@@ -74,23 +87,56 @@ pub(super) fn compare(args: &RunArgs, policies: &[Option<&str>], out: &mut dyn W
     Ok(())
 }
 
-fn one(scenario: &Scenario, folder: &std::path::Path, progress: impl Fn(f64)) -> Result<Row, Error> {
+/// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
+/// refused; what a file says is overridden.
+fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
+    let asked = args.overrides.iter().any(|text| {
+        text.split_once('=')
+            .is_some_and(|(key, _)| key.trim() == "control.precision")
+    });
+    if asked && scenario.control.precision != Precision::F32 {
+        return Err(Error::Argument {
+            name: "control.precision",
+            value: "f64".into(),
+            allowed: "f32 with --controller qemu",
+        });
+    }
+    scenario.control.precision = Precision::F32;
+    Ok(())
+}
+
+fn one(
+    scenario: &Scenario,
+    firmware: Option<&Firmware>,
+    folder: &std::path::Path,
+    progress: impl Fn(f64),
+) -> Result<(Row, Option<LinkCounters>), Error> {
+    let controller = match firmware {
+        Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
+        None => AnyController::new(scenario)?,
+    };
     let path = folder.join(format!("{}-{}.mcap", scenario.name, scenario.control.policy));
     let start = Instant::now();
     let log = RunLog::create(&path, scenario)?;
-    let Record { trace, outcome, mcap } = record(scenario, Some(log), |part| {
+    let Record {
+        trace,
+        outcome,
+        mcap,
+        link,
+    } = record_with(scenario, controller, Some(log), |part| {
         progress(part);
         Ok::<(), Error>(())
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let simulated = trace.rows() as f64 * scenario.control.period_us as f64 * 1e-6;
-    Ok(Row {
+    let row = Row {
         policy: scenario.control.policy.clone(),
         outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,
         mcap: mcap.unwrap_or(path),
-    })
+    };
+    Ok((row, link))
 }
 
 fn headline(scenario: &Scenario) -> String {

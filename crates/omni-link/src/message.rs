@@ -1,0 +1,172 @@
+//! What the two sides say to each other.
+
+use omni_core::{BodyTwist, ControlSample, WheelVelocities};
+use serde::{Deserialize, Serialize};
+
+use crate::wire::{Sample, Twist, each, plain};
+use crate::{Action, Counters};
+
+/// Version of frames and messages; sides of different versions do not work together.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// Bytes of a request's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller
+/// receives into.
+///
+/// ```
+/// assert_eq!(omni_link::request_frame(7), 52);
+/// ```
+#[must_use]
+pub const fn request_frame(wheels: usize) -> usize {
+    framed(1 + 4 + 1 + 12 + 4 * wheels)
+}
+
+/// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller sends
+/// from.
+///
+/// ```
+/// assert_eq!(omni_link::answer_frame(7), 375);
+/// ```
+#[must_use]
+pub const fn answer_frame(wheels: usize) -> usize {
+    // Of a wheel: 10 numbers and 2 marks of its sample, and its residual.
+    framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 12 + 4 * wheels)
+}
+
+/// The check, a byte of stuffing for each 254 and one, the closing zero.
+const fn framed(body: usize) -> usize {
+    body + 4 + (body + 4) / 254 + 1 + 1
+}
+
+/// The longest request's frame: 8 wheels.
+pub const MAX_REQUEST_FRAME: usize = request_frame(8);
+
+/// The longest answer's frame: 8 wheels.
+pub const MAX_ANSWER_FRAME: usize = answer_frame(8);
+
+/// Message to the side that has the controller; it answers each.
+///
+/// ```
+/// use omni_link::{MAX_REQUEST_FRAME, ToController, decode, encode};
+/// let mut buffer = [0; MAX_REQUEST_FRAME];
+/// assert_eq!(encode(&ToController::<4>::Hello, &mut buffer).map(<[u8]>::len), Some(1 + 4 + 2));
+/// assert_eq!(decode(&mut buffer), Ok(ToController::<4>::Hello));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToController<const N: usize> {
+    /// Who are you?
+    Hello,
+    /// One control period.
+    Request(Request<N>),
+}
+
+/// One control period: what to control, and what was measured at its start.
+///
+/// ```
+/// use omni_core::BodyTwist;
+/// use omni_link::{MAX_REQUEST_FRAME, Request, ToController, decode, encode, request_frame};
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [0.5_f32; 4] };
+/// let mut buffer = [0; MAX_REQUEST_FRAME];
+/// let frame = encode(&ToController::Request(request), &mut buffer).unwrap_or_default();
+/// assert_eq!(frame.len(), request_frame(4));
+/// assert_eq!(decode(&mut buffer), Ok(ToController::Request(request)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request<const N: usize> {
+    /// Number of the period; wraps round.
+    #[serde(with = "plain")]
+    pub sequence: u32,
+    /// Start the loops afresh, whatever was before. The first request must.
+    pub restart: bool,
+    /// Command.
+    #[serde(with = "Twist")]
+    pub command: BodyTwist<f32>,
+    /// Measured actuator velocities \[rad/s\].
+    #[serde(with = "each")]
+    pub measured_rad_s: [f32; N],
+}
+
+/// Message from the side that has the controller. `A` is an [`Answer`], or a reference to one where it is only sent.
+///
+/// ```
+/// use omni_link::{Answer, FromController, MAX_ANSWER_FRAME, decode, encode};
+/// let (answer, mut buffer) = (Answer::<4>::stopped(), [0; MAX_ANSWER_FRAME]);
+/// encode(&FromController::Answer(&answer), &mut buffer);
+/// assert_eq!(decode(&mut buffer), Ok(FromController::Answer(answer)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FromController<A> {
+    /// To [`ToController::Hello`].
+    Greeting(Greeting),
+    /// To a request, or to a frame that is none.
+    Answer(A),
+}
+
+/// What a controller was built for: a host refuses one that is not its vehicle's. It reads the same for any number of
+/// wheels.
+///
+/// ```
+/// use omni_link::{Answer, FromController, Greeting, PROTOCOL_VERSION, decode, encode};
+/// let greeting = Greeting { version: PROTOCOL_VERSION, wheels: 4, period_us: 1000, digest: 0x1234_5678 };
+/// let mut buffer = [0; 32];
+/// encode(&FromController::<Answer<4>>::Greeting(greeting), &mut buffer);
+/// assert_eq!(decode(&mut buffer), Ok(FromController::<Answer<7>>::Greeting(greeting))); // not of 7 wheels, says the host
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Greeting {
+    /// [`PROTOCOL_VERSION`] of the controller.
+    #[serde(with = "plain")]
+    pub version: u32,
+    /// Number of wheels.
+    #[serde(with = "plain")]
+    pub wheels: u32,
+    /// Control period \[us\].
+    #[serde(with = "plain")]
+    pub period_us: u32,
+    /// Digest of the controller's constants.
+    #[serde(with = "plain")]
+    pub digest: u32,
+}
+
+/// What a controller did in a period, with every signal of it.
+///
+/// ```
+/// use omni_link::{Action, Answer};
+/// let answer = Answer::<7>::stopped();
+/// assert_eq!((answer.action, answer.sample.wheels.applied.n_m), (Action::Stop, [0.0; 7]));
+/// assert!(answer.counters.is_zero());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answer<const N: usize> {
+    /// Number of the request; where that was damaged the number that it should have had.
+    #[serde(with = "plain")]
+    pub sequence: u32,
+    /// [`Action::Step`]: the sample is of this period. [`Action::Hold`]: of the last step. [`Action::Stop`]: likewise, but
+    /// its applied torques are zero.
+    pub action: Action,
+    /// What went wrong with requests so far.
+    pub counters: Counters,
+    /// The controller's signals.
+    #[serde(with = "Sample")]
+    pub sample: ControlSample<f32, N>,
+    /// Twist that the measured velocities amount to: [`omni_core::Kinematics::forward`].
+    #[serde(with = "Twist")]
+    pub estimated: BodyTwist<f32>,
+    /// Part of the measured velocities that no motion explains \[rad/s\]: [`omni_core::Kinematics::residual`].
+    #[serde(with = "crate::wire::Velocities")]
+    pub residual: WheelVelocities<f32, N>,
+}
+
+impl<const N: usize> Answer<N> {
+    /// Before the first request: stopped, at rest.
+    #[must_use]
+    pub const fn stopped() -> Self {
+        Self {
+            sequence: 0,
+            action: Action::Stop,
+            counters: Counters::none(),
+            sample: ControlSample::zero(),
+            estimated: BodyTwist::zero(),
+            residual: WheelVelocities::zero(),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The controller's side, without the transport.
+
+#[cfg(test)]
+mod tests;
+
+use omni_core::{ControlSample, ControlState, Controller, TwistLimiter, TwistLimiterState, WheelTorques};
+
+use crate::{
+    Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, ToController, decode, encode,
+};
+
+/// Answers frames with a controller of `N` wheels: the loops' state, the guard and the last answer, at most
+/// 75 `N` + 80 bytes. Needs no buffers but the two it is given.
+///
+/// ```
+/// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
+/// use omni_link::{Action, Answer, FromController, Receiver, Request, Server, ToController};
+/// use omni_link::{answer_frame, decode, encode, request_frame};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+/// let any = AxisLimits::unlimited();
+/// let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+/// let mut server = Server::<4>::new(0x1234_5678, 1000);
+/// let (mut receiver, mut out) = (Receiver::<{ request_frame(4) }>::new(), [0; answer_frame(4)]);
+///
+/// // What comes from the wire: wheels that turn with 2 rad/s are to stand still.
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let mut wire = [0; request_frame(4)];
+/// encode(&ToController::Request(request), &mut wire);
+/// for byte in wire {
+///     if let Some(frame) = receiver.push(byte) {
+///         server.answer(&controller, &limiter, frame, &mut out); // and what it returns goes to the wire
+///     }
+/// }
+/// let Ok(FromController::Answer(answer)) = decode::<FromController<Answer<4>>>(&mut out) else { panic!() };
+/// assert_eq!((answer.sequence, answer.action), (1, Action::Step));
+/// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Server<const N: usize> {
+    greeting: Greeting,
+    limited: TwistLimiterState<f32>,
+    state: ControlState<f32, N>,
+    guard: Guard,
+    answer: Answer<N>,
+}
+
+impl<const N: usize> Server<N> {
+    /// Stopped, for a controller of control period `period_us` \[us\] whose constants have this digest.
+    #[must_use]
+    pub const fn new(digest: u32, period_us: u32) -> Self {
+        Self {
+            greeting: Greeting {
+                version: PROTOCOL_VERSION,
+                wheels: N as u32,
+                period_us,
+                digest,
+            },
+            limited: TwistLimiterState::new(),
+            state: ControlState::new(),
+            guard: Guard::new(),
+            answer: Answer::stopped(),
+        }
+    }
+
+    /// Answers one frame: `received` without its closing zero, or with it; its bytes are used up. Always the same
+    /// `controller` and `limiter`, which the command goes through. Returns the answer's frame at the front of `out`, nothing only where `out` is shorter than
+    /// [`answer_frame`](crate::answer_frame)`(N)`.
+    pub fn answer<'a>(
+        &mut self,
+        controller: &Controller<f32, N>,
+        limiter: &TwistLimiter<f32>,
+        received: &mut [u8],
+        out: &'a mut [u8],
+    ) -> &'a [u8] {
+        let message = match decode(received) {
+            Ok(ToController::Hello) => FromController::Greeting(self.greeting),
+            Ok(ToController::Request(request)) => {
+                self.take(controller, limiter, &request);
+                FromController::Answer(&self.answer)
+            }
+            Err(error) => {
+                let action = self.guard.damaged(error);
+                self.settle(action);
+                FromController::Answer(&self.answer)
+            }
+        };
+        encode(&message, out).unwrap_or_default()
+    }
+
+    fn take(&mut self, controller: &Controller<f32, N>, limiter: &TwistLimiter<f32>, request: &Request<N>) {
+        let action = if request.restart {
+            self.guard.restart(request.sequence);
+            (self.limited, self.state) = (TwistLimiterState::new(), ControlState::new());
+            Action::Step
+        } else {
+            self.guard.received(request.sequence)
+        };
+        if action == Action::Step {
+            let measured = request.measured_rad_s.into();
+            let Answer { sample, .. } = &mut self.answer;
+            let command = limiter.step(&mut self.limited, &request.command);
+            controller.step_into(&mut self.state, &command, &measured, sample);
+            self.answer.estimated = controller.kinematics().forward(&measured);
+            self.answer.residual = controller.kinematics().residual(&measured);
+        }
+        self.settle(action);
+        self.answer.sequence = request.sequence;
+    }
+
+    fn settle(&mut self, action: Action) {
+        if action == Action::Stop {
+            self.answer.sample.wheels.applied = WheelTorques::zero();
+        }
+        self.answer.action = action;
+        self.answer.sequence = self.guard.sequence();
+        self.answer.counters = self.guard.counters();
+    }
+
+    /// For firmware with a timer: no frame has come in this period. Returns what to do, with [`Server::torques`].
+    pub fn missed(&mut self) -> Action {
+        let action = self.guard.missed();
+        self.settle(action);
+        action
+    }
+
+    /// Torques to apply now \[N.m\]: of the last step, zero while stopped.
+    #[must_use]
+    pub fn torques(&self) -> &WheelTorques<f32, N> {
+        &self.answer.sample.wheels.applied
+    }
+
+    /// Every signal of the last step.
+    #[must_use]
+    pub fn sample(&self) -> &ControlSample<f32, N> {
+        &self.answer.sample
+    }
+
+    /// What went wrong so far, and whether the loop runs.
+    #[must_use]
+    pub fn guard(&self) -> &Guard {
+        &self.guard
+    }
+}

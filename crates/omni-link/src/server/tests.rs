@@ -1,0 +1,268 @@
+use super::*;
+
+use std::vec::Vec;
+
+use omni_core::{
+    AxisLimits, BodyTwist, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig,
+    WheelLayout,
+};
+
+use crate::{FrameError, HOLD_PERIODS, answer_frame, request_frame};
+
+const N: usize = 4;
+
+fn controller() -> Controller<f32, N> {
+    let gains = PidGains {
+        kp_n_m_s_rad: 0.3,
+        ki_n_m_rad: 2.0,
+        kd_n_m_s2_rad: 0.0,
+    };
+    let config = WheelControlConfig {
+        pid: PidConfig::new(gains, 1e-3),
+        limits: [TorqueLimit::constant(2.0).expect("valid"); N],
+        coordination: Coordination::synchronised(),
+    };
+    Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid"), config).expect("valid")
+}
+
+/// No more than 0.05 m/s sideways.
+fn limiter() -> TwistLimiter<f32> {
+    let any = AxisLimits::unlimited();
+    let vy = AxisLimits {
+        max_velocity: 0.05,
+        ..any
+    };
+    TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy, wz: any }, 1e-3).expect("valid")
+}
+
+fn request(sequence: u32, restart: bool) -> Request<N> {
+    let command = BodyTwist {
+        vx_m_s: 0.1,
+        vy_m_s: 0.02,
+        wz_rad_s: -0.1,
+    };
+    Request {
+        sequence,
+        restart,
+        command,
+        measured_rad_s: [0.1, 0.2, 0.3, sequence as f32 * 0.01],
+    }
+}
+
+/// A server and its wire.
+struct Bench {
+    server: Server<N>,
+    controller: Controller<f32, N>,
+    limiter: TwistLimiter<f32>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            server: Server::new(7, 1000),
+            controller: controller(),
+            limiter: limiter(),
+        }
+    }
+
+    fn raw(&mut self, received: &mut [u8]) -> FromController<Answer<N>> {
+        let mut out = [0; answer_frame(N)];
+        let mut answer = self
+            .server
+            .answer(&self.controller, &self.limiter, received, &mut out)
+            .to_vec();
+        decode(&mut answer).expect("always answers")
+    }
+
+    fn ask(&mut self, sequence: u32, restart: bool) -> Answer<N> {
+        let mut frame = [0; request_frame(N)];
+        encode(&ToController::Request(request(sequence, restart)), &mut frame);
+        self.answer(&mut frame)
+    }
+
+    fn answer(&mut self, received: &mut [u8]) -> Answer<N> {
+        match self.raw(received) {
+            FromController::Answer(answer) => answer,
+            FromController::Greeting(_) => panic!("not asked for"),
+        }
+    }
+}
+
+#[test]
+fn a_greeting_says_what_the_controller_was_built_for() {
+    let mut frame = [0; 16];
+    encode(&ToController::<N>::Hello, &mut frame);
+    let expected = Greeting {
+        version: PROTOCOL_VERSION,
+        wheels: 4,
+        period_us: 1000,
+        digest: 7,
+    };
+    assert_eq!(Bench::new().raw(&mut frame), FromController::Greeting(expected));
+}
+
+#[test]
+fn answers_are_the_controllers_own_steps_bit_for_bit() {
+    let (mut bench, controller) = (Bench::new(), controller());
+    let mut state = ControlState::default();
+    for k in 1..50 {
+        let answer = bench.ask(k, k == 1);
+        let measured = request(k, false).measured_rad_s.into();
+        let sample = controller.step(&mut state, &request(k, false).command, &measured);
+        assert_eq!((answer.sequence, answer.action), (k, Action::Step));
+        assert_eq!(answer.sample, sample);
+        assert_eq!(answer.estimated, controller.kinematics().forward(&measured));
+        assert_eq!(answer.residual, controller.kinematics().residual(&measured));
+    }
+}
+
+#[test]
+fn nothing_moves_before_a_restart() {
+    let mut bench = Bench::new();
+    for k in 1..4 {
+        let answer = bench.ask(k, false);
+        assert_eq!((answer.action, answer.sequence), (Action::Stop, k));
+        assert_eq!(answer.sample, ControlSample::zero());
+    }
+    assert_eq!(bench.ask(4, true).action, Action::Step);
+}
+
+#[test]
+fn damaged_requests_hold_the_torques_ten_times_and_then_there_are_none() {
+    let mut bench = Bench::new();
+    bench.ask(1, true);
+    let last = bench.ask(2, false);
+    assert!(last.sample.wheels.applied.n_m.iter().all(|&torque| torque != 0.0));
+    for k in 1..=HOLD_PERIODS {
+        let answer = bench.answer(&mut [2, 1, 2]);
+        assert_eq!((answer.action, answer.sequence), (Action::Hold, 2 + k));
+        assert_eq!(answer.sample, last.sample);
+        assert_eq!(answer.counters.truncated, k);
+    }
+    for _ in 0..3 {
+        let answer = bench.answer(&mut [2, 1, 2]);
+        assert_eq!(answer.action, Action::Stop);
+        assert_eq!(answer.sample.wheels.applied, WheelTorques::zero());
+    }
+    assert_eq!(bench.ask(16, false).action, Action::Stop); // a good request does not help
+    assert_eq!(bench.server.torques(), &WheelTorques::zero());
+}
+
+#[test]
+fn a_restart_starts_the_loops_afresh() {
+    let mut bench = Bench::new();
+    let fresh = bench.ask(1, true);
+    for k in 2..30 {
+        bench.ask(k, false);
+    }
+    let sample = |sequence| Request {
+        sequence,
+        ..request(1, true)
+    };
+    let mut frame = [0; request_frame(N)];
+    encode(&ToController::Request(sample(900)), &mut frame);
+    let again = bench.answer(&mut frame);
+    assert_eq!(again.sample, fresh.sample); // the integrals have forgotten
+    assert_eq!((again.action, again.sequence), (Action::Step, 900));
+    assert_eq!(bench.ask(901, false).action, Action::Step);
+    assert!(bench.server.guard().counters().is_zero());
+}
+
+#[test]
+fn a_gap_in_the_numbers_is_counted_and_too_long_a_one_stops() {
+    let mut bench = Bench::new();
+    bench.ask(1, true);
+    let answer = bench.ask(12, false);
+    assert_eq!(
+        (answer.action, answer.counters.lost),
+        (Action::Step, HOLD_PERIODS)
+    );
+    let answer = bench.ask(24, false);
+    assert_eq!(
+        (answer.action, answer.counters.lost),
+        (Action::Stop, 2 * HOLD_PERIODS + 1)
+    );
+    assert_eq!(answer.sample.wheels.applied, WheelTorques::zero());
+}
+
+#[test]
+fn a_timer_without_frames_does_as_damaged_frames_do() {
+    let mut bench = Bench::new();
+    let last = bench.ask(1, true).sample.wheels.applied;
+    for _ in 0..HOLD_PERIODS {
+        assert_eq!(
+            (bench.server.missed(), *bench.server.torques()),
+            (Action::Hold, last)
+        );
+    }
+    assert_eq!(
+        (bench.server.missed(), *bench.server.torques()),
+        (Action::Stop, WheelTorques::zero())
+    );
+    assert_eq!(bench.server.guard().counters().lost, HOLD_PERIODS + 1);
+}
+
+#[test]
+fn a_request_that_repeats_itself_is_not_stepped_twice() {
+    let mut bench = Bench::new();
+    bench.ask(1, true);
+    let (first, second) = (bench.ask(2, false), bench.ask(2, false));
+    assert_eq!((second.action, second.sample), (Action::Hold, first.sample));
+    assert_eq!(second.counters.lost, 1);
+}
+
+#[test]
+fn a_short_buffer_is_left_without_an_answer() {
+    let mut bench = Bench::new();
+    let mut out = [0; answer_frame(N) - 8];
+    assert!(
+        bench
+            .server
+            .answer(&bench.controller, &bench.limiter, &mut [1], &mut out)
+            .is_empty()
+    );
+}
+
+#[test]
+fn a_server_of_seven_wheels_is_small() {
+    // State 4 numbers and a mark a wheel, answer 11 numbers and 2 marks a wheel: what is not stated in the docs is new.
+    assert!(
+        core::mem::size_of::<Server<7>>() <= 75 * 7 + 80,
+        "{}",
+        core::mem::size_of::<Server<7>>()
+    );
+}
+
+#[test]
+fn every_damaged_request_is_answered_and_none_is_stepped() {
+    let mut frame = [0; request_frame(N)];
+    encode(&ToController::Request(request(2, false)), &mut frame);
+    let outcomes: Vec<_> = (0..8 * frame.len() - 8)
+        .map(|bit| {
+            let mut bench = Bench::new();
+            let before = bench.ask(1, true);
+            let mut damaged = frame;
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let answer = bench.answer(&mut damaged);
+            assert_eq!(
+                (answer.action, answer.sample),
+                (Action::Hold, before.sample),
+                "bit {bit}"
+            );
+            let counters = answer.counters;
+            assert_eq!(counters.truncated + counters.corrupted, 1, "bit {bit}");
+            if counters.corrupted == 1 {
+                FrameError::Corrupted
+            } else {
+                FrameError::Truncated
+            }
+        })
+        .collect();
+    // Most bits are payload; the few that say how long something is look like a loss of bytes.
+    let corrupted = outcomes.iter().filter(|&&e| e == FrameError::Corrupted).count();
+    assert!(
+        corrupted * 4 > outcomes.len() * 3,
+        "{corrupted} of {}",
+        outcomes.len()
+    );
+}

@@ -1,0 +1,149 @@
+//! A controller's firmware in QEMU: a Cortex-M4F (board mps2-an386) whose semihosting console is the link.
+
+use std::io::{BufRead, BufReader, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::Link;
+use crate::Error;
+
+/// Where the workspace in `firmware/` puts the image, seen from the top of the repository.
+pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/loop";
+
+const QEMU: &str = "qemu-system-arm";
+
+/// How long an emulator that has closed its end may take to say why.
+const LAST_WORDS: Duration = Duration::from_secs(2);
+
+/// A firmware image, to be run in QEMU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Firmware {
+    /// The image: an ELF file for a Cortex-M4F that serves omni-link frames on the semihosting console.
+    pub image: PathBuf,
+    /// How long to wait for an answer. The emulator loses none: 2 s by default, so that a busy machine is not taken for a
+    /// broken one.
+    pub time_out: Duration,
+}
+
+impl Firmware {
+    /// An image, with the default time-out.
+    #[must_use]
+    pub fn new(image: impl Into<PathBuf>) -> Self {
+        Self {
+            image: image.into(),
+            time_out: Duration::from_secs(2),
+        }
+    }
+
+    /// Starts the emulator, which runs until the link is dropped.
+    ///
+    /// # Errors
+    /// [`Error::Firmware`] where the image or the emulator is missing.
+    pub fn start(&self) -> Result<Link, Error> {
+        let name = self.image.display().to_string();
+        let refuse = |reason: String| Error::Firmware {
+            name: name.clone(),
+            reason,
+        };
+        if !self.image.is_file() {
+            return Err(refuse(
+                "no such firmware image: build the one in firmware/, or name another by --firmware FILE"
+                    .into(),
+            ));
+        }
+        let mut child = emulator(&self.image).spawn().map_err(|error| {
+            refuse(match error.kind() {
+                ErrorKind::NotFound => {
+                    format!(
+                        "{QEMU} is not installed (Debian's package of that name), or use --controller host"
+                    )
+                }
+                _ => format!("{QEMU} cannot be started: {error}"),
+            })
+        })?;
+        let streams = child.stdout.take().zip(child.stdin.take());
+        let process = Process::new(child);
+        let (reader, writer) =
+            streams.ok_or_else(|| refuse(format!("{QEMU} cannot be started: it has no pipes")))?;
+        Ok(Link::new(name, reader, writer, self.time_out).with_process(process))
+    }
+}
+
+/// The emulator with an image, its console being standard input and output; [`Firmware::start`] runs it.
+#[must_use]
+pub fn emulator(image: &Path) -> Command {
+    let mut command = Command::new(QEMU);
+    command
+        .args([
+            "-M",
+            "mps2-an386",
+            "-display",
+            "none",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ])
+        // Without a chardev: the guest's reads and writes of the console are the emulator's own of its standard streams.
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// A running emulator; killed when dropped.
+pub(super) struct Process {
+    child: Child,
+    /// The first line it wrote to standard error.
+    complaint: Mutex<Receiver<String>>,
+}
+
+impl Process {
+    fn new(mut child: Child) -> Self {
+        let (sender, complaint) = mpsc::channel();
+        if let Some(stderr) = child.stderr.take() {
+            // Reads on after the first line: a full pipe would stop the emulator.
+            std::thread::spawn(move || {
+                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                    // Nobody may want it any more.
+                    let _ = sender.send(line);
+                }
+            });
+        }
+        Self {
+            child,
+            complaint: Mutex::new(complaint),
+        }
+    }
+
+    /// Why it has ended.
+    pub(super) fn obituary(&mut self) -> String {
+        let until = Instant::now() + LAST_WORDS;
+        let status = loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => break format!("the firmware has ended ({QEMU}: {status}"),
+                _ if Instant::now() < until => std::thread::sleep(Duration::from_millis(5)),
+                _ => break format!("the firmware has closed its console ({QEMU} still runs"),
+            }
+        };
+        let complaint = self.complaint.get_mut().unwrap_or_else(PoisonError::into_inner);
+        match complaint.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            Ok(line) => format!("{status}, {line})"),
+            Err(_) => format!("{status})"),
+        }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
