@@ -11,38 +11,18 @@ use core::fmt::Result;
 /// A value that can describe itself, down to its numbers.
 ///
 /// ```
-/// use omni_core::constants::{Constant, Describe};
+/// use omni_core::constants::{Constant, Describe, Piece};
 /// use omni_core::{AxisLimits, RateLimiter};
 /// /// Adds up the numbers.
 /// struct Sum(f64);
 /// impl Describe for Sum {
-///     fn real(&mut self, value: f64, _: bool) -> core::fmt::Result {
-///         self.0 += value;
-///         Ok(())
-///     }
-///     fn whole(&mut self, _: u32) -> core::fmt::Result {
-///         Ok(())
-///     }
-///     fn flag(&mut self, _: bool) -> core::fmt::Result {
-///         Ok(())
-///     }
-///     fn list(&mut self, items: &mut dyn Iterator<Item = &dyn Constant>) -> core::fmt::Result {
-///         for item in items {
-///             item.describe(self)?;
+///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
+///         match piece {
+///             Piece::Real { value, .. } => self.0 += value,
+///             Piece::Struct { fields, .. } => fields.iter().try_for_each(|(_, field)| field.describe(self))?,
+///             _ => {}
 ///         }
 ///         Ok(())
-///     }
-///     fn structure(&mut self, _: &'static str, fields: &[(&'static str, &dyn Constant)]) -> core::fmt::Result {
-///         self.list(&mut fields.iter().map(|(_, field)| *field))
-///     }
-///     fn choice(&mut self, _: &'static str, _: &'static str) -> core::fmt::Result {
-///         Ok(())
-///     }
-///     fn variant(&mut self, name: &'static str, _: &'static str, fields: &[(&'static str, &dyn Constant)]) -> core::fmt::Result {
-///         self.structure(name, fields)
-///     }
-///     fn option(&mut self, value: Option<&dyn Constant>) -> core::fmt::Result {
-///         value.map_or(Ok(()), |value| value.describe(self))
 ///     }
 /// }
 /// let mut sum = Sum(0.0);
@@ -52,79 +32,178 @@ use core::fmt::Result;
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 pub trait Constant {
-    /// Tells `to` what the value is made of.
+    /// Gives the value to `to`, as one [`Piece`].
     ///
     /// # Errors
     /// Those of `to`.
+    ///
+    /// ```
+    /// use omni_core::constants::{Constant, Describe, Piece};
+    /// struct Last(f64);
+    /// impl Describe for Last {
+    ///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
+    ///         let Piece::Real { value, single: true } = piece else { return Err(core::fmt::Error) };
+    ///         self.0 = value;
+    ///         Ok(())
+    ///     }
+    /// }
+    /// let mut last = Last(0.0);
+    /// assert!(0.1_f32.describe(&mut last).is_ok() && 0.2_f64.describe(&mut last).is_err());
+    /// assert_eq!(last.0, 0.1_f32 as f64);
+    /// ```
     fn describe(&self, to: &mut dyn Describe) -> Result;
 }
 
-/// What a [`Constant`] is told to: a writer of source.
+/// What a [`Constant`] describes itself to: a writer of source. See [`Constant`] for a whole one.
 ///
-/// Errors are the writer's own.
+/// ```
+/// use omni_core::constants::{Constant, Describe, Piece};
+/// struct Count(usize);
+/// impl Describe for Count {
+///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
+///         if let Piece::List(items) = piece {
+///             self.0 += items.count();
+///         }
+///         Ok(())
+///     }
+/// }
+/// let mut count = Count(0);
+/// [0.5_f32; 7].describe(&mut count).expect("writes nothing");
+/// assert_eq!(count.0, 7);
+/// ```
 pub trait Describe {
+    /// Takes one value, and lets its parts describe themselves.
+    ///
+    /// # Errors
+    /// The writer's own.
+    ///
+    /// ```
+    /// use omni_core::constants::{Constant, Describe, Piece};
+    /// struct Truths(u32);
+    /// impl Describe for Truths {
+    ///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
+    ///         match piece {
+    ///             Piece::Flag(flag) => self.0 += u32::from(flag),
+    ///             Piece::List(items) => for item in items { item.describe(self)? },
+    ///             _ => {}
+    ///         }
+    ///         Ok(())
+    ///     }
+    /// }
+    /// let mut truths = Truths(0);
+    /// [true, false, true].describe(&mut truths).expect("writes nothing");
+    /// assert_eq!(truths.0, 2);
+    /// ```
+    fn take(&mut self, piece: Piece<'_>) -> Result;
+}
+
+/// The fields of a struct or variant in the order of their declaration.
+pub type Fields<'a> = &'a [(&'static str, &'a dyn Constant)];
+
+/// A value, with its parts.
+///
+/// ```
+/// use omni_core::constants::{Constant, Describe, Piece};
+/// use omni_core::Integral;
+/// struct Variant(&'static str);
+/// impl Describe for Variant {
+///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
+///         if let Piece::Choice { name: "Integral", variant } = piece {
+///             self.0 = variant;
+///         }
+///         Ok(())
+///     }
+/// }
+/// let mut variant = Variant("");
+/// Integral::Shared.describe(&mut variant).expect("writes nothing");
+/// assert_eq!((variant.0, variant.0.len()), ("Shared", 6));
+/// ```
+pub enum Piece<'a> {
     /// A number, in `f32` where `single`: then `value` is exactly one.
-    fn real(&mut self, value: f64, single: bool) -> Result;
+    Real {
+        /// The number.
+        value: f64,
+        /// It is an `f32`.
+        single: bool,
+    },
     /// A count.
-    fn whole(&mut self, value: u32) -> Result;
+    Whole(u32),
     /// A yes or no.
-    fn flag(&mut self, value: bool) -> Result;
+    Flag(bool),
     /// An array.
-    fn list(&mut self, items: &mut dyn Iterator<Item = &dyn Constant>) -> Result;
-    /// A struct of that name with its fields, in the order of their declaration.
-    fn structure(&mut self, name: &'static str, fields: &[(&'static str, &dyn Constant)]) -> Result;
-    /// A variant of the enum of that name, none of whose variants has fields.
-    fn choice(&mut self, name: &'static str, variant: &'static str) -> Result;
-    /// A variant of the enum of that name, some of whose variants have fields.
-    fn variant(
-        &mut self,
+    List(&'a mut dyn Iterator<Item = &'a dyn Constant>),
+    /// A struct.
+    Struct {
+        /// Its name.
         name: &'static str,
+        /// Its fields.
+        fields: Fields<'a>,
+    },
+    /// A variant of an enum none of whose variants has fields.
+    Choice {
+        /// The enum's name.
+        name: &'static str,
+        /// The variant's.
         variant: &'static str,
-        fields: &[(&'static str, &dyn Constant)],
-    ) -> Result;
+    },
+    /// A variant of an enum some of whose variants have fields.
+    Variant {
+        /// The enum's name.
+        name: &'static str,
+        /// The variant's.
+        variant: &'static str,
+        /// The variant's fields, maybe none.
+        fields: Fields<'a>,
+    },
     /// A value that may be missing.
-    fn option(&mut self, value: Option<&dyn Constant>) -> Result;
+    Option(Option<&'a dyn Constant>),
 }
 
 impl Constant for f32 {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.real(f64::from(*self), true)
+        to.take(Piece::Real {
+            value: f64::from(*self),
+            single: true,
+        })
     }
 }
 
 impl Constant for f64 {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.real(*self, false)
+        to.take(Piece::Real {
+            value: *self,
+            single: false,
+        })
     }
 }
 
 impl Constant for u16 {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.whole(u32::from(*self))
+        to.take(Piece::Whole(u32::from(*self)))
     }
 }
 
 impl Constant for u32 {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.whole(*self)
+        to.take(Piece::Whole(*self))
     }
 }
 
 impl Constant for bool {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.flag(*self)
+        to.take(Piece::Flag(*self))
     }
 }
 
 impl<T: Constant, const N: usize> Constant for [T; N] {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.list(&mut self.iter().map(|item| item as &dyn Constant))
+        to.take(Piece::List(&mut self.iter().map(|item| item as &dyn Constant)))
     }
 }
 
 impl<T: Constant> Constant for Option<T> {
     fn describe(&self, to: &mut dyn Describe) -> Result {
-        to.option(self.as_ref().map(|value| value as &dyn Constant))
+        to.take(Piece::Option(self.as_ref().map(|value| value as &dyn Constant)))
     }
 }
 
@@ -143,7 +222,10 @@ macro_rules! constant_struct {
             for $name<R $(, $n)?>
         {
             fn describe(&self, to: &mut dyn $crate::constants::Describe) -> core::fmt::Result {
-                to.structure(stringify!($name), &[$((stringify!($field), &self.$field)),+])
+                to.take($crate::constants::Piece::Struct {
+                    name: stringify!($name),
+                    fields: &[$((stringify!($field), &self.$field)),+],
+                })
             }
         }
     };
@@ -157,7 +239,7 @@ macro_rules! constant_enum {
                 let variant = match self {
                     $(Self::$variant => stringify!($variant),)+
                 };
-                to.choice(stringify!($name), variant)
+                to.take($crate::constants::Piece::Choice { name: stringify!($name), variant })
             }
         }
     };
@@ -165,11 +247,11 @@ macro_rules! constant_enum {
         impl<$r: $crate::Real + $crate::constants::Constant> $crate::constants::Constant for $name<$r> {
             fn describe(&self, to: &mut dyn $crate::constants::Describe) -> core::fmt::Result {
                 match self {
-                    $(Self::$variant $({ $($field),+ })? => to.variant(
-                        stringify!($name),
-                        stringify!($variant),
-                        &[$($((stringify!($field), $field as &dyn $crate::constants::Constant)),+)?],
-                    ),)+
+                    $(Self::$variant $({ $($field),+ })? => to.take($crate::constants::Piece::Variant {
+                        name: stringify!($name),
+                        variant: stringify!($variant),
+                        fields: &[$($((stringify!($field), $field as &dyn $crate::constants::Constant)),+)?],
+                    }),)+
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::{Result, Write};
 
-use omni_core::constants::{Constant, Describe};
+use omni_core::constants::{Constant, Describe, Fields, Piece};
 
 use super::Values;
 use crate::{Error, Scenario};
@@ -47,8 +47,20 @@ pub(super) fn initialiser(value: &dyn Constant) -> String {
 
 struct Initialiser(String);
 
+/// `ScaleReference` as `SCALE_REFERENCE`.
+fn screaming(name: &str) -> String {
+    let mut text = String::new();
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && !text.is_empty() {
+            text.push('_');
+        }
+        text.push(c.to_ascii_uppercase());
+    }
+    text
+}
+
 impl Initialiser {
-    fn fields(&mut self, fields: &[(&'static str, &dyn Constant)]) -> Result {
+    fn fields(&mut self, fields: Fields<'_>) -> Result {
         for (field, value) in fields {
             write!(self.0, ".{field} = ")?;
             value.describe(self)?;
@@ -56,88 +68,58 @@ impl Initialiser {
         }
         Ok(())
     }
-}
 
-/// `ScaleReference` as `scale_reference`.
-fn snake_case(name: &str) -> String {
-    let mut snake = String::new();
-    for c in name.chars() {
-        if c.is_ascii_uppercase() && !snake.is_empty() {
-            snake.push('_');
-        }
-        snake.push(c.to_ascii_lowercase());
-    }
-    snake
-}
-
-impl Describe for Initialiser {
-    fn real(&mut self, value: f64, _: bool) -> Result {
-        // All of C's presets are in `float`.
+    /// All of C's presets are in `float`.
+    fn real(&mut self, value: f64) -> Result {
+        // <math.h> is not there without a C library; gcc and clang have these.
         if value.is_nan() {
-            self.0.push_str("__builtin_nanf(\"\")");
-            Ok(())
+            self.0.write_str("__builtin_nanf(\"\")")
         } else if value.is_infinite() {
-            // <math.h> is not there without a C library; gcc and clang have these.
             let sign = if value > 0.0 { "" } else { "-" };
             write!(self.0, "{sign}__builtin_inff()")
         } else {
             write!(self.0, "{:?}f", value as f32)
         }
     }
+}
 
-    fn whole(&mut self, value: u32) -> Result {
-        write!(self.0, "{value}")
-    }
-
-    fn flag(&mut self, value: bool) -> Result {
-        write!(self.0, "{value}")
-    }
-
-    fn list(&mut self, items: &mut dyn Iterator<Item = &dyn Constant>) -> Result {
-        self.0.push('{');
-        for item in items {
-            item.describe(self)?;
-            self.0.push_str(", ");
+impl Describe for Initialiser {
+    fn take(&mut self, piece: Piece<'_>) -> Result {
+        match piece {
+            Piece::Real { value, .. } => self.real(value),
+            Piece::Whole(value) => write!(self.0, "{value}"),
+            Piece::Flag(value) => write!(self.0, "{value}"),
+            Piece::List(items) => {
+                self.0.push('{');
+                for item in items {
+                    item.describe(self)?;
+                    self.0.push_str(", ");
+                }
+                self.0.write_str("}")
+            }
+            Piece::Struct { fields, .. } => {
+                self.0.push_str("{\n");
+                self.fields(fields)?;
+                self.0.write_str("}")
+            }
+            Piece::Choice { name, variant } => {
+                write!(self.0, "OMNI_{}_{}", screaming(name), screaming(variant))
+            }
+            Piece::Variant {
+                name,
+                variant,
+                fields,
+            } => {
+                let variant = screaming(variant);
+                write!(self.0, "{{ .tag = OMNI_{}_{variant}, ", screaming(name))?;
+                if !fields.is_empty() {
+                    write!(self.0, ".{variant} = {{ ")?;
+                    self.fields(fields)?;
+                    self.0.push_str("} ");
+                }
+                self.0.write_str("}")
+            }
+            Piece::Option(_) => Err(std::fmt::Error), // no type of `omnistep.h` has one
         }
-        self.0.push('}');
-        Ok(())
-    }
-
-    fn structure(&mut self, _: &'static str, fields: &[(&'static str, &dyn Constant)]) -> Result {
-        self.0.push_str("{\n");
-        self.fields(fields)?;
-        self.0.push('}');
-        Ok(())
-    }
-
-    fn choice(&mut self, name: &'static str, variant: &'static str) -> Result {
-        write!(
-            self.0,
-            "OMNI_{}_{}",
-            snake_case(name).to_uppercase(),
-            snake_case(variant).to_uppercase()
-        )
-    }
-
-    fn variant(
-        &mut self,
-        name: &'static str,
-        variant: &'static str,
-        fields: &[(&'static str, &dyn Constant)],
-    ) -> Result {
-        self.0.push_str("{ .tag = ");
-        self.choice(name, variant)?;
-        self.0.push_str(", ");
-        if !fields.is_empty() {
-            write!(self.0, ".{} = {{ ", snake_case(variant).to_uppercase())?;
-            self.fields(fields)?;
-            self.0.push_str("} ");
-        }
-        self.0.push('}');
-        Ok(())
-    }
-
-    fn option(&mut self, _: Option<&dyn Constant>) -> Result {
-        Err(std::fmt::Error) // no type of `omnistep.h` has one
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::{Result, Write};
 
-use omni_core::constants::{Constant, Describe};
+use omni_core::constants::{Constant, Describe, Piece};
 
 use super::Values;
 use crate::Scenario;
@@ -38,7 +38,7 @@ pub(super) fn expression(value: &dyn Constant) -> String {
 
 struct Expression(String);
 
-impl Describe for Expression {
+impl Expression {
     fn real(&mut self, value: f64, single: bool) -> Result {
         let scalar = if single { "f32" } else { "f64" };
         if value.is_nan() {
@@ -53,66 +53,51 @@ impl Describe for Expression {
             write!(self.0, "{value:?}")
         }
     }
+}
 
-    fn whole(&mut self, value: u32) -> Result {
-        write!(self.0, "{value}")
-    }
-
-    fn flag(&mut self, value: bool) -> Result {
-        write!(self.0, "{value}")
-    }
-
-    fn list(&mut self, items: &mut dyn Iterator<Item = &dyn Constant>) -> Result {
-        self.0.push('[');
-        for item in items {
-            item.describe(self)?;
-            self.0.push_str(", ");
-        }
-        self.0.push(']');
-        Ok(())
-    }
-
-    fn structure(&mut self, name: &'static str, fields: &[(&'static str, &dyn Constant)]) -> Result {
-        write!(self.0, "omni_core::parts::{name}::from_constants((")?;
-        for (field, value) in fields {
-            write!(self.0, "/* {field} */ ")?;
-            value.describe(self)?;
-            self.0.push_str(",\n");
-        }
-        self.0.push_str("))");
-        Ok(())
-    }
-
-    fn choice(&mut self, name: &'static str, variant: &'static str) -> Result {
-        write!(self.0, "omni_core::parts::{name}::{variant}")
-    }
-
-    fn variant(
-        &mut self,
-        name: &'static str,
-        variant: &'static str,
-        fields: &[(&'static str, &dyn Constant)],
-    ) -> Result {
-        self.choice(name, variant)?;
-        self.0.push_str(" { ");
-        for (field, value) in fields {
-            write!(self.0, "{field}: ")?;
-            value.describe(self)?;
-            self.0.push_str(", ");
-        }
-        self.0.push('}');
-        Ok(())
-    }
-
-    fn option(&mut self, value: Option<&dyn Constant>) -> Result {
-        match value {
-            None => self.0.push_str("None"),
-            Some(value) => {
+impl Describe for Expression {
+    fn take(&mut self, piece: Piece<'_>) -> Result {
+        match piece {
+            Piece::Real { value, single } => self.real(value, single),
+            Piece::Whole(value) => write!(self.0, "{value}"),
+            Piece::Flag(value) => write!(self.0, "{value}"),
+            Piece::List(items) => {
+                self.0.push('[');
+                for item in items {
+                    item.describe(self)?;
+                    self.0.push_str(", ");
+                }
+                self.0.write_str("]")
+            }
+            Piece::Struct { name, fields } => {
+                write!(self.0, "omni_core::parts::{name}::from_constants((")?;
+                for (field, value) in fields {
+                    write!(self.0, "/* {field} */ ")?;
+                    value.describe(self)?;
+                    self.0.push_str(",\n");
+                }
+                self.0.write_str("))")
+            }
+            Piece::Choice { name, variant } => write!(self.0, "omni_core::parts::{name}::{variant}"),
+            Piece::Variant {
+                name,
+                variant,
+                fields,
+            } => {
+                write!(self.0, "omni_core::parts::{name}::{variant} {{ ")?;
+                for (field, value) in fields {
+                    write!(self.0, "{field}: ")?;
+                    value.describe(self)?;
+                    self.0.push_str(", ");
+                }
+                self.0.write_str("}")
+            }
+            Piece::Option(None) => self.0.write_str("None"),
+            Piece::Option(Some(value)) => {
                 self.0.push_str("Some(");
                 value.describe(self)?;
-                self.0.push(')');
+                self.0.write_str(")")
             }
         }
-        Ok(())
     }
 }

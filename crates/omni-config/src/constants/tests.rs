@@ -1,6 +1,6 @@
 //! What the writers write. That it is the very controller, compiled, is proved by the firmware images and the C example.
 
-use omni_core::constants::{Constant, Describe};
+use omni_core::constants::{Constant, Describe, Piece};
 
 use super::*;
 use crate::Override;
@@ -12,10 +12,10 @@ impl Constant for Odd {
     fn describe(&self, to: &mut dyn Describe) -> std::fmt::Result {
         let (whole, flag): (u32, bool) = (7, true);
         let numbers = [-0.0_f32, 1e-9, 16_777_216.0, f32::NEG_INFINITY];
-        to.structure(
-            "Odd",
-            &[("numbers", &numbers), ("whole", &whole), ("flag", &flag)],
-        )
+        to.take(Piece::Struct {
+            name: "Odd",
+            fields: &[("numbers", &numbers), ("whole", &whole), ("flag", &flag)],
+        })
     }
 }
 
