@@ -123,7 +123,7 @@ fn link_to(built_for: &Scenario, digest: u32, requests: Faults, answers: Faults,
     Link::new("server", host_in, host_out, time_out)
 }
 
-/// A link to the image in QEMU, which is left to itself when its console closes, with faults both ways.
+/// A link to the image in QEMU, which ends when its console closes, with faults both ways.
 fn link_to_qemu(requests: Faults, answers: Faults) -> Link {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let image = top.join(DEFAULT_FIRMWARE);
@@ -138,7 +138,10 @@ fn link_to_qemu(requests: Faults, answers: Faults) -> Link {
     let (requests_in, host_out) = pipe().unwrap();
     let time_out = time_out(&requests, &answers);
     thread::spawn(move || carry(requests_in, server_in, requests));
-    thread::spawn(move || carry(server_out, answers_out, answers));
+    thread::spawn(move || {
+        carry(server_out, answers_out, answers);
+        let _ = emulator.wait(); // its console is closed: it has ended or is about to
+    });
     Link::new("qemu", host_in, host_out, time_out)
 }
 
