@@ -1,5 +1,5 @@
 use super::*;
-use crate::PidGains;
+use crate::{AntiWindup, PidConfig, PidGains, Saturation, TorqueLimit};
 use proptest::prelude::*;
 use std::vec;
 

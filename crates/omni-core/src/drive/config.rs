@@ -1,0 +1,154 @@
+//! What a drive is made of, and what arrives in one period.
+
+use crate::{
+    BodyTwist, FaultConfig, ForwardMap, OdometryNoise, PathFactors, Real, ShapingConfig, SlipConfig,
+    SpeedLimits, TorqueRanges, WheelControlConfig, WheelLayout, WheelVelocities,
+};
+
+/// Everything a [`Drive`](crate::Drive) is made of; checked by [`Drive::new`](crate::Drive::new). Its period is that of `control.pid`.
+///
+/// ```
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+/// // Commands are meant for a tool half a metre ahead. To turn about it the vehicle has to move to the right.
+/// let drive = Drive::new(DriveConfig { command_point_m: [0.5, 0.0], ..DriveConfig::new(layout, config) })?;
+/// let input = DriveInput::measured(&WheelVelocities::zero());
+/// let turn_left = BodyTwist { wz_rad_s: 0.2, ..BodyTwist::ZERO };
+/// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(turn_left));
+/// assert!((sample.desaturated.twist.vy_m_s + 0.5 * 0.2).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveConfig<R, const N: usize> {
+    /// The wheels.
+    pub layout: WheelLayout<R, N>,
+    /// How the vehicle's motion is told from the wheels while all are trusted.
+    pub forward: ForwardMap,
+    /// The wheels' loops. Its period is the drive's.
+    pub control: WheelControlConfig<R, N>,
+    /// Limits, time-out and emergency stop of the command.
+    pub shaping: ShapingConfig<R>,
+    /// Point of the body \[m\] that moves as commanded, `[x, y]`, finite; `[0, 0]` is the origin.
+    pub command_point_m: [R; 2],
+    /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
+    pub discretize: bool,
+    /// Periods that too few wheels may tell the motion before the vehicle is stopped; until then it is controlled on. 10 are
+    /// usual.
+    pub blind_periods: u16,
+    /// Speed limits of the actuators, if they have any.
+    pub speed_limits: Option<SpeedLimits<R, N>>,
+    /// When a wheel counts as slipping; none: wheels are never left out for it.
+    pub slip: Option<SlipConfig<R>>,
+    /// When a reading is not believed; none: only one that is missing or not a number.
+    pub faults: Option<FaultConfig<R>>,
+    /// Noise of the wheels for the covariance of the pose; none: it stays zero.
+    pub noise: Option<OdometryNoise<R>>,
+}
+
+impl<R: Real, const N: usize> DriveConfig<R, N> {
+    /// Layout and loops, and nothing else: no limits, no time-out, no detection.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let input = DriveInput::measured(&WheelVelocities::zero());
+    /// let fast = BodyTwist { vx_m_s: 3.0, ..BodyTwist::ZERO };
+    /// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(fast));
+    /// assert_eq!(sample.desaturated.twist.vx_m_s, 3.0); // within a millisecond: nothing limits it
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(layout: WheelLayout<R, N>, control: WheelControlConfig<R, N>) -> Self {
+        Self {
+            layout,
+            forward: ForwardMap::LeastSquares,
+            control,
+            shaping: ShapingConfig::none(),
+            command_point_m: [R::zero(); 2],
+            discretize: false,
+            blind_periods: 10,
+            speed_limits: None,
+            slip: None,
+            faults: None,
+            noise: None,
+        }
+    }
+}
+
+/// What arrived in one period.
+///
+/// ```
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, TorqueRange, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+/// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+/// input.torque_ranges.set(3, &TorqueRange { lower_n_m: -0.25, upper_n_m: 0.25 }); // the fourth motor is hot
+/// let sample = drive.step(&mut DriveState::new(&drive), &input);
+/// assert!((sample.wheels.applied.n_m[0] - 0.3 * 0.5 / 0.1).abs() < 1e-12);
+/// assert_eq!(sample.wheels.applied.n_m[3], 0.25);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveInput<R, const N: usize> {
+    /// A new command, if one arrived: the twist of the command point.
+    pub command: Option<BodyTwist<R>>,
+    /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
+    pub readings_rad_s: [Option<R>; N],
+    /// Wheels known to be off the ground: they go on turning, but tell nothing.
+    pub lifted: [bool; N],
+    /// Path of each wheel over path of the body beneath it: 1 on flat ground.
+    pub path: PathFactors<R, N>,
+    /// Torque ranges that hold besides the motors' own limits: a hot motor, a low battery.
+    pub torque_ranges: TorqueRanges<R, N>,
+}
+
+impl<R: Real, const N: usize> DriveInput<R, N> {
+    /// All readings there \[rad/s\], no new command, every wheel on flat ground, no torque limits but the motors' own.
+    ///
+    /// ```
+    /// use omni_core::{DriveInput, WheelVelocities};
+    /// let input = DriveInput::measured(&WheelVelocities { rad_s: [3.0, 0.0, -3.0] });
+    /// assert_eq!(input.readings_rad_s, [Some(3.0), Some(0.0), Some(-3.0)]);
+    /// assert_eq!((input.command, input.lifted), (None, [false; 3]));
+    /// ```
+    #[must_use]
+    pub fn measured(velocities: &WheelVelocities<R, N>) -> Self {
+        Self {
+            command: None,
+            readings_rad_s: velocities.rad_s.map(Some),
+            lifted: [false; N],
+            path: PathFactors::default(),
+            torque_ranges: TorqueRanges::unlimited(),
+        }
+    }
+
+    /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by [`Drive::step`](crate::Drive::step).
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
+    /// let left = BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::<f64, 4>::zero()).with_command(left);
+    /// assert_eq!(input.command.map(|command| command.vy_m_s), Some(0.2));
+    /// ```
+    #[must_use]
+    pub fn with_command(self, command: BodyTwist<R>) -> Self {
+        Self {
+            command: Some(command),
+            ..self
+        }
+    }
+}

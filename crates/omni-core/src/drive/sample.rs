@@ -1,0 +1,78 @@
+//! What one step of a drive tells.
+
+use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSample};
+
+/// How far the vehicle can be relied on.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let plain = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+/// let drive = Drive::new(DriveConfig { blind_periods: 0, ..plain })?; // no patience
+/// let mut state = DriveState::new(&drive);
+/// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });
+/// for (heard, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
+///     for (index, reading) in input.readings_rad_s.iter_mut().enumerate() {
+///         *reading = (index < heard).then_some(1.0);
+///     }
+///     let sample = drive.step(&mut state, &input);
+///     assert_eq!(sample.mode, mode); // two wheels do not tell three motions
+///     assert_eq!(sample.wheels.applied.n_m[0], -0.3); // kp times 1 rad/s: wheels that are heard brake
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum DriveMode {
+    /// Every wheel drives and is believed.
+    Normal,
+    /// A wheel is let go, lifted or left out; the others move the vehicle as commanded.
+    Degraded,
+    /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
+    /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::DriveState::release_safe_stop).
+    SafeStop,
+    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until [`DriveState::release_emergency_stop`](super::DriveState::release_emergency_stop).
+    EmergencyStop,
+}
+
+/// Every signal of one step of a [`Drive`](crate::Drive). Nothing in it is ever NaN.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let mut state = DriveState::new(&drive);
+/// // Nobody commands, but the vehicle rolls: 5 rad/s of wheels of 0.1 m, for a millisecond.
+/// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
+/// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12);
+/// assert!((sample.pose.x_m - 0.5e-3).abs() < 1e-12);
+/// assert_eq!(sample.shaped.twist.vx_m_s, 0.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveSample<R, const N: usize> {
+    /// How far the vehicle can be relied on.
+    pub mode: DriveMode,
+    /// What is wrong with each wheel.
+    pub faults: [Option<Fault>; N],
+    /// The command as shaped, still of the command point.
+    pub shaped: ShapedCommand<R>,
+    /// The twist of the origin that the wheels can follow, and their velocities on flat ground.
+    pub desaturated: Desaturated<R, N>,
+    /// The loops.
+    pub wheels: WheelSample<R, N>,
+    /// Enough wheels tell the motion: `slip` means something, and the pose was carried on.
+    pub motion_known: bool,
+    /// What the wheels say of the motion and of each other.
+    pub slip: SlipSample<R, N>,
+    /// Where the vehicle is by what its wheels say.
+    pub pose: PlanarPose<R>,
+}

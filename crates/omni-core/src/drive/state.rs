@@ -1,0 +1,152 @@
+//! What a drive remembers.
+
+use super::Drive;
+use crate::{
+    ControlState, FaultState, OdometryState, PoseCovariance, Real, ShaperState, SlipState, WheelVelocities,
+};
+
+/// What a [`Drive`] remembers.
+///
+/// ```
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, PlanarPose, WheelLayout, WheelVelocities};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+/// let mut state = DriveState::new(&drive);
+/// // Somebody has seen where it is: at x = 2 m.
+/// state.odometry.reset(&PlanarPose { x_m: 2.0, ..PlanarPose::origin() });
+/// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
+/// assert!((sample.pose.x_m - (2.0 + 0.1 * 5.0 * 1e-3)).abs() < 1e-12); // from there on
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveState<R, const N: usize> {
+    /// The loops.
+    pub control: ControlState<R, N>,
+    pub(super) shaper: ShaperState<R>,
+    /// The readings' history.
+    pub faults: FaultState<R, N>,
+    /// Where the vehicle is.
+    pub odometry: OdometryState<R, N>,
+    /// How sure that is.
+    pub covariance: PoseCovariance<R>,
+    pub(super) slip: SlipState<R, N>,
+    /// A safe stop, an emergency stop is latched.
+    pub(super) stopping: bool,
+    pub(super) emergency: bool,
+    /// Periods in a row in which too few wheels told the motion.
+    pub(super) blind: u16,
+    /// What the wheels should have measured by what the others said, and which of these are worth something.
+    pub(super) by_others: WheelVelocities<R, N>,
+    pub(super) checked: [bool; N],
+    pub(super) reference: WheelVelocities<R, N>,
+    pub(super) torque_n_m: [R; N],
+}
+
+impl<R: Real, const N: usize> DriveState<R, N> {
+    /// A fresh start: at rest at the world's origin, every wheel trusted.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, DriveState, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let state = DriveState::new(&drive);
+    /// assert_eq!((state.odometry.pose().x_m, state.control.integral_n_m), (0.0, [0.0; 4]));
+    /// assert_eq!(state.covariance.standard_deviations(), [0.0; 3]); // it knows where it starts
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(drive: &Drive<R, N>) -> Self {
+        Self {
+            control: ControlState::default(),
+            shaper: ShaperState::default(),
+            faults: FaultState::default(),
+            odometry: OdometryState::default(),
+            covariance: PoseCovariance::default(),
+            slip: SlipState::new(drive.controller.kinematics()),
+            stopping: false,
+            emergency: false,
+            blind: 0,
+            by_others: WheelVelocities::zero(),
+            checked: [false; N],
+            reference: WheelVelocities::zero(),
+            torque_n_m: [R::zero(); N],
+        }
+    }
+
+    /// Brings the vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn emergency_stop(&mut self) {
+        self.emergency = true;
+    }
+
+    /// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn release_emergency_stop(&mut self) {
+        self.emergency = false;
+    }
+
+    /// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are
+    /// followed. A safe stop whose cause lasts begins anew.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut state = DriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// state.emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_safe_stop(); // not what stops it
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
+    /// state.release_emergency_stop();
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn release_safe_stop(&mut self) {
+        (self.stopping, self.blind) = (false, 0);
+        self.faults.clear();
+    }
+}

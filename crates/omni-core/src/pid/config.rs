@@ -1,0 +1,133 @@
+//! What a PID loop is made of.
+
+use super::{AntiWindup, FeedForward};
+use crate::{Real, TorqueRange};
+
+/// Gains of eq. (10), `u = kp e + ki (integral of e) + kd e'`, on an actuator velocity error e \[rad/s\].
+///
+/// ```
+/// use omni_core::{Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
+/// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25))?, PidState::default());
+/// pid.step(&mut state, 1.0, 1.0);
+/// // An error of 1 rad/s from one period to the next.
+/// assert_eq!(pid.step(&mut state, 2.0, 1.0).output_n_m, 2.0 * 1.0 + 4.0 * (1.0 * 0.25) + 0.5 * (1.0 / 0.25));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PidGains<R> {
+    /// Proportional gain k_p \[N.m per rad/s\], 0 to 1e6.
+    pub kp_n_m_s_rad: R,
+    /// Integral gain k_i \[N.m per rad\], 0 to 1e6.
+    pub ki_n_m_rad: R,
+    /// Derivative gain k_d \[N.m per rad/s^2\], 0 to 1e6.
+    pub kd_n_m_s2_rad: R,
+}
+
+/// When the integral takes in the present error. References differ: see docs/conventions.md.
+///
+/// ```
+/// use omni_core::{IntegrationOrder, Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+/// let (before, after) = (IntegrationOrder::BeforeOutput, IntegrationOrder::AfterOutput);
+/// for (order, outputs) in [(before, [1.0, 2.0]), (after, [0.0, 1.0])] {
+///     let (pid, mut state) = (Pid::new(PidConfig { order, ..PidConfig::new(gains, 0.25) })?, PidState::default());
+///     assert_eq!([0; 2].map(|_| pid.step(&mut state, 1.0, 0.0).output_n_m), outputs); // ki dt is 1
+/// }
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum IntegrationOrder {
+    /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
+    BeforeOutput,
+    /// First form the output, then integrate (explicit Euler; ros2's control_toolbox): the integral acts one period late.
+    AfterOutput,
+}
+
+/// Everything a PID loop is made of; checked by [`Pid::new`](crate::Pid::new).
+///
+/// ```
+/// use omni_core::{Pid, PidConfig, PidGains, PidState};
+/// let gains = PidGains { kp_n_m_s_rad: 2.0_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 1.0 };
+/// // The derivative looks at the measurement only: a step of the reference does not kick.
+/// let pid = Pid::new(PidConfig::new(gains, 0.1).with_derivative_on_measurement())?;
+/// let mut state = PidState::default();
+/// pid.step(&mut state, 0.0, 0.0);
+/// assert_eq!(pid.step(&mut state, 1.0, 0.0).output_n_m, 2.0);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PidConfig<R> {
+    /// Gains.
+    pub gains: PidGains<R>,
+    /// Control period \[s\], 1e-6 to 10: the step must be called exactly this often.
+    pub period_s: R,
+    /// Weight b of the reference in the proportional term, 0 to 1: below 1 a step of the reference overshoots less.
+    pub proportional_weight: R,
+    /// Weight c of the reference in the derivative term, 0 to 1: 1 is the derivative of the error, 0 that of the
+    /// measurement alone.
+    pub derivative_weight: R,
+    /// Time constant \[s\] of the derivative's first-order filter, 0 (none) to 1e3; `T d' + d = kd e'`.
+    pub derivative_filter_s: R,
+    /// What the reference needs without any error.
+    pub feed_forward: FeedForward<R>,
+    /// When the integral takes in the error.
+    pub order: IntegrationOrder,
+    /// What the integral does while the output is not what the loop asked for.
+    pub anti_windup: AntiWindup<R>,
+    /// Limits of the output, infinite for none. [`crate::WheelController`] uses its motors' limits instead.
+    pub output: TorqueRange<R>,
+}
+
+impl<R: Real> PidConfig<R> {
+    /// Eq. (10) and nothing else, with a control period of `period_s` \[s\], 1e-6 to 10: whole weights, no filter, no
+    /// feed-forward, no limits, the integral taken in before the output and never held back.
+    ///
+    /// ```
+    /// use omni_core::{AntiWindup, PidConfig, PidGains};
+    /// let gains = PidGains { kp_n_m_s_rad: 2.0_f64, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
+    /// let config = PidConfig::new(gains, 1e-3);
+    /// assert_eq!((config.proportional_weight, config.derivative_weight, config.derivative_filter_s), (1.0, 1.0, 0.0));
+    /// assert_eq!((config.output.upper_n_m, config.anti_windup), (f64::INFINITY, AntiWindup::None));
+    /// ```
+    #[must_use]
+    pub fn new(gains: PidGains<R>, period_s: R) -> Self {
+        Self {
+            gains,
+            period_s,
+            proportional_weight: R::one(),
+            derivative_weight: R::one(),
+            derivative_filter_s: R::zero(),
+            feed_forward: FeedForward::none(),
+            order: IntegrationOrder::BeforeOutput,
+            anti_windup: AntiWindup::None,
+            output: TorqueRange::unlimited(),
+        }
+    }
+
+    /// The same with the derivative of the measurement alone (`derivative_weight` 0): it brakes what moves, and a step
+    /// of the reference does not kick.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.5 };
+    /// let pid = Pid::new(PidConfig::new(gains, 0.25).with_derivative_on_measurement())?;
+    /// let mut state = PidState::default();
+    /// pid.step(&mut state, 0.0, 0.0);
+    /// assert_eq!(pid.step(&mut state, 9.0, 1.0).output_n_m, -0.5 * (1.0 / 0.25)); // 9 is not looked at
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn with_derivative_on_measurement(self) -> Self {
+        Self {
+            derivative_weight: R::zero(),
+            ..self
+        }
+    }
+}
