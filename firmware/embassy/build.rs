@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
          /// The motors.\n\
          pub const MOTOR: crate::motor::Motor = crate::motor::Motor {{ stall_torque_n_m: {stall}, \
          slope_n_m_s_rad: {slope} }};\n\
-         /// How old a command may become [s].\n\
+         /// How old a command may become, in seconds.\n\
          pub const COMMAND_TIMEOUT_S: f32 = {COMMAND_TIMEOUT_S:?};\n",
         rust_expression(&shaper)
     ));

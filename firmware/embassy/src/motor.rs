@@ -23,11 +23,7 @@ impl Motor {
     #[must_use]
     pub fn duty(&self, torque_n_m: f32, velocity_rad_s: f32) -> f32 {
         let duty = (torque_n_m + self.slope_n_m_s_rad * velocity_rad_s) / self.stall_torque_n_m;
-        if duty.is_nan() {
-            0.0
-        } else {
-            duty.max(-1.0).min(1.0)
-        }
+        if duty.is_nan() { 0.0 } else { duty.clamp(-1.0, 1.0) }
     }
 }
 
