@@ -32,7 +32,10 @@ done
 
 cd firmware
 # shellcheck disable=SC2086
-cargo $toolchain build --locked --quiet --release --workspace # for the Cortex-M4F, as in .cargo/config.toml
+cargo $toolchain build --locked --quiet --release # for the Cortex-M4F, as in .cargo/config.toml
+# shellcheck disable=SC2086
+cargo $toolchain build --locked --quiet --release -p omni-embassy
+cargo test --locked --quiet -p omni-embassy --lib --target "$(rustc -vV | sed -n 's/^host: //p')"
 # shellcheck disable=SC2086
 build() { CARGO_TARGET_DIR=target/$1 RUSTFLAGS="$2" cargo $toolchain build --locked --quiet --release "${@:3}"; }
 thumb="-C link-arg=-Tlink.x"

@@ -62,6 +62,7 @@ fn for_c(text: &str) -> String {
             .replace("\\]", "]")
             .replace("[`", "`")
             .replace("`]", "`");
+        let plain = without_links(&plain);
         let plain = plain
             .replace("_F32,", ",")
             .replace("_Body_f32", "_body")
@@ -72,4 +73,14 @@ fn for_c(text: &str) -> String {
         }
     }
     lines.join("\n") + "\n"
+}
+
+/// `Name(crate::path::Name)`, a link of Rust's documentation, as `Name`.
+fn without_links(line: &str) -> String {
+    let mut parts = line.split("(crate::");
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        plain.push_str(part.split_once(')').map_or(part, |(_, rest)| rest));
+    }
+    plain
 }

@@ -1,0 +1,54 @@
+//! Writes the controller's constants from the file that the simulator reads.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use omni_config::{Language, Scenario, rust_expression};
+use omni_core::{CommandShaper, EmergencyDeceleration, ShapingConfig};
+
+const SCENARIO: &str = "vehicle/omni4-flat.toml";
+
+/// A command is sent every 10 to 20 ms: five that are lost in a row are no accident.
+const COMMAND_TIMEOUT_S: f32 = 0.1;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scenario = Scenario::load(SCENARIO, &[]).map_err(|error| error.to_string())?;
+    let vehicle = scenario.vehicle();
+    let limits = vehicle
+        .limits
+        .ok_or("the vehicle has no [limits]: commands would be followed at once")?;
+    let shaper = CommandShaper::<f32>::new(
+        ShapingConfig {
+            limits: limits.of_twist(),
+            timeout_s: Some(COMMAND_TIMEOUT_S),
+            emergency_deceleration: None::<EmergencyDeceleration<f32>>,
+        },
+        scenario.period_s() as f32,
+    )?;
+    let [stall, slope] = [vehicle.motor.stall_torque_n_m, vehicle.motor.slope_n_m_s_rad]
+        .map(|value| rust_expression(&(value as f32)));
+
+    let mut source = scenario.constants(Language::Rust)?;
+    source.push_str(&format!(
+        "/// The limits of the command, with its time-out.\n\
+         pub static SHAPER: omni_core::CommandShaper<f32> = {};\n\
+         /// The motors.\n\
+         pub const MOTOR: crate::motor::Motor = crate::motor::Motor {{ stall_torque_n_m: {stall}, \
+         slope_n_m_s_rad: {slope} }};\n\
+         /// How old a command may become, in seconds.\n\
+         pub const COMMAND_TIMEOUT_S: f32 = {COMMAND_TIMEOUT_S:?};\n",
+        rust_expression(&shaper)
+    ));
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("no OUT_DIR")?);
+    fs::write(out.join("constants.rs"), source)?;
+
+    if env::var("CARGO_CFG_TARGET_OS")? == "none" {
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    }
+    for file in ["build.rs", SCENARIO, "vehicle/omni4.toml"] {
+        println!("cargo::rerun-if-changed={file}");
+    }
+    Ok(())
+}
