@@ -19,7 +19,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
          /// The coordination policy.\npub const POLICY: &str = {policy:?};\n\
          /// The number of wheels.\npub const WHEELS: usize = {count};\n\
-         /// The control period [us]: the step must be called exactly this often.\npub const PERIOD_US: u32 = {period_us};\n\
+         /// The control period \\[us\\]: the step must be called exactly this often.\npub const PERIOD_US: u32 = {period_us};\n\
          /// CRC-32 of the constants.\npub const DIGEST: u32 = {digest:#010x};\n\
          /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
          /// The limits of the command.\npub static LIMITER: omni_core::TwistLimiter<f32> = {limiter};\n\
