@@ -2,6 +2,9 @@
 //!
 //! Read ratios within one run; absolute times depend on the machine.
 
+#[path = "../crates/omni-core/examples/instructions/setup.rs"]
+mod setup;
+
 use std::cell::Cell;
 use std::hint::black_box;
 use std::time::Instant;
@@ -10,13 +13,13 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use num_traits::float::FloatCore;
 use omni_core::{
-    AxisLimits, BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit,
-    TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout, WheelVelocities,
+    BodyTwist, ControlState, Coordination, PidGains, Real, TorqueLimit, TwistLimiterState, WheelLayout,
+    WheelVelocities,
 };
 use omni_sim::Simulation;
 use omni_sim::config::Scenario;
+use setup::{chugo7, controller, limiter, mecanum4, omni3, pid_loops, pid_step};
 
-const PERIOD_S: f64 = 1e-3;
 const TORQUE_LIMIT_N_M: f64 = 1.0;
 const GAINS: PidGains<f64> = PidGains {
     kp_n_m_s_rad: 0.3,
@@ -24,44 +27,15 @@ const GAINS: PidGains<f64> = PidGains {
     kd_n_m_s2_rad: 0.0,
 };
 
-/// The paper's seven wheels.
-fn chugo7<R: Real>() -> WheelLayout<R, 7> {
-    WheelLayout::chugo7(R::of(0.30), R::of(0.23), R::of(0.066)).expect("valid")
-}
-
-/// Three omni wheels at 120 degrees.
-fn omni3<R: Real>() -> WheelLayout<R, 3> {
-    WheelLayout::omni(R::of(0.2), R::of(0.0), R::of(0.05)).expect("valid")
-}
-
-/// Four mecanum wheels in a rectangle.
-fn mecanum4<R: Real>() -> WheelLayout<R, 4> {
-    WheelLayout::mecanum4(R::of(0.4), R::of(0.3), R::of(0.05)).expect("valid")
-}
-
-fn controller<R: Real, const N: usize>(layout: &WheelLayout<R, N>, policy: &str) -> Controller<R, N> {
-    Controller::new(
-        layout,
-        WheelControlConfig {
-            pid: PidConfig::new(
-                PidGains {
-                    kp_n_m_s_rad: R::of(GAINS.kp_n_m_s_rad),
-                    ki_n_m_rad: R::of(GAINS.ki_n_m_rad),
-                    kd_n_m_s2_rad: R::of(GAINS.kd_n_m_s2_rad),
-                },
-                R::of(PERIOD_S),
-            ),
-            limits: [TorqueLimit::constant(R::of(TORQUE_LIMIT_N_M)).expect("valid"); N],
-            coordination: Coordination::preset(policy).expect("a preset"),
-        },
-    )
-    .expect("valid")
+fn limit<R: Real>() -> TorqueLimit<R> {
+    TorqueLimit::constant(R::of(TORQUE_LIMIT_N_M)).expect("valid")
 }
 
 fn control<R: Real>(c: &mut Criterion, scalar: &str) {
     let mut group = c.benchmark_group(format!("control_step_{scalar}"));
     for policy in Coordination::<f64>::PRESETS {
-        let controller = controller(&chugo7::<R>(), policy);
+        let coordination = Coordination::preset(policy).expect("a preset");
+        let controller = controller(&chugo7::<R>(), GAINS, limit(), coordination);
         let command = BodyTwist::from_array([R::of(0.3), R::of(0.0), R::of(0.1)]);
         let mut state = ControlState::default();
         group.bench_function(policy, |b| {
@@ -104,7 +78,7 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     layout: &WheelLayout<R, N>,
     scalar: &str,
 ) {
-    let controller = controller(layout, "synchronised");
+    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
     let command = BodyTwist::from_array([R::of(0.3), R::of(0.1), R::of(0.2)]);
     let reference = controller.kinematics().inverse(&command);
     // Above and below the reference by turns, so that the integrals stay small and no limit is met.
@@ -118,13 +92,7 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     };
 
     let mut group = c.benchmark_group(format!("step_against_pid_{N}_{scalar}"));
-    let axis = AxisLimits::symmetric(R::of(1.0), R::of(1e4), R::of(1e4), R::of(f64::INFINITY));
-    let limits = TwistLimits::PerAxis {
-        vx: axis,
-        vy: axis,
-        wz: axis,
-    };
-    let limiter = TwistLimiter::new(limits, R::of(PERIOD_S)).expect("valid");
+    let limiter = limiter();
     let (mut limited, mut state) = (TwistLimiterState::default(), ControlState::default());
     let whole = shortest(&mut group, "omni", || {
         let command = limiter.step(&mut limited, black_box(&command));
@@ -133,24 +101,9 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
             .wheels
             .applied
     });
-    let limit = R::of(TORQUE_LIMIT_N_M);
-    let mut loops = reference.rad_s.map(|r| {
-        let mut pid = pid::Pid::new(r, limit);
-        pid.p(R::of(GAINS.kp_n_m_s_rad), limit)
-            .i(R::of(GAINS.ki_n_m_rad * PERIOD_S), limit)
-            .d(R::of(GAINS.kd_n_m_s2_rad / PERIOD_S), limit);
-        pid
-    });
+    let mut loops = pid_loops(&reference, GAINS, TORQUE_LIMIT_N_M);
     let separate = shortest(&mut group, "pid", || {
-        let mut torques = [R::zero(); N];
-        for ((torque, pid), y) in torques
-            .iter_mut()
-            .zip(&mut loops)
-            .zip(black_box(&measured[next()]).rad_s)
-        {
-            *torque = pid.next_control_output(y).output;
-        }
-        torques
+        pid_step(&mut loops, black_box(&measured[next()]))
     });
     group.finish();
     let ratio = whole / separate;

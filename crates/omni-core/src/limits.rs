@@ -437,4 +437,4 @@ impl<R: Real> RateLimiter<R> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -291,7 +291,8 @@ fn mirrored(limits: AxisLimits<f64>) -> AxisLimits<f64> {
     }
 }
 
-fn wild() -> impl Strategy<Value = f64> {
+/// Numbers of every magnitude, the ends of both precisions and what is none.
+pub(crate) fn wild() -> impl Strategy<Value = f64> {
     prop_oneof![
         any::<f64>(),
         (-38.0..38.0_f64).prop_map(|e| 10.0_f64.powf(e)),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::limits::tests::wild;
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -165,15 +166,6 @@ fn any_twist() -> impl Strategy<Value = [f64; 3]> {
         1 => Just(0.0),
         4 => (0.01..3.0_f64, any::<bool>()).prop_map(|(x, minus)| if minus { -x } else { x }),
     ])
-}
-
-fn wild() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        any::<f64>(),
-        (-38.0..38.0_f64).prop_map(|e| 10.0_f64.powf(e)),
-        prop::sample::select(std::vec![NONE, -NONE, f64::NAN, 0.0, f64::MAX, 3.4e38, -3.4e38]),
-        -2.0..2.0_f64,
-    ]
 }
 
 fn stays_finite<R: Real>(

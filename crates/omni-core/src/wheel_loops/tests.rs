@@ -44,6 +44,15 @@ fn controller<const N: usize>(
     .expect("valid")
 }
 
+/// Every way of keeping torques within limits.
+fn saturations<R: Real>(floor: R) -> [Saturation<R>; 3] {
+    [
+        Saturation::Clip,
+        Saturation::ScaleTorques,
+        Saturation::ScaleReference { floor },
+    ]
+}
+
 fn gains(kp: f64, ki: f64) -> PidConfig<f64> {
     PidConfig::new(
         PidGains {
@@ -148,11 +157,7 @@ fn a_released_wheel_overshoots_no_more_than_a_loop_without_limit_released_from_t
 
 #[test]
 fn a_wheel_without_a_usable_measurement_is_let_go_and_the_others_carry_on() {
-    for saturation in [
-        Saturation::Clip,
-        Saturation::ScaleTorques,
-        Saturation::ScaleReference { floor: 0.0 },
-    ] {
+    for saturation in saturations(0.0) {
         let controller = controller::<3>(gains(0.3, 2.0), 100.0, saturation);
         let mut state = ControlState::default();
         controller.step(&mut state, &REFERENCE.into(), &[9.0, 9.0, 4.0].into());
@@ -173,11 +178,7 @@ fn a_wheel_without_a_usable_measurement_is_let_go_and_the_others_carry_on() {
 
 #[test]
 fn a_state_set_to_nonsense_is_healed_in_one_step() {
-    for saturation in [
-        Saturation::Clip,
-        Saturation::ScaleTorques,
-        Saturation::ScaleReference { floor: 0.0 },
-    ] {
+    for saturation in saturations(0.0) {
         let controller = controller::<3>(gains(0.3, 2.0), 100.0, saturation);
         let mut state = ControlState::default();
         state.integral_n_m[1] = f64::NAN;
@@ -238,7 +239,7 @@ proptest! {
         b in prop::sample::select(vec![0.0, 0.005, 1.0_f32]), dt in prop::sample::select(vec![1e-3, 0.02, 1.0_f32]), after: bool, which in 0..3_usize,
         reference in -60.0..60.0_f32,
     ) {
-        let saturation = [Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReference { floor: 0.3 }][which];
+        let saturation = saturations(0.3)[which];
         let order = if after { crate::IntegrationOrder::AfterOutput } else { crate::IntegrationOrder::BeforeOutput };
         let gains = PidGains { kp_n_m_s_rad: kp, ki_n_m_rad: ki, kd_n_m_s2_rad: kd };
         let pid = PidConfig { order, proportional_weight: b, anti_windup: AntiWindup::Conditioned, ..PidConfig::new(gains, dt) };
@@ -268,7 +269,7 @@ proptest! {
     ) {
         // A proportional loop holding rest is a damper, however it is limited: kinetic energy falls every period as long as
         // kp dt / J < 1.
-        let saturation = [Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReference { floor: 0.0 }][which];
+        let saturation = saturations(0.0)[which];
         let controller = controller::<3>(gains(kp, 0.0), limit, saturation);
         let mut plant = Plant { inertia: 0.01, friction: 0.0, velocity: start };
         let mut state = ControlState::default();
@@ -290,9 +291,9 @@ proptest! {
         // A common factor answers to rounding of a torque by 1 / (0.3 r): references near nothing are another matter.
         let reference = reference.map(|r| if r < 0.0 { r - 0.5 } else { r + 0.5 });
         let make = |saturation| controller::<3>(gains(0.3, 2.0), 2.0, saturation);
-        let double = make([Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReference { floor: 0.3 }][which]);
+        let double = make(saturations(0.3)[which]);
         let pid = PidConfig::new(PidGains { kp_n_m_s_rad: 0.3_f32, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 }, 1e-3);
-        let saturation = [Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReference { floor: 0.3 }][which];
+        let saturation = saturations(0.3)[which];
         let limits = [TorqueLimit::constant(2.0_f32).expect("valid"); 3];
         let coordination = Coordination { saturation, integral: Integral::PerWheel };
         let single = WheelController::new(WheelControlConfig { pid, limits, coordination }).expect("valid");

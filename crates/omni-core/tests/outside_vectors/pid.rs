@@ -14,6 +14,18 @@ fn gains(kp: f64, ki: f64, kd: f64) -> PidGains<f64> {
     }
 }
 
+/// A loop whose step before was one at rest: its first derivative is not zero.
+fn at_rest() -> PidState<f64> {
+    let last = LastStep {
+        reference_rad_s: 0.0,
+        measured_rad_s: 0.0,
+    };
+    PidState {
+        last: Some(last),
+        ..PidState::default()
+    }
+}
+
 /// A number of the input, or 0.
 fn or_zero(case: &Case, key: &str) -> f64 {
     case.input[key].as_f64().unwrap_or(0.0)
@@ -29,14 +41,7 @@ pub(crate) fn control_toolbox(case: &Case) {
         Some(other) => panic!("another law: {other}"),
         None => AntiWindup::None,
     };
-    let at_rest = LastStep {
-        reference_rad_s: 0.0,
-        measured_rad_s: 0.0,
-    };
-    let mut state = PidState {
-        last: Some(at_rest),
-        ..PidState::default()
-    };
+    let mut state = at_rest();
     let (mut outputs, mut integrals) = (Vec::new(), Vec::new());
     for pair in case.input["sequence_error_dt"]
         .as_array()
@@ -170,14 +175,7 @@ pub(crate) fn idsp(case: &Case) {
     let pid = Pid::new(PidConfig::new(gains(kp, ki, kd), period)).expect("valid");
     let memory = (kd / limit_d) / (kd / limit_d + period);
     // The first three samples of our impulse response, started at rest, and its poles give the numerator.
-    let at_rest = LastStep {
-        reference_rad_s: 0.0,
-        measured_rad_s: 0.0,
-    };
-    let mut state = PidState {
-        last: Some(at_rest),
-        ..PidState::default()
-    };
+    let mut state = at_rest();
     let mut filtered = 1.0 - memory;
     let response = [0; 3].map(|_| {
         let output = pid.step(&mut state, filtered, 0.0).output_n_m;

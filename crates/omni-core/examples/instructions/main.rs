@@ -3,21 +3,22 @@
 //! `instructions omni|pid 3|4|7 f32|f64 free|saturated STEPS`. Start and end cost the same for any number of steps, so
 //! the difference of two counts is the steps' alone: `scripts/instructions.sh` takes it.
 
+mod setup;
+
 use std::env;
 use std::hint::black_box;
 use std::process::ExitCode;
 
 use num_traits::float::FloatCore;
 use omni_core::{
-    AxisLimits, BodyTwist, ControlSample, ControlState, Controller, Coordination, PidConfig, PidGains, Real,
-    TorqueLimit, TwistLimiter, TwistLimiterState, TwistLimits, WheelControlConfig, WheelLayout,
-    WheelVelocities,
+    BodyTwist, ControlSample, ControlState, Controller, Coordination, PidGains, Real, TorqueLimit,
+    TwistLimiter, TwistLimiterState, WheelLayout, WheelVelocities,
 };
+use setup::{chugo7, controller, limiter, mecanum4, omni3, pid_loops, pid_step};
 
 const USAGE: &str = "usage: instructions omni|pid 3|4|7 f32|f64 free|saturated STEPS";
 /// Inputs are taken in turn from a table of this many.
 const INPUTS: usize = 8;
-const PERIOD_S: f64 = 1e-3;
 const STALL_TORQUE_N_M: f64 = 2.0;
 const SLOPE_N_M_S_RAD: f64 = 0.02;
 const GAINS: PidGains<f64> = PidGains {
@@ -30,41 +31,6 @@ const GAINS: PidGains<f64> = PidGains {
 struct Input<R, const N: usize> {
     command: BodyTwist<R>,
     measured: WheelVelocities<R, N>,
-}
-
-/// Three omni wheels at 120 degrees.
-fn omni3<R: Real>() -> WheelLayout<R, 3> {
-    WheelLayout::omni(R::of(0.2), R::of(0.0), R::of(0.05)).expect("valid")
-}
-
-/// Four mecanum wheels in a rectangle.
-fn mecanum4<R: Real>() -> WheelLayout<R, 4> {
-    WheelLayout::mecanum4(R::of(0.4), R::of(0.3), R::of(0.05)).expect("valid")
-}
-
-/// The paper's seven wheels.
-fn chugo7<R: Real>() -> WheelLayout<R, 7> {
-    WheelLayout::chugo7(R::of(0.30), R::of(0.23), R::of(0.066)).expect("valid")
-}
-
-fn controller<R: Real, const N: usize>(layout: &WheelLayout<R, N>) -> Controller<R, N> {
-    let limit = TorqueLimit::line(R::of(STALL_TORQUE_N_M), R::of(SLOPE_N_M_S_RAD)).expect("valid");
-    Controller::new(
-        layout,
-        WheelControlConfig {
-            pid: PidConfig::new(
-                PidGains {
-                    kp_n_m_s_rad: R::of(GAINS.kp_n_m_s_rad),
-                    ki_n_m_rad: R::of(GAINS.ki_n_m_rad),
-                    kd_n_m_s2_rad: R::of(GAINS.kd_n_m_s2_rad),
-                },
-                R::of(PERIOD_S),
-            ),
-            limits: [limit; N],
-            coordination: Coordination::synchronised(),
-        },
-    )
-    .expect("valid")
 }
 
 /// Free: a vehicle that follows its command, 2 % above and below by turns. Saturated: one held at 0.6 of it, so that the
@@ -81,17 +47,6 @@ fn inputs<R: Real, const N: usize>(controller: &Controller<R, N>, saturated: boo
             },
         }
     })
-}
-
-/// Velocity and acceleration limits of each axis, met by no command here: what limiting costs when it does nothing.
-fn limiter<R: Real>() -> TwistLimiter<R> {
-    let axis = AxisLimits::symmetric(R::of(1.0), R::of(1e4), R::of(1e4), R::of(f64::INFINITY));
-    let limits = TwistLimits::PerAxis {
-        vx: axis,
-        vy: axis,
-        wz: axis,
-    };
-    TwistLimiter::new(limits, R::of(PERIOD_S)).expect("valid")
 }
 
 /// What the step needs and remembers.
@@ -113,36 +68,17 @@ fn omni_step<R: Real, const N: usize>(vehicle: &mut Vehicle<R, N>, input: &Input
     vehicle.sample.wheels.applied.n_m
 }
 
-/// The same of loops that know nothing of each other and whose references stay.
+/// The same of the `pid` loops.
 #[inline(never)]
-fn pid_step<R: Real + FloatCore, const N: usize>(
+fn separate_step<R: Real + FloatCore, const N: usize>(
     loops: &mut [pid::Pid<R>; N],
     input: &Input<R, N>,
 ) -> [R; N] {
-    let mut torques = [R::zero(); N];
-    for ((torque, pid), &measured) in torques.iter_mut().zip(loops).zip(&input.measured.rad_s) {
-        *torque = pid.next_control_output(measured).output;
-    }
-    torques
+    pid_step(loops, &input.measured)
 }
 
-/// One `pid` loop a wheel with the same gains per period and the same limit, following the same reference.
-fn loops<R: Real + FloatCore, const N: usize>(
-    controller: &Controller<R, N>,
-    input: &Input<R, N>,
-) -> [pid::Pid<R>; N] {
-    let limit = R::of(STALL_TORQUE_N_M);
-    controller
-        .kinematics()
-        .inverse(&input.command)
-        .rad_s
-        .map(|reference| {
-            let mut pid = pid::Pid::new(reference, limit);
-            pid.p(R::of(GAINS.kp_n_m_s_rad), limit)
-                .i(R::of(GAINS.ki_n_m_rad * PERIOD_S), limit)
-                .d(R::of(GAINS.kd_n_m_s2_rad / PERIOD_S), limit);
-            pid
-        })
+fn limit<R: Real>() -> TorqueLimit<R> {
+    TorqueLimit::line(R::of(STALL_TORQUE_N_M), R::of(SLOPE_N_M_S_RAD)).expect("valid")
 }
 
 /// Whether the last of `steps` steps left some wheel at its torque limit.
@@ -152,7 +88,7 @@ fn run<R: Real + FloatCore, const N: usize>(
     saturated: bool,
     steps: usize,
 ) -> bool {
-    let controller = controller(layout);
+    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
     let inputs = inputs(&controller, saturated);
     let mut torques = [R::zero(); N];
     let turns = inputs.iter().cycle().take(steps);
@@ -169,14 +105,15 @@ fn run<R: Real + FloatCore, const N: usize>(
             black_box(&torques);
         }
     } else {
-        let mut loops = loops(&controller, &inputs[0]);
+        let reference = controller.kinematics().inverse(&inputs[0].command);
+        let mut loops = pid_loops(&reference, GAINS, STALL_TORQUE_N_M);
         for input in turns {
-            torques = pid_step(black_box(&mut loops), black_box(input));
+            torques = separate_step(black_box(&mut loops), black_box(input));
             black_box(&torques);
         }
     }
     // The inputs repeat and the loops settle within the first thousand steps, so the last step tells for those counted.
-    let limit = TorqueLimit::line(R::of(STALL_TORQUE_N_M), R::of(SLOPE_N_M_S_RAD)).expect("valid");
+    let limit = limit();
     let last = &inputs[(steps + INPUTS - 1) % INPUTS];
     torques
         .iter()
