@@ -1,6 +1,6 @@
 """Runs the firmware images in QEMU, prints their figures as a table, and fails where a budget or a bit is off.
 
-python scripts/firmware_report.py [--write | --self-test]: `--write` puts the table into docs/firmware.md, else the table
+python scripts/firmware_report.py [--write | --self-test]: `--write` puts the table into docs/firmware.md, else the one
 there has to be true to 10 %. The images are those that scripts/firmware.sh builds.
 """
 
@@ -91,9 +91,7 @@ def drifted(old: str, new: str) -> list[str]:
         label = line.split("|")[1]
         before = next((row for row in old.splitlines() if row.split("|")[1:2] == [label]), None)
         numbers = [[int(n) for n in re.findall(r"\| (\d+) ", row)] for row in (before or "", line)]
-        close = len(numbers[0]) == len(numbers[1]) and all(
-            abs(a - b) <= 0.1 * b for a, b in zip(*numbers, strict=True)
-        )
+        close = len(numbers[0]) == len(numbers[1]) and all(abs(a - b) <= 0.1 * b for a, b in zip(*numbers, strict=True))
         if not close:
             bad.append(f"docs/firmware.md:{label}: {numbers[0]}, measured {numbers[1]}")
     return bad
