@@ -5,7 +5,8 @@ use crate::{
     SpeedLimits, TorqueRanges, WheelControlConfig, WheelLayout, WheelVelocities,
 };
 
-/// Everything a [`Drive`](crate::Drive) is made of; checked by [`Drive::new`](crate::Drive::new). Its period is that of `control.pid`.
+/// Everything a [`Drive`](crate::Drive) is made of; checked by [`Drive::new`](crate::Drive::new). Its period is that of
+/// `control.pid`.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
@@ -136,7 +137,8 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
-    /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by [`Drive::step`](crate::Drive::step).
+    /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by
+    /// [`Drive::step`](crate::Drive::step).
     ///
     /// ```
     /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};

@@ -35,7 +35,8 @@ pub enum DriveMode {
     /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
     /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::DriveState::release_safe_stop).
     SafeStop,
-    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until [`DriveState::release_emergency_stop`](super::DriveState::release_emergency_stop).
+    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until
+    /// [`DriveState::release_emergency_stop`](crate::DriveState::release_emergency_stop).
     EmergencyStop,
 }
 

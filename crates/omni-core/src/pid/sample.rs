@@ -89,7 +89,8 @@ impl<R: Real> PidState<R> {
 pub struct PidTerms<R> {
     /// Proportional term \[N.m\].
     pub p_n_m: R,
-    /// Integral term \[N.m\]; the present error is in it under [`IntegrationOrder::BeforeOutput`](crate::IntegrationOrder::BeforeOutput).
+    /// Integral term \[N.m\]; the present error is in it under
+    /// [`IntegrationOrder::BeforeOutput`](crate::IntegrationOrder::BeforeOutput).
     pub i_n_m: R,
     /// Derivative term \[N.m\].
     pub d_n_m: R,

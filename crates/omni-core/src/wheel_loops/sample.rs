@@ -3,8 +3,8 @@
 use crate::coordination::{Coordination, TorqueRanges};
 use crate::{PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
-/// Everything that the loops of `N` wheels need to know; checked by [`WheelController::new`](crate::WheelController::new) or
-/// [`crate::Controller::new`].
+/// Everything that the loops of `N` wheels need to know; checked by
+/// [`WheelController::new`](crate::WheelController::new) or [`crate::Controller::new`].
 ///
 /// ```
 /// use omni_core::{ControlState, Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig, WheelController};
@@ -130,7 +130,8 @@ pub struct WheelSample<R, const N: usize> {
     /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],
-    /// Proportional term, formed with the reference as reduced by `common_factor` under [`Saturation::ScaleReference`](crate::Saturation::ScaleReference).
+    /// Proportional term, formed with the reference as reduced by `common_factor` under
+    /// [`Saturation::ScaleReference`](crate::Saturation::ScaleReference).
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub p_n_m: [R; N],
     /// Integral term, likewise.
@@ -151,13 +152,15 @@ pub struct WheelSample<R, const N: usize> {
     /// The requested torque is outside the limits.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub saturated: [bool; N],
-    /// What all torques ([`Saturation::ScaleTorques`](crate::Saturation::ScaleTorques)) or all references ([`Saturation::ScaleReference`](crate::Saturation::ScaleReference)) were
-    /// multiplied by, 0 to 1; 1 under [`Saturation::Clip`](crate::Saturation::Clip).
+    /// What all torques ([`Saturation::ScaleTorques`](crate::Saturation::ScaleTorques)) or all references
+    /// ([`Saturation::ScaleReference`](crate::Saturation::ScaleReference)) were multiplied by, 0 to 1; 1 under
+    /// [`Saturation::Clip`](crate::Saturation::Clip).
     pub common_factor: R,
 }
 
 impl<R: Real, const N: usize> WheelSample<R, N> {
-    /// At rest, to be written to by [`WheelController::step_into`](crate::WheelController::step_into): all zero but the common factor, which is 1.
+    /// At rest, to be written to by [`WheelController::step_into`](crate::WheelController::step_into): all zero but the
+    /// common factor, which is 1.
     ///
     /// ```
     /// use omni_core::WheelSample;
