@@ -12,7 +12,11 @@ use crate::tagged::INNER_KEY;
 /// Built-in files by name, in the order they are listed.
 type Builtin = &'static [(&'static str, &'static str)];
 
-const VEHICLES: Builtin = &[("chugo7", include_str!("../assets/vehicles/chugo7.toml"))];
+const VEHICLES: Builtin = &[
+    ("chugo7", include_str!("../assets/vehicles/chugo7.toml")),
+    ("omni3", include_str!("../assets/vehicles/omni3.toml")),
+    ("mecanum4", include_str!("../assets/vehicles/mecanum4.toml")),
+];
 const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
     ("flat", include_str!("../assets/scenarios/flat.toml")),

@@ -129,6 +129,11 @@ pub struct WheelSpec {
     /// The way the vehicle moves when this wheel alone turns positively.
     #[garde(custom(direction))]
     pub rolling_direction: [f64; 2],
+    /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
+    /// wheel, usually +-pi/4 for a mecanum wheel.
+    #[serde(default)]
+    #[garde(custom(between(-1.5, 1.5)))]
+    pub roller_angle_rad: f64,
     /// Rolling radius \[m\], > 0.
     #[garde(custom(positive))]
     pub radius_m: f64,
@@ -298,7 +303,12 @@ impl Vehicle {
                 })?;
         WheelLayout::new(wheels.map(|w| {
             let (position, direction) = (w.position_m.map(R::of), w.rolling_direction.map(R::of));
-            Wheel::omni(position, direction, R::of(w.radius_m)).geared(R::of(w.gear))
+            let omni = Wheel::omni(position, direction, R::of(w.radius_m)).geared(R::of(w.gear));
+            let roller_angle_rad = R::of(w.roller_angle_rad);
+            Wheel {
+                roller_angle_rad,
+                ..omni
+            }
         }))
     }
 

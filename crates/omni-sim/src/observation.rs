@@ -76,9 +76,10 @@ pub struct HingeObservation {
 pub struct WheelObservation {
     /// Centre of the axle in the world \[m\].
     pub centre_m: [f64; 3],
-    /// Speed of the rim, r times the wheel's turning speed \[m/s\].
+    /// Speed that the wheel asks of its centre along its push \[m/s\]: r times the wheel's turning speed, times the cosine of
+    /// the roller angle. An omni wheel pushes along its rolling direction, a mecanum wheel along its roller's axis.
     pub rim_m_s: f64,
-    /// Velocity of the centre along the rolling direction in the contact's tangent plane \[m/s\].
+    /// Velocity of the centre along the push in the contact's tangent plane \[m/s\].
     pub along_m_s: f64,
     /// Force of the ground on the wheel \[N\], world axes, averaged over the control period.
     pub force_n: [f64; 3],

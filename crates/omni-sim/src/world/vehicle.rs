@@ -105,8 +105,8 @@ impl VehicleBodies {
         for (wheel, seen) in self.wheels.iter().zip(&mut observation.wheels) {
             let (centre, velocity) = wheel.centre_world(physics);
             seen.centre_m = centre.into();
-            seen.rim_m_s = wheel.wheel_velocity(physics) * wheel.radius;
-            // Along the rolling direction in the tangent plane of the contact; the ground's plane while there is none.
+            seen.rim_m_s = wheel.wheel_velocity(physics) * wheel.way_per_rad;
+            // Along the push, the rolling direction of an omni wheel, in the tangent plane of the contact; the ground's plane while there is none.
             let normal = if seen.touches() {
                 Vector::from(seen.normal)
             } else {

@@ -6,6 +6,10 @@
 //! A wheel that meets obstacles sideways shows them a roller: a ball of the rollers' radius rho, centred (r - rho) below
 //! the axle and geared by rho / r, so that rim speed, thrust and effective mass at the rim are the wheel's. Its thrust
 //! acts lower on the frame by (r - rho), and the reaction torque is smaller by just that moment.
+//!
+//! A mecanum wheel pushes along the axis of the roller on the ground, at an angle gamma to its rolling direction. Its ball is
+//! driven about the horizontal axis across that push, and turns with cos(gamma) of the wheel's velocity: thrust, reaction
+//! (rolling moment included) and effective mass are the wheel's again.
 
 use rapier3d_f64::prelude::*;
 
@@ -19,13 +23,13 @@ pub(super) struct BallWheel {
     pub(super) collider: ColliderHandle,
     /// The body that carries it.
     pub(super) frame: RigidBodyHandle,
-    /// Axle in the carrier's frame: positive rotation rolls along `rolling`.
+    /// What the ball is driven about, in the carrier's frame: the axle, turned by the roller angle.
     axle: Vector,
     /// Centre of the axle in the carrier's frame \[m\].
     pub(super) centre: Vector,
-    /// Rolling radius r \[m\].
-    pub(super) radius: f64,
-    /// Ball turns per wheel turn, r over the ball's radius.
+    /// Way along the push per wheel turn \[m/rad\]: the rolling radius, times the cosine of the roller angle.
+    pub(super) way_per_rad: f64,
+    /// Ball turns per wheel turn, that way over the ball's radius.
     ball_per_wheel: f64,
     /// Wheel velocity over actuator velocity.
     gear: f64,
@@ -44,7 +48,9 @@ impl BallWheel {
             WheelContact::Roller { radius_m } => radius_m,
         };
         let [x, y] = spec.position_m;
-        let ball_per_wheel = spec.radius_m / ball_radius;
+        let (sin, cos) = (libm::sin(spec.roller_angle_rad), libm::cos(spec.roller_angle_rad));
+        let way_per_rad = spec.radius_m * cos;
+        let ball_per_wheel = way_per_rad / ball_radius;
         let ball_centre = Vector::new(x, y, ball_radius);
         // One inertia for all axes: about the axle it is the wheel's, seen through the gearing.
         let inertia = spec.inertia_kg_m2 / (ball_per_wheel * ball_per_wheel);
@@ -67,7 +73,8 @@ impl BallWheel {
             .contacts_enabled(false);
         physics.insert_impulse_joint(frame, ball, joint);
         let [dx, dy] = spec.rolling_direction;
-        let axle = Vector::new(-dy, dx, 0.0).normalize(); // up x rolling direction
+        let (push_x, push_y) = (cos * dx - sin * dy, sin * dx + cos * dy);
+        let axle = Vector::new(-push_y, push_x, 0.0).normalize(); // up x push
         let centre = Vector::new(x, y, spec.radius_m);
         Self {
             ball,
@@ -75,7 +82,7 @@ impl BallWheel {
             frame,
             axle,
             centre,
-            radius: spec.radius_m,
+            way_per_rad,
             ball_per_wheel,
             gear: spec.gear,
         }

@@ -1,0 +1,110 @@
+//! Vehicles other than the paper's are files, not code: each follows its commands and stands as its masses say.
+
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Trace, run};
+
+/// A vehicle on flat ground under one command.
+fn drive(vehicle: &str, [vx, vy, wz]: [f64; 3], duration_s: f64) -> (Scenario, Trace) {
+    let overrides = [
+        Override::new("vehicle", vehicle),
+        Override::new("duration_s", duration_s),
+        Override::new("command.vx_m_s", vx),
+        Override::new("command.vy_m_s", vy),
+        Override::new("command.wz_rad_s", wz),
+    ];
+    let scenario = Scenario::load("flat", &overrides).expect("valid");
+    let trace = run(&scenario).expect("runs");
+    (scenario, trace)
+}
+
+fn last(trace: &Trace, column: &str) -> f64 {
+    *trace.column(column).expect("a column").last().expect("a row")
+}
+
+#[test]
+fn each_vehicle_follows_every_direction_on_flat_ground() {
+    for vehicle in ["omni3", "mecanum4"] {
+        for command in [
+            [0.3, 0.0, 0.0],
+            [0.0, 0.3, 0.0],
+            [0.0, 0.0, 0.8],
+            [0.2, -0.2, 0.5],
+        ] {
+            let (_, trace) = drive(vehicle, command, 3.0);
+            for (column, wanted) in ["twist_vx_m_s", "twist_vy_m_s", "twist_wz_rad_s"]
+                .into_iter()
+                .zip(command)
+            {
+                let got = last(&trace, column);
+                // The integral has settled (10 time constants); creep of contacts and the circle's centripetal slip stay.
+                assert!(
+                    (got - wanted).abs() < 0.005,
+                    "{vehicle} {command:?}: {column} {got}"
+                );
+            }
+            // The encoders tell the same motion: nothing slips.
+            for (estimated, actual) in [
+                ("estimated_vx_m_s", "twist_vx_m_s"),
+                ("estimated_vy_m_s", "twist_vy_m_s"),
+            ] {
+                let (e, a) = (last(&trace, estimated), last(&trace, actual));
+                assert!(
+                    (e - a).abs() < 0.005,
+                    "{vehicle} {command:?}: {estimated} {e}, {actual} {a}"
+                );
+            }
+        }
+    }
+}
+
+/// Loads of wheels that stand on the ground, by balance of force and of moments about both axes; `share` of the base.
+fn assert_loads(vehicle: &str, expected_n: &[f64]) {
+    let (_, trace) = drive(vehicle, [0.0; 3], 1.5);
+    for (wheel, expected) in expected_n.iter().enumerate() {
+        let column = trace.wheel("force_normal_n", wheel).expect("a column");
+        let tail = &column[column.len() - 500..];
+        let mean = tail.iter().sum::<f64>() / tail.len() as f64;
+        // Half a per cent: what contacts of 200 Hz still swing after a second.
+        assert!(
+            (mean / expected - 1.0).abs() < 0.005,
+            "{vehicle}, wheel {wheel}: {mean}, {expected}"
+        );
+    }
+}
+
+#[test]
+fn three_wheels_carry_what_the_moment_balance_says() {
+    // Wheels at 0.18 m and 0, 120, 240 degrees: n1 0.18 - (n2 + n3) 0.09 = 6 g 0.02 with n1 + n2 + n3 = 6 g, and their own 0.4 g.
+    let (g, base, own) = (9.81, 6.0, 0.4);
+    let ahead = base * g * (0.02 + 0.09) / 0.27;
+    let behind = (base * g - ahead) / 2.0;
+    assert_loads("omni3", &[ahead + own * g, behind + own * g, behind + own * g]);
+}
+
+#[test]
+fn four_wheels_under_a_symmetric_platform_carry_a_quarter_each() {
+    assert_loads("mecanum4", &[24.0 * 9.81 / 4.0; 4]);
+}
+
+#[test]
+fn mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says() {
+    // Each wheel at its limit pushes with tau / (r cos 45) along its roller, tau / r of it forward: 4 tau / r in all. What
+    // is accelerated is the mass and the wheels' inertia at the rim, which move with v / r. The ball model adds its cost: the
+    // ball spins freely across the push too, with an inertia of I / cos^2 of 45 degrees, as much again as the wheel's own.
+    let (limit, r) = (0.5, 0.076);
+    let overrides = [
+        Override::new("vehicle", "mecanum4"),
+        Override::new("duration_s", 0.2),
+        Override::new("command.vx_m_s", 1.0),
+        Override::new("command.ramp_s", 0.0),
+        Override::new("vehicle.motor.stall_torque_n_m", limit),
+        Override::new("vehicle.motor.slope_n_m_s_rad", 0.0),
+        Override::new("control.policy", "independent"),
+    ];
+    let trace = run(&Scenario::load("flat", &overrides).expect("valid")).expect("runs");
+    assert_eq!(trace.wheel("applied_n_m", 0).expect("a column")[150], limit);
+    let v = trace.column("twist_vx_m_s").expect("a column");
+    let measured = (v[180] - v[80]) / 0.1;
+    let expected = 4.0 * limit / r / (24.0 + 2.0 * 4.0 * 0.0035 / (r * r));
+    assert!((measured / expected - 1.0).abs() < 0.01, "{measured}, {expected}");
+}
