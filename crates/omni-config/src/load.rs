@@ -10,18 +10,18 @@ use crate::Error;
 use crate::tagged::INNER_KEY;
 
 /// Built-in files by name, in the order they are listed.
-type Builtin = &'static [(&'static str, &'static str)];
+pub(crate) type Builtin = &'static [(&'static str, &'static str)];
 
-const VEHICLES: Builtin = &[
+pub(crate) const VEHICLES: Builtin = &[
     ("chugo7", include_str!("../assets/vehicles/chugo7.toml")),
     ("omni3", include_str!("../assets/vehicles/omni3.toml")),
     ("mecanum4", include_str!("../assets/vehicles/mecanum4.toml")),
 ];
-const SCENARIOS: Builtin = &[
+pub(crate) const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
     ("flat", include_str!("../assets/scenarios/flat.toml")),
 ];
-const WHEELS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
+pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 
 /// Names of the built-in vehicles.
 #[must_use]
@@ -68,7 +68,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn wheels(name: &str) -> Result<Self, Error> {
-        Self::find("wheels experiment", WHEELS, name, None)
+        Self::find("wheels experiment", EXPERIMENTS, name, None)
     }
 
     /// A text that messages call `file`.
@@ -85,6 +85,26 @@ impl Source {
         self.folder.as_deref()
     }
 
+    /// The file at a path.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn file(path: impl Into<PathBuf>) -> Result<Self, Error> {
+        Self::read(path.into())
+    }
+
+    fn read(path: PathBuf) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(&path).map_err(|source| Error::Io {
+            path: path.clone(),
+            source,
+        })?;
+        Ok(Self {
+            file: path.display().to_string(),
+            text,
+            folder: path.parent().map(Path::to_path_buf),
+        })
+    }
+
     fn find(
         kind: &'static str,
         builtin: Builtin,
@@ -96,15 +116,7 @@ impl Source {
         }
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
         if path.is_file() || name.ends_with(".toml") {
-            let text = std::fs::read_to_string(&path).map_err(|source| Error::Io {
-                path: path.clone(),
-                source,
-            })?;
-            return Ok(Self {
-                file: path.display().to_string(),
-                text,
-                folder: path.parent().map(Path::to_path_buf),
-            });
+            return Self::read(path);
         }
         let known = builtin
             .iter()

@@ -76,12 +76,19 @@ impl WheelsExperiment {
     /// # Errors
     /// What is wrong with it, in one line.
     pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
-        let source = Source::wheels(name)?;
+        Self::from_source(&Source::wheels(name)?, overrides)
+    }
+
+    /// The experiment that a source describes, with some keys replaced.
+    ///
+    /// # Errors
+    /// As [`WheelsExperiment::load`].
+    pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let mut table = source.table()?;
         for each in overrides {
-            each.apply(&source, &mut table)?;
+            each.apply(source, &mut table)?;
         }
-        read(&source, table)
+        read(source, table)
     }
 
     /// Damper coefficients on the three wheels at a time \[s\], loads only \[N.m.s/rad\].

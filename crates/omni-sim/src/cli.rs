@@ -4,6 +4,7 @@
 //! request was wrong.
 
 mod compare;
+mod files;
 mod wheels;
 
 use std::ffi::OsString;
@@ -69,6 +70,22 @@ enum Command {
         #[arg(long, value_enum, default_value = "rust")]
         language: ConstantsLanguage,
     },
+    /// Checks a vehicle, scenario or experiment file without running it, and says what it describes.
+    Check {
+        /// The files.
+        #[arg(required = true)]
+        files: Vec<String>,
+    },
+    /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml.
+    New {
+        /// What the file describes.
+        kind: NewKind,
+        /// Its name: letters, digits, _ or -.
+        name: String,
+        /// The built-in one to start from; chugo7 or step if left out.
+        #[arg(long)]
+        like: Option<String>,
+    },
     /// Lists the built-in scenarios, vehicles and policies.
     List,
 }
@@ -77,6 +94,12 @@ enum Command {
 enum ConstantsLanguage {
     Rust,
     C,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NewKind {
+    Vehicle,
+    Scenario,
 }
 
 /// Where the controller of a run is.
@@ -187,6 +210,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)?;
             print(out, &scenario.constants(language)?)
         }
+        Command::Check { files } => files::check(&files, out),
+        Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
         Command::List => {
             let lists = [
                 ("scenarios:  ", builtin_scenarios()),

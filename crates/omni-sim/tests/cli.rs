@@ -151,6 +151,60 @@ fn wheels_json_has_the_times_of_the_paper() {
     }
 }
 
+#[test]
+fn a_new_file_is_checked_runs_and_is_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = omnistep(folder.path(), &["new", "vehicle", "rover", "--like", "omni3"]);
+    assert_eq!(
+        stdout(&said),
+        "rover.toml: started from omni3; run it with: omnistep run flat --set vehicle=rover.toml\n"
+    );
+    let said = omnistep(folder.path(), &["new", "scenario", "kerb"]);
+    assert_eq!(
+        stdout(&said),
+        "kerb.toml: started from step; run it with: omnistep run kerb.toml\n"
+    );
+    let said = omnistep(folder.path(), &["check", "rover.toml", "kerb.toml"]);
+    assert_eq!(
+        stdout(&said),
+        "rover.toml: vehicle rover: 1 body, 0 hinges, 3 wheels, 7.200 kg\n\
+         kerb.toml: scenario kerb, 6 s, policy synchronised; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n"
+    );
+    let run = [
+        "run",
+        "flat",
+        "--set",
+        "vehicle=rover.toml",
+        "--set",
+        "duration_s=0.1",
+        "--json",
+    ];
+    assert!(omnistep(folder.path(), &run).status.success());
+
+    let own = fs::read_to_string(folder.path().join("rover.toml"))
+        .unwrap()
+        .replace("mass_kg = 6.0", "mass_kg = -6.0");
+    fs::write(folder.path().join("rover.toml"), &own).unwrap();
+    let said = refused(folder.path(), &["new", "vehicle", "rover"]);
+    assert_eq!(said, "error: rover.toml: File exists (os error 17)\n");
+    assert_eq!(fs::read_to_string(folder.path().join("rover.toml")).unwrap(), own);
+    let said = refused(folder.path(), &["check", "rover.toml"]);
+    assert_eq!(
+        said,
+        "error: rover.toml: body[0].mass_kg: -6, allowed: finite and > 0\n"
+    );
+    let said = refused(folder.path(), &["new", "vehicle", "my robot"]);
+    assert_eq!(
+        said,
+        "error: new my robot: name: \"my robot\", allowed: 1 to 40 letters, digits, '_' or '-'\n"
+    );
+    let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
+    assert_eq!(
+        said,
+        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4\n"
+    );
+}
+
 /// The built-in vehicle and step with one text replaced, as files `v.toml` and `s.toml`; refused with this message.
 fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
     let folder = tempfile::tempdir().unwrap();
