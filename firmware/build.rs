@@ -66,8 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A built-in scenario or a .toml file; its vehicle, policy and control period are what the image gets.
     println!("cargo::rerun-if-env-changed=OMNISTEP_SCENARIO");
     let name = env::var("OMNISTEP_SCENARIO").unwrap_or_else(|_| "step".into());
-    if name.ends_with(".toml") {
-        println!("cargo::rerun-if-changed={name}");
+    for file in Scenario::files(&name).map_err(|error| error.to_string())? {
+        println!("cargo::rerun-if-changed={}", file.display());
     }
     let scenario = Scenario::load(&name, &[]).map_err(|error| error.to_string())?;
     let mut source = scenario.constants(Language::Rust)?;

@@ -81,6 +81,11 @@ impl Source {
         }
     }
 
+    /// The file it was read from, if any.
+    pub(crate) fn path(&self) -> Option<PathBuf> {
+        self.folder.is_some().then(|| PathBuf::from(&self.file))
+    }
+
     pub(crate) fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }

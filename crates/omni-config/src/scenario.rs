@@ -1,5 +1,7 @@
 //! A scenario: a vehicle, the ground, a command, a controller, how finely to simulate.
 
+use std::path::PathBuf;
+
 use garde::Validate;
 use omni_core::{BodyTwist, Coordination};
 use serde::{Deserialize, Serialize};
@@ -218,6 +220,25 @@ impl Scenario {
     /// ```
     pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
         Self::from_source(&Source::scenario(name)?, overrides)
+    }
+
+    /// The files that [`Scenario::load`] reads for a name, its vehicle's included; none for what is built in. A build script
+    /// tells Cargo to watch them.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], [`Error::Io`] or [`Error::Syntax`].
+    ///
+    /// ```
+    /// assert!(omni_config::Scenario::files("step")?.is_empty());
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn files(name: &str) -> Result<Vec<PathBuf>, Error> {
+        let source = Source::scenario(name)?;
+        let mut files: Vec<_> = source.path().into_iter().collect();
+        if let Some(Value::String(vehicle)) = source.table()?.get("vehicle") {
+            files.extend(Source::vehicle(vehicle, source.folder())?.path());
+        }
+        Ok(files)
     }
 
     /// The scenario that a source describes, with some keys replaced.
