@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use omni_config::{Language, Scenario, rust_expression};
 use omni_core::{
-    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, ForwardMap,
+    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, ForwardMap, Odometry,
     OdometryNoise, ShapingConfig, SlipConfig, SpeedLimits, TwistLimits,
 };
 
@@ -66,29 +66,33 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A built-in scenario or a .toml file; its vehicle, policy and control period are what the image gets.
     println!("cargo::rerun-if-env-changed=OMNISTEP_SCENARIO");
     let name = env::var("OMNISTEP_SCENARIO").unwrap_or_else(|_| "step".into());
-    for file in Scenario::files(&name).map_err(|error| error.to_string())? {
+    for file in Scenario::files(&name)? {
         println!("cargo::rerun-if-changed={}", file.display());
     }
-    let scenario = Scenario::load(&name, &[]).map_err(|error| error.to_string())?;
+    let scenario = Scenario::load(&name, &[])?;
     let mut source = scenario.constants(Language::Rust)?;
     if scenario.vehicle().wheel.len() == 7 {
         // The randomised steps take any controller; the self-test is of the seven-wheel vehicle's size.
-        let hash = randomised::hash(
-            &scenario.controller()?,
-            &scenario.limiter()?,
-            scenario.period_s() as f32,
-        );
+        let (controller, limiter) = (scenario.controller()?, scenario.limiter()?);
+        let odometry = Odometry::new(scenario.period_s() as f32)?;
+        let hash = randomised::hash(randomised::STEPS, |memory, command, measured| {
+            randomised::step(&controller, &limiter, memory, command, measured);
+            randomised::pose(&controller, &odometry, memory);
+        });
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
              /// A drive with every option on.\npub static DRIVE: omni_core::Drive<f32, 7> = {};\n",
             rust_expression(&everything(&scenario)?)
         ));
     } else {
-        return Err(format!(
-            "{name}: {} wheels, allowed in these images: 7",
-            scenario.vehicle().wheel.len()
-        )
-        .into());
+        return Err(Box::new(omni_config::Error::Key {
+            file: format!("vehicle {}", scenario.vehicle().name),
+            key: "wheel".into(),
+            message: format!(
+                "{} wheels, allowed in these images: 7",
+                scenario.vehicle().wheel.len()
+            ),
+        }));
     }
     fs::write(out.join("constants.rs"), source)?;
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 # Folders whose contents are named by path in the documents.
-PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts")
+PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts", "firmware")
 # What may not stand in any tracked file: places of one machine.
 MACHINE = re.compile(r"(?<![\w.])/(?:root|home|Users|work)/\w")
 

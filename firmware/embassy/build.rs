@@ -14,7 +14,7 @@ const SCENARIO: &str = "vehicle/omni4-flat.toml";
 const COMMAND_TIMEOUT_S: f32 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let scenario = Scenario::load(SCENARIO, &[]).map_err(|error| error.to_string())?;
+    let scenario = Scenario::load(SCENARIO, &[])?;
     let vehicle = scenario.vehicle();
     let limits = vehicle
         .limits
@@ -47,8 +47,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var("CARGO_CFG_TARGET_OS")? == "none" {
         println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
-    for file in ["build.rs", SCENARIO, "vehicle/omni4.toml"] {
-        println!("cargo::rerun-if-changed={file}");
+    println!("cargo::rerun-if-changed=build.rs");
+    for file in Scenario::files(SCENARIO)? {
+        println!("cargo::rerun-if-changed={}", file.display());
     }
     Ok(())
 }

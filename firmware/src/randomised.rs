@@ -38,46 +38,70 @@ fn take(hash: &mut u32, value: f32) {
     }
 }
 
-/// The hash of every signal of every step.
-pub fn hash(controller: &Controller<f32, 7>, limiter: &TwistLimiter<f32>, period_s: f32) -> u32 {
+/// What a control task keeps between periods.
+pub struct Memory {
+    /// Of the limits.
+    pub limited: TwistLimiterState<f32>,
+    /// Of the loops.
+    pub state: ControlState<f32, 7>,
+    /// Every signal of the last step.
+    pub sample: ControlSample<f32, 7>,
+    /// Where the vehicle is.
+    pub pose: OdometryState<f32, 7>,
+    /// What tells of slip.
+    pub residual: WheelVelocities<f32, 7>,
+}
+
+impl Memory {
+    /// At rest at the origin.
+    pub const fn new() -> Self {
+        Self {
+            limited: TwistLimiterState::new(),
+            state: ControlState::new(),
+            sample: ControlSample::zero(),
+            pose: OdometryState::new(),
+            residual: WheelVelocities::zero(),
+        }
+    }
+}
+
+/// The hash of every signal of `steps` steps. `step` makes one from the memory, the command and the measured velocities.
+pub fn hash(steps: u32, mut step: impl FnMut(&mut Memory, &BodyTwist<f32>, &WheelVelocities<f32, 7>)) -> u32 {
     let mut random = Random(0x9e37_79b9);
     let mut hash = 0x811c_9dc5;
-    let (mut limited, mut state) = (TwistLimiterState::default(), ControlState::default());
-    let mut sample = ControlSample::zero();
-    let odometry = Odometry::from_constants((period_s,));
-    let mut pose = OdometryState::default();
+    let mut memory = Memory::new();
     let mut command = BodyTwist {
         vx_m_s: 0.0,
         vy_m_s: 0.0,
         wz_rad_s: 0.0,
     };
     let mut slowed = [1.0_f32; 7];
-    for step in 0..STEPS {
-        if step % 50 == 0 {
+    for k in 0..steps {
+        if k % 50 == 0 {
             command = BodyTwist {
                 vx_m_s: random.within(1.5),
                 vy_m_s: random.within(1.5),
                 wz_rad_s: random.within(3.0),
             };
-            // Some wheels are held back, so that every branch of the coordination runs.
+            // Some wheels are held back, or all of them: every branch of the coordination runs, in every mixture.
+            let all = k % 100 == 0;
             slowed = [0; 7].map(|_| {
-                if random.bits().is_multiple_of(3) {
+                if all || random.bits().is_multiple_of(3) {
                     random.within(0.5) + 0.5
                 } else {
                     1.0
                 }
             });
         }
-        let mut measured = sample.wheels.reference;
+        let mut measured = memory.sample.wheels.reference;
         for (velocity, slowed) in measured.rad_s.iter_mut().zip(slowed) {
-            *velocity = *velocity * slowed + random.within(0.5);
+            *velocity = *velocity * slowed + random.within(1.0);
         }
-        if random.bits().is_multiple_of(97) {
+        if random.bits().is_multiple_of(20) {
             measured.rad_s[3] = f32::NAN;
         }
-        let twist = limiter.step(&mut limited, &command);
-        controller.step_into(&mut state, &twist, &measured, &mut sample);
-        let wheels = &sample.wheels;
+        step(&mut memory, &command, &measured);
+        let wheels = &memory.sample.wheels;
         let signals = [
             &wheels.reference.rad_s,
             &wheels.measured.rad_s,
@@ -95,17 +119,35 @@ pub fn hash(controller: &Controller<f32, 7>, limiter: &TwistLimiter<f32>, period
             }
         }
         take(&mut hash, wheels.common_factor);
-        let sane = WheelVelocities {
-            rad_s: wheels.measured.rad_s,
-        };
-        odometry.step_velocities(&mut pose, controller.kinematics(), &sane);
-        for residual in controller.kinematics().residual(&sane).rad_s {
+        for residual in memory.residual.rad_s {
             take(&mut hash, residual);
         }
-        let pose = pose.pose();
+        let pose = memory.pose.pose();
         for value in [pose.x_m, pose.y_m, pose.yaw_rad] {
             take(&mut hash, value);
         }
     }
     hash
+}
+
+/// One period of a control task: velocity limits, inverse kinematics, seven loops, coordination.
+#[inline(always)]
+pub fn step(
+    controller: &Controller<f32, 7>,
+    limiter: &TwistLimiter<f32>,
+    memory: &mut Memory,
+    command: &BodyTwist<f32>,
+    measured: &WheelVelocities<f32, 7>,
+) {
+    let twist = limiter.step(&mut memory.limited, command);
+    controller.step_into(&mut memory.state, &twist, measured, &mut memory.sample);
+}
+
+/// The pose, and what tells of slip, from what the step took for measured: a reading that is no number counts as rest.
+#[inline(always)]
+pub fn pose(controller: &Controller<f32, 7>, odometry: &Odometry<f32, 7>, memory: &mut Memory) {
+    let measured = memory.sample.wheels.measured;
+    let twist = controller.kinematics().forward(&measured);
+    odometry.step_twist(&mut memory.pose, &twist);
+    memory.residual = controller.kinematics().residual_beyond(&measured, &twist);
 }

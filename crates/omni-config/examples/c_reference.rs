@@ -1,7 +1,7 @@
 //! The steps of firmware/c/example/main.c on this computer: the C program has to print the same hash.
 
 use omni_config::Scenario;
-use omni_core::{BodyTwist, ControlSample, ControlState, WheelVelocities};
+use omni_core::{BodyTwist, ControlSample, ControlState, TwistLimiterState, WheelVelocities};
 
 /// FNV-1a over the bits of a number.
 fn take(hash: u32, value: f32) -> u32 {
@@ -14,9 +14,10 @@ fn take(hash: u32, value: f32) -> u32 {
 fn main() -> Result<(), omni_config::Error> {
     let scenario = Scenario::load("step", &[])?;
     let controller = scenario.controller::<f32, 7>()?;
+    let (limiter, mut limited) = (scenario.limiter()?, TwistLimiterState::new());
     let (mut state, mut sample) = (ControlState::new(), ControlSample::zero());
     let command = BodyTwist {
-        vx_m_s: 0.3,
+        vx_m_s: 1.3,
         vy_m_s: 0.1,
         wz_rad_s: 0.2,
     };
@@ -31,7 +32,8 @@ fn main() -> Result<(), omni_config::Error> {
             };
             measured.rad_s[i] = part * sample.wheels.reference.rad_s[i];
         }
-        controller.step_into(&mut state, &command, &measured, &mut sample);
+        let twist = limiter.step(&mut limited, &command);
+        controller.step_into(&mut state, &twist, &measured, &mut sample);
         hash = sample.wheels.applied.n_m.into_iter().fold(hash, take);
     }
     let estimate = controller.kinematics().forward(&measured);

@@ -41,7 +41,7 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, to be used as any other. In C the same in `OMNI_...`, but for limiter and odometry.
+    /// `LIMITER`, `ODOMETRY`, to be used as any other. In C the same in `OMNI_...`, but for the odometry.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for.

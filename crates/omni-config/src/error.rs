@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-/// A file, a key or a name that is not usable. Its message is one line.
-#[derive(Debug, thiserror::Error)]
+/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The text is not TOML.
@@ -52,4 +52,10 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+}
+
+impl std::fmt::Debug for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Display::fmt(self, f)
+    }
 }

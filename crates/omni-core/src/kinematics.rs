@@ -425,8 +425,28 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// ```
     #[must_use]
     pub fn residual(&self, velocities: &WheelVelocities<R, N>) -> WheelVelocities<R, N> {
+        self.residual_beyond(velocities, &self.forward(velocities))
+    }
+
+    /// The part of `velocities` \[rad/s\] that is not the motion `twist`: [`Kinematics::residual`] where their own
+    /// [`Kinematics::forward`] is known already.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let ahead = BodyTwist { vx_m_s: 0.5_f64, ..BodyTwist::ZERO }; // 5 rad/s of each wheel
+    /// let beyond = kinematics.residual_beyond(&[5.0, 5.0, 6.0, 5.0].into(), &ahead);
+    /// assert!((beyond.rad_s[2] - 1.0).abs() < 1e-12 && beyond.rad_s[0].abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn residual_beyond(
+        &self,
+        velocities: &WheelVelocities<R, N>,
+        twist: &BodyTwist<R>,
+    ) -> WheelVelocities<R, N> {
         let mut rest = *velocities;
-        for (r, p) in rest.rad_s.iter_mut().zip(self.project(velocities).rad_s) {
+        for (r, p) in rest.rad_s.iter_mut().zip(self.inverse(twist).rad_s) {
             *r -= p;
         }
         rest

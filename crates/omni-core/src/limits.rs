@@ -134,6 +134,7 @@ pub(crate) fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct RateLimiterState<R> {
     pub(crate) velocity: Sum<R>,
     /// The last velocity step that a jerk limit has to continue from.
@@ -211,6 +212,7 @@ impl<R: Real> RateLimiterState<R> {
 /// Velocity steps of a motion in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Steps<R> {
     /// Speed that a period adds to a motion in this direction.
     up: R,
@@ -292,6 +294,7 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct RateLimiter<R> {
     min: R,
     max: R,

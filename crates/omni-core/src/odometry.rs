@@ -7,7 +7,7 @@
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, period};
 use crate::sum::Sum;
-use crate::{BodyDisplacement, Kinematics, PlanarPose, Real, WheelAngles, WheelVelocities};
+use crate::{BodyDisplacement, BodyTwist, Kinematics, PlanarPose, Real, WheelAngles, WheelVelocities};
 
 /// An angle of at most one turn beyond (-pi, pi]. A turn is taken off to twice the precision.
 fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
@@ -265,7 +265,19 @@ impl<R: Real, const N: usize> Odometry<R, N> {
         kinematics: &Kinematics<R, N>,
         velocities: &WheelVelocities<R, N>,
     ) -> OdometryStep<R> {
-        let twist = kinematics.forward(velocities);
+        self.step_twist(state, &kinematics.forward(velocities))
+    }
+
+    /// One period of a motion that is known already, as from [`Kinematics::forward`].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Odometry, OdometryState};
+    /// let (odometry, mut state) = (Odometry::<f64, 3>::new(0.25)?, OdometryState::default());
+    /// odometry.step_twist(&mut state, &BodyTwist { vx_m_s: 2.0, ..BodyTwist::ZERO });
+    /// assert_eq!(state.pose().x_m, 2.0 * 0.25);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step_twist(&self, state: &mut OdometryState<R, N>, twist: &BodyTwist<R>) -> OdometryStep<R> {
         self.step_displacement(state, &twist.over(self.period_s))
     }
 

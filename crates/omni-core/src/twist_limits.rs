@@ -107,6 +107,7 @@ pub enum TwistLimits<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct TwistLimiterState<R> {
     axes: [RateLimiterState<R>; 3],
 }
@@ -188,6 +189,7 @@ impl<R: Real> TwistLimiterState<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct TwistLimiter<R> {
     law: Law<R>,
 }
@@ -197,6 +199,7 @@ constant_struct!(TwistLimiter<R> { law: Law<R> });
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 /// How a twist is limited, in velocity steps a period.
+#[repr(C, u8)]
 pub enum Law<R> {
     /// [`TwistLimits::PerAxis`].
     PerAxis {
@@ -344,6 +347,7 @@ fn share<R: Real>(part: R, whole: R) -> R {
 /// Limits of one group in velocity steps a period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Group<R> {
     speed: R,
     up: R,

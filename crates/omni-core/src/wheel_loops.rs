@@ -300,8 +300,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 .pid
                 .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
             out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
+            // In here, and not as whole arrays: those are cleared by a function that costs more than all of these stores.
+            (out.d_n_m[i], out.ff_n_m[i]) = (R::zero(), R::zero());
         }
-        (out.d_n_m, out.ff_n_m) = ([R::zero(); N], [R::zero(); N]);
         if !self.pid.remembers() {
             return;
         }

@@ -391,13 +391,17 @@ fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
         line.starts_with("server: built for another vehicle or policy: its constants' digest is "),
         "{line}"
     );
-    assert!(line.ends_with("; build it for this scenario"), "{line}");
+    assert!(
+        line.contains("; build it for this scenario, in firmware/ by OMNISTEP_SCENARIO=FILE"),
+        "{line}"
+    );
 
     let slow = Scenario::load("flat", &[Override::new("control.period_us", 2000)]).unwrap();
     let line = refused(&own, &slow, digest_of(&own));
     assert_eq!(
         line,
-        "server: built for a control period of 2000 us, the scenario has 1000; build it for this scenario"
+        "server: built for a control period of 2000 us, the scenario has 1000; build it for this scenario, in \
+         firmware/ by OMNISTEP_SCENARIO=FILE cargo build --release"
     );
 }
 

@@ -1,4 +1,4 @@
-/* The seven-wheel controller from C: the same steps as `src/bin/c_reference.rs`, the same bits.
+/* The seven-wheel controller from C: the same steps as crates/omni-config/examples/c_reference.rs, the same bits.
  *
  * No C library: start-up code and the console (semihosting) are in startup.c. */
 #include "constants.h" /* written by `omnistep constants step --language c` */
@@ -6,6 +6,7 @@
 #include "startup.h"
 
 static omni7_state state;
+static omni_limiter_state limited;
 static omni7_sample sample;
 
 /* FNV-1a over the bits of a number. */
@@ -22,7 +23,7 @@ static uint32_t take(uint32_t hash, float value) {
 
 int main(void) {
     omni7_velocities measured = {{0}};
-    omni_twist command = {0.3f, 0.1f, 0.2f}, estimate;
+    omni_twist command = {1.3f, 0.1f, 0.2f}, twist, estimate; /* faster than allowed */
     uint32_t hash = 0x811c9dc5u;
     bool good = omni7_init(&state, &sample) && !omni7_init(0, &sample);
 
@@ -32,7 +33,8 @@ int main(void) {
             float part = (i == 0 && k >= 300 && k < 600) ? 0.25f : 0.75f;
             measured.rad_s[i] = part * sample.wheels.reference.rad_s[i];
         }
-        good = good && omni7_step(&OMNI_CONTROLLER, &state, &command, &measured, &sample);
+        good = good && omni_limit(&OMNI_LIMITER, &limited, &command, &twist);
+        good = good && omni7_step(&OMNI_CONTROLLER, &state, &twist, &measured, &sample);
         for (int i = 0; i < 7; i++) {
             hash = take(hash, sample.wheels.applied.n_m[i]);
         }

@@ -1,7 +1,8 @@
 /* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
  *
  * A controller is a constant that `omnistep constants` writes from a vehicle file; what changes is in a state. Units are
- * SI: m, m/s, rad/s, N.m, s. Generated from the Rust sources by cbindgen; not to be edited. */
+ * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments that name
+ * `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources by cbindgen; not to be edited. */
 
 #ifndef OMNISTEP_H
 #define OMNISTEP_H
@@ -82,7 +83,8 @@ typedef struct {
   omni3_velocities measured;
   // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
   bool active[3];
-  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReference`.
   float p_n_m[3];
   // Integral term, likewise.
   float i_n_m[3];
@@ -98,8 +100,9 @@ typedef struct {
   omni3_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[3];
-  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
-  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
   float common_factor;
 } omni3_wheel_sample;
 
@@ -314,7 +317,8 @@ typedef struct {
   omni4_velocities measured;
   // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
   bool active[4];
-  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReference`.
   float p_n_m[4];
   // Integral term, likewise.
   float i_n_m[4];
@@ -330,8 +334,9 @@ typedef struct {
   omni4_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[4];
-  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
-  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
   float common_factor;
 } omni4_wheel_sample;
 
@@ -417,7 +422,8 @@ typedef struct {
   omni7_velocities measured;
   // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
   bool active[7];
-  // Proportional term, formed with the reference as reduced by `common_factor` under `Saturation::ScaleReference`.
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReference`.
   float p_n_m[7];
   // Integral term, likewise.
   float i_n_m[7];
@@ -433,8 +439,9 @@ typedef struct {
   omni7_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[7];
-  // What all torques (`Saturation::ScaleTorques`) or all references (`Saturation::ScaleReference`) were
-  // multiplied by, 0 to 1; 1 under `Saturation::Clip`.
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
   float common_factor;
 } omni7_wheel_sample;
 
@@ -477,6 +484,111 @@ typedef struct {
   omni7_loops wheels;
 } omni7_controller;
 
+// Velocity steps of a motion in one direction.
+typedef struct {
+  // Speed that a period adds to a motion in this direction.
+  float up;
+  // Speed that a period takes from a motion in the opposite direction.
+  float down;
+} omni_steps;
+
+// Rate limiter of one axis; see `AxisLimits`. What changes from step to step is in `RateLimiterState`.
+//
+// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target, and brakes a
+// reversal no harder than it can ease before it turns. A target that stays is reached exactly, and overshot by rounding
+// only (an ulp), except where the acceleration of an earlier target leaves no choice. The velocity limits hold in any
+// case. Without a jerk limit no square root is taken; a period in which the velocity changes sign is shared between
+// deceleration and acceleration.
+typedef struct {
+  float min;
+  float max;
+  omni_steps forward;
+  omni_steps backward;
+  float jerk_step;
+  // Velocity limits only: every target is reached in one period.
+  bool at_once;
+} omni_rate_limiter;
+
+// Limits of one group in velocity steps a period.
+typedef struct {
+  float speed;
+  float up;
+  float down;
+  float jerk_step;
+} omni_group;
+
+// How a twist is limited, in velocity steps a period.
+enum omni_law_tag
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // `TwistLimits::PerAxis`.
+  OMNI_LAW_PER_AXIS,
+  // `TwistLimits::AlongMotion`.
+  OMNI_LAW_ALONG_MOTION,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_law_tag omni_law_tag;
+#else
+typedef uint8_t omni_law_tag;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+typedef struct {
+  // vx, vy, wz.
+  omni_rate_limiter axes[3];
+} omni_law_PerAxis_body;
+
+typedef struct {
+  // vx and vy.
+  omni_group linear;
+  // wz.
+  omni_group yaw;
+} omni_law_AlongMotion_body;
+
+typedef struct {
+  omni_law_tag tag;
+  union {
+    omni_law_PerAxis_body PER_AXIS;
+    omni_law_AlongMotion_body ALONG_MOTION;
+  };
+} omni_law;
+
+// Rate limiter of a twist; see `TwistLimits`. What changes from step to step is in `TwistLimiterState`.
+//
+// `TwistLimits::PerAxis` is three `RateLimiter`s. `TwistLimits::AlongMotion` first scales the target so that it
+// obeys both speed limits. The change D of the twist that is left is then done in part: one factor for vx, vy and wz,
+// the largest that both groups, linear and yaw, allow. A group decelerates while its part of D has a component against
+// its velocity. A jerk limit looks ahead along D as `RateLimiter` does, and limits the change of the acceleration by
+// one factor too. A target that stays is reached exactly; from rest, along a straight line and without overshoot. Only
+// where a changed target finds an acceleration that points elsewhere and would carry a group out of its limits does
+// that group first take its acceleration back, by itself.
+typedef struct {
+  omni_law law;
+} omni_limiter;
+
+// A sum and what its rounding left out, carried into the next addition (after Neumaier, 1974).
+typedef struct {
+  // The sum, rounded.
+  float total;
+  // Exact sum less `total`: at most half a unit in its last place.
+  float rest;
+} omni_sum;
+
+// Velocity and acceleration of a limited axis; `default` is at rest.
+typedef struct {
+  omni_sum velocity;
+  // The last velocity step that a jerk limit has to continue from.
+  omni_sum step;
+} omni_rate_limiter_state;
+
+// What a `TwistLimiter` remembers between steps; `default` is at rest.
+typedef struct {
+  omni_rate_limiter_state axes[3];
+} omni_limiter_state;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -489,8 +601,8 @@ bool omni3_init(omni3_state *state, omni3_sample *sample);
 // One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-// nothing, where a pointer is null.
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni3_step(const omni3_controller *controller,
                 omni3_state *state,
                 const omni_twist *command,
@@ -512,8 +624,8 @@ bool omni4_init(omni4_state *state, omni4_sample *sample);
 // One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-// nothing, where a pointer is null.
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni4_step(const omni4_controller *controller,
                 omni4_state *state,
                 const omni_twist *command,
@@ -535,8 +647,8 @@ bool omni7_init(omni7_state *state, omni7_sample *sample);
 // One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-// nothing, where a pointer is null.
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni7_step(const omni7_controller *controller,
                 omni7_state *state,
                 const omni_twist *command,
@@ -549,6 +661,15 @@ bool omni7_step(const omni7_controller *controller,
 bool omni7_estimate(const omni7_controller *controller,
                     const omni7_velocities *measured,
                     omni_twist *twist);
+
+// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
+// all zero at the start: `static omni_limiter_state state;`.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni_limit(const omni_limiter *limiter,
+                omni_limiter_state *state,
+                const omni_twist *command,
+                omni_twist *limited);
 
 #ifdef __cplusplus
 }  // extern "C"

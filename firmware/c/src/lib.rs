@@ -4,7 +4,11 @@
 //! place, below.
 #![no_std]
 
-use omni_core::{BodyTwist, ControlSample, ControlState, Controller, WheelVelocities};
+use core::mem::MaybeUninit;
+
+use omni_core::{
+    BodyTwist, ControlSample, ControlState, Controller, TwistLimiter, TwistLimiterState, WheelVelocities,
+};
 
 /// A panic that could happen is an error of the linker: it finds no such function.
 #[panic_handler]
@@ -17,13 +21,14 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 
 #[inline]
 fn init<const N: usize>(
-    state: Option<&mut ControlState<f32, N>>,
-    sample: Option<&mut ControlSample<f32, N>>,
+    state: Option<&mut MaybeUninit<ControlState<f32, N>>>,
+    sample: Option<&mut MaybeUninit<ControlSample<f32, N>>>,
 ) -> bool {
     let (Some(state), Some(sample)) = (state, sample) else {
         return false;
     };
-    (*state, *sample) = (ControlState::new(), ControlSample::zero());
+    state.write(ControlState::new());
+    sample.write(ControlSample::zero());
     true
 }
 
@@ -63,8 +68,8 @@ fn estimate<const N: usize>(
 /// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni3_init(
-    state: Option<&mut ControlState<f32, 3>>,
-    sample: Option<&mut ControlSample<f32, 3>>,
+    state: Option<&mut MaybeUninit<ControlState<f32, 3>>>,
+    sample: Option<&mut MaybeUninit<ControlSample<f32, 3>>>,
 ) -> bool {
     init(state, sample)
 }
@@ -72,8 +77,8 @@ pub extern "C" fn omni3_init(
 /// One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-/// nothing, where a pointer is null.
+/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni3_step(
     controller: Option<&Controller<f32, 3>>,
@@ -102,8 +107,8 @@ pub extern "C" fn omni3_estimate(
 /// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni4_init(
-    state: Option<&mut ControlState<f32, 4>>,
-    sample: Option<&mut ControlSample<f32, 4>>,
+    state: Option<&mut MaybeUninit<ControlState<f32, 4>>>,
+    sample: Option<&mut MaybeUninit<ControlSample<f32, 4>>>,
 ) -> bool {
     init(state, sample)
 }
@@ -111,8 +116,8 @@ pub extern "C" fn omni4_init(
 /// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-/// nothing, where a pointer is null.
+/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni4_step(
     controller: Option<&Controller<f32, 4>>,
@@ -141,8 +146,8 @@ pub extern "C" fn omni4_estimate(
 /// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni7_init(
-    state: Option<&mut ControlState<f32, 7>>,
-    sample: Option<&mut ControlSample<f32, 7>>,
+    state: Option<&mut MaybeUninit<ControlState<f32, 7>>>,
+    sample: Option<&mut MaybeUninit<ControlSample<f32, 7>>>,
 ) -> bool {
     init(state, sample)
 }
@@ -150,8 +155,8 @@ pub extern "C" fn omni7_init(
 /// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. Returns false, and does
-/// nothing, where a pointer is null.
+/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni7_step(
     controller: Option<&Controller<f32, 7>>,
@@ -173,4 +178,25 @@ pub extern "C" fn omni7_estimate(
     twist: Option<&mut BodyTwist<f32>>,
 ) -> bool {
     estimate(controller, measured, twist)
+}
+
+/// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
+/// all zero at the start: `static omni_limiter_state state;`.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_limit(
+    limiter: Option<&TwistLimiter<f32>>,
+    state: Option<&mut TwistLimiterState<f32>>,
+    command: Option<&BodyTwist<f32>>,
+    limited: Option<&mut BodyTwist<f32>>,
+) -> bool {
+    let (Some(limiter), Some(state)) = (limiter, state) else {
+        return false;
+    };
+    let (Some(command), Some(limited)) = (command, limited) else {
+        return false;
+    };
+    *limited = limiter.step(state, command);
+    true
 }

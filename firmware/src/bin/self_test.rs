@@ -6,48 +6,26 @@ use core::hint::black_box;
 
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, ControlSample, ControlState, OdometryState, TwistLimiterState, WheelVelocities};
+use omni_core::{BodyTwist, WheelVelocities};
 use omni_firmware::constants::{CONTROLLER, HASH, LIMITER, ODOMETRY, PERIOD_US, POLICY, VEHICLE, WHEELS};
 use omni_firmware::counter::Counter;
 use omni_firmware::platform::exit;
+use omni_firmware::randomised::Memory;
 use omni_firmware::{randomised, say, stack};
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-/// What a control task keeps between periods.
-struct Memory {
-    limited: TwistLimiterState<f32>,
-    state: ControlState<f32, 7>,
-    sample: ControlSample<f32, 7>,
-    pose: OdometryState<f32, 7>,
-    residual: WheelVelocities<f32, 7>,
-}
-
-impl Memory {
-    const fn new() -> Self {
-        Self {
-            limited: TwistLimiterState::new(),
-            state: ControlState::new(),
-            sample: ControlSample::zero(),
-            pose: OdometryState::new(),
-            residual: WheelVelocities::zero(),
-        }
-    }
-}
-
 /// Velocity limits, inverse kinematics, seven loops, coordination.
 #[inline(never)]
 fn step(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocities<f32, 7>) {
-    let twist = LIMITER.step(&mut memory.limited, command);
-    CONTROLLER.step_into(&mut memory.state, &twist, measured, &mut memory.sample);
+    randomised::step(&CONTROLLER, &LIMITER, memory, command, measured);
 }
 
 /// [`step`], the pose, and what tells of slip.
 #[inline(never)]
 fn step_and_pose(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocities<f32, 7>) {
     step(memory, command, measured);
-    ODOMETRY.step_velocities(&mut memory.pose, CONTROLLER.kinematics(), measured);
-    memory.residual = CONTROLLER.kinematics().residual(measured);
+    randomised::pose(&CONTROLLER, &ODOMETRY, memory);
 }
 
 type Work = fn(&mut Memory, &BodyTwist<f32>, &WheelVelocities<f32, 7>);
@@ -71,6 +49,16 @@ fn most(counter: &Counter, work: Work, part: f32) -> u32 {
     })
 }
 
+/// Most instructions of the randomised steps, where wheels are over their limits in every mixture and readings break.
+fn worst(counter: &Counter, work: Work) -> u32 {
+    let mut most = 0;
+    randomised::hash(randomised::STEPS, |memory, command, measured| {
+        most = most
+            .max(counter.instructions(|| work(black_box(memory), black_box(command), black_box(measured))));
+    });
+    most
+}
+
 #[entry]
 fn main() -> ! {
     say!(
@@ -80,7 +68,7 @@ fn main() -> ! {
         WHEELS,
         PERIOD_US
     );
-    let hash = randomised::hash(&CONTROLLER, &LIMITER, PERIOD_US as f32 * 1e-6);
+    let hash = randomised::hash(randomised::STEPS, step_and_pose);
     let same = hash == HASH;
     let verdict = if same {
         "as on the computer that built this"
@@ -104,6 +92,11 @@ fn main() -> ! {
             for (name, work, part) in costs {
                 say!("instructions, {}: {}", name, most(&counter, work, part));
             }
+            say!("instructions, step, at worst: {}", worst(&counter, step));
+            say!(
+                "instructions, step with odometry and residual, at worst: {}",
+                worst(&counter, step_and_pose)
+            );
         }
         None => say!("no timer to count instructions with"),
     }

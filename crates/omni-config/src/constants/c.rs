@@ -26,6 +26,7 @@ pub(super) fn source(
         });
     }
     let controller = initialiser(&*values.controller);
+    let limiter = initialiser(&values.limiter);
     Ok(format!(
         "/* Generated from the vehicle file; not to be edited. */\n\
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
@@ -33,6 +34,7 @@ pub(super) fn source(
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\
          static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
+         static const omni_limiter OMNI_LIMITER = {limiter};\n\
          #endif\n"
     ))
 }
@@ -40,9 +42,11 @@ pub(super) fn source(
 /// A value as an initialiser.
 pub(super) fn initialiser(value: &dyn Constant) -> String {
     let mut text = Initialiser(String::new());
-    // Writing to a string does not fail.
-    let _ = value.describe(&mut text);
-    text.0
+    match value.describe(&mut text) {
+        Ok(()) => text.0,
+        // Writing to a string does not fail, and no type of `omnistep.h` is optional.
+        Err(_) => unreachable!("a constant that C has no type for"),
+    }
 }
 
 struct Initialiser(String);

@@ -92,6 +92,9 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
 fn the_files_of_a_scenario_are_its_own_and_its_vehicles() {
     let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/embassy/vehicle");
     let files = Scenario::files(&format!("{assets}/omni4-flat.toml")).expect("both are there");
-    let names: Vec<_> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
+    let names: Vec<_> = files
+        .iter()
+        .filter_map(|file| file.file_name()?.to_str())
+        .collect();
     assert_eq!(names, ["omni4-flat.toml", "omni4.toml"]);
 }

@@ -323,7 +323,11 @@ fn fits(greeting: &Greeting, scenario: &Scenario) -> Result<(), String> {
         period_us: scenario.control.period_us as u32,
         digest: scenario.constants_digest().map_err(|error| error.to_string())?,
     };
-    let built = |what: String| Err(format!("{what}; build it for this scenario"));
+    let built = |what: String| {
+        Err(format!(
+            "{what}; build it for this scenario, in firmware/ by OMNISTEP_SCENARIO=FILE cargo build --release"
+        ))
+    };
     match (greeting, &expected) {
         (found, expected) if found.version != expected.version => {
             let (found, expected) = (found.version, expected.version);
