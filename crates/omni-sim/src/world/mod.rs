@@ -151,8 +151,8 @@ impl World {
             }
             self.actuation
                 .book(&self.physics, &self.vehicle, time_s, share, observation);
-            self.books.hinges(&self.physics, &self.vehicle);
             contact::accumulate(&self.physics, &self.vehicle, share, &mut self.books, observation);
+            self.books.joints(&self.physics);
         }
         if let Some((part, gap_m)) = self.vehicle.torn(&self.physics) {
             self.failed = Some(Failure::FellApart {
