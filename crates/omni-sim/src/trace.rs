@@ -231,12 +231,7 @@ impl TraceBuilder {
         rows.push(seen.newton_residual_n);
         let e = &seen.energy;
         rows.extend([e.work_in_j, e.turnover_j, e.kinetic_j, e.potential_j]);
-        rows.extend([
-            e.friction_loss_j,
-            e.impact_loss_j,
-            e.joint_loss_j,
-            e.drag_loss_j,
-        ]);
+        rows.extend([e.friction_loss_j, e.impact_loss_j, e.joint_loss_j, e.drag_loss_j]);
         rows.push(e.residual_j());
         rows.extend(&seen.row_loads_n);
         rows.extend(&seen.body_nose_up_rad);

@@ -146,7 +146,7 @@ impl Actuation {
         }
     }
 
-    /// Torque of the drags on an actuator \[N.m\]. Implicit in the wheel's own inertia: a strong one stops a wheel, and no more.
+    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.
     fn drag(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
         let damper: f64 = holding.map(|(_, damper)| damper).sum();
@@ -155,7 +155,7 @@ impl Actuation {
         }
         let gear = self.gear[wheel];
         let velocity = self.state.velocity_rad_s[wheel] * gear;
-        -gear * damper * velocity / (1.0 + damper * self.step_s / self.inertia_kg_m2[wheel])
+        -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
     /// Books a physics step that has been made: angles, work, torques.

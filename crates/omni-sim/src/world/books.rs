@@ -140,7 +140,11 @@ impl Books {
             let lever = anchor - parent.center_of_mass();
             let at = |linear: Vector, angular: AngVector, arm: Vector| linear + angular.cross(arm);
             let slide = at(below.linear + child.linvel(), below.angular + child.angvel(), arm)
-                - at(above.linear + parent.linvel(), above.angular + parent.angvel(), lever);
+                - at(
+                    above.linear + parent.linvel(),
+                    above.angular + parent.angvel(),
+                    lever,
+                );
             let turn = below.angular + child.angvel() - above.angular - parent.angvel();
             self.state.through_joints_j += 0.5 * (impulse.dot(slide) + moment.dot(turn));
             // The parent was pushed back by as much.
