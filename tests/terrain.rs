@@ -136,7 +136,9 @@ fn a_ditch_lets_a_wheel_sink_between_its_edges() {
 
 #[test]
 fn a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels() {
-    let trace = drive("half_step", &["command.vx_m_s=0.15", "duration_s=12.0"]);
+    // Without a heading held the left wheels' longer way turns the vehicle by 20 degrees, and the rear row misses the step.
+    let hold = "heading_hold={ gain_per_s = 3.0, limit_rad_s = 0.5 }";
+    let trace = drive("half_step", &["command.vx_m_s=0.15", "duration_s=12.0", hold]);
     assert_eq!(trace.outcome().verdict, Verdict::Climbed);
     // Left and right wheels are 0.46 m apart; wheels 2 and 6 roll at y = 0, beside the step, and hang in the air. With the front row
     // up on the left and the rear row still down, the hinge has all of it.

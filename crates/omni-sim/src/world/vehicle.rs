@@ -50,9 +50,15 @@ impl VehicleBodies {
                 .local_anchor1(anchor)
                 .local_anchor2(anchor)
                 .limits([-hinge.limit_rad, hinge.limit_rad])
-                .motor_model(MotorModel::ForceBased)
-                .motor_velocity(0.0, hinge.damping_n_m_s_rad)
                 .contacts_enabled(false);
+            // A motor without stiffness and damping would be taken for a rigid one: it locks the hinge.
+            let joint = if hinge.damping_n_m_s_rad > 0.0 {
+                joint
+                    .motor_model(MotorModel::ForceBased)
+                    .motor_velocity(0.0, hinge.damping_n_m_s_rad)
+            } else {
+                joint
+            };
             let (parent, child) = (find(&hinge.parent), find(&hinge.child));
             physics.insert_impulse_joint(parent, child, joint);
             hinges.push(HingeBodies {
