@@ -267,11 +267,11 @@ fn a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_n
         vx_m_s: f64::NAN,
         ..BodyTwist::ZERO
     };
-    let error = simulation.step(&bad).unwrap_err().to_string();
+    let error = simulation.step(&bad).expect_err("refused").to_string();
     assert_eq!(error, "vx_m_s = NaN, allowed: finite");
     let error = simulation
         .step_torques(&[0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0])
-        .unwrap_err();
+        .expect_err("refused");
     assert_eq!(
         error.to_string(),
         "torques_n_m = NaN, allowed: one finite torque a wheel"
@@ -283,7 +283,7 @@ fn a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_n
 fn bad_keys_name_themselves() {
     let refused = |key: &str| {
         let key = Override::parse(key).expect("KEY=VALUE");
-        Scenario::load("flat", &[key]).unwrap_err().to_string()
+        Scenario::load("flat", &[key]).expect_err("refused").to_string()
     };
     for (key, message) in [
         (

