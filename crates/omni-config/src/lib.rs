@@ -14,6 +14,7 @@ mod error;
 mod file;
 mod load;
 mod scenario;
+mod study;
 mod tagged;
 mod vehicle;
 mod wheels;
@@ -22,8 +23,9 @@ pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use file::{File, FileKind};
-pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
+pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
+pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
 pub use wheels::{DamperLoad, WheelsExperiment};
 

@@ -23,6 +23,11 @@ pub(crate) const SCENARIOS: Builtin = &[
 ];
 pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 
+pub(crate) const STUDIES: Builtin = &[
+    ("climb_map", include_str!("../assets/studies/climb_map.toml")),
+    ("ensemble", include_str!("../assets/studies/ensemble.toml")),
+];
+
 /// Names of the built-in vehicles.
 #[must_use]
 pub fn builtin_vehicles() -> Vec<&'static str> {
@@ -33,6 +38,12 @@ pub fn builtin_vehicles() -> Vec<&'static str> {
 #[must_use]
 pub fn builtin_scenarios() -> Vec<&'static str> {
     SCENARIOS.iter().map(|(name, _)| *name).collect()
+}
+
+/// Names of the built-in studies.
+#[must_use]
+pub fn builtin_studies() -> Vec<&'static str> {
+    STUDIES.iter().map(|(name, _)| *name).collect()
 }
 
 /// A text and where it came from.
@@ -60,7 +71,19 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn scenario(name: &str) -> Result<Self, Error> {
-        Self::find("scenario", SCENARIOS, name, None)
+        Self::scenario_in(name, None)
+    }
+
+    pub(crate) fn scenario_in(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
+        Self::find("scenario", SCENARIOS, name, relative_to)
+    }
+
+    /// A study by built-in name or path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::Io`].
+    pub fn study(name: &str) -> Result<Self, Error> {
+        Self::find("study", STUDIES, name, None)
     }
 
     /// The experiment of section 3.3 by built-in name (`wheels`) or path.
@@ -191,7 +214,7 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
 }
 
 /// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.
-fn dotted(key: &str) -> String {
+pub(crate) fn dotted(key: &str) -> String {
     key.replace('[', ".").replace(']', "")
 }
 
@@ -250,6 +273,14 @@ impl Override {
         })
     }
 
+    pub(crate) fn key(&self) -> &str {
+        &self.key
+    }
+
+    pub(crate) fn value(&self) -> &Value {
+        &self.value
+    }
+
     /// The override without its leading `vehicle.`, if it has one and is not the vehicle's name itself.
     pub(crate) fn of_vehicle(&self) -> Option<Self> {
         self.key.strip_prefix("vehicle.").map(|key| Self {
@@ -282,6 +313,12 @@ impl Override {
             Some(value) => *child(value, last).map_err(refuse)? = self.value.clone(),
         }
         Ok(())
+    }
+}
+
+impl std::fmt::Display for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.key, self.value)
     }
 }
 

@@ -9,6 +9,7 @@ pub mod observation;
 mod outcome;
 mod run;
 mod simulation;
+pub mod study;
 mod trace;
 mod wheels;
 mod world;
