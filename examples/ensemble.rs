@@ -6,7 +6,7 @@
 #![expect(clippy::print_stdout, reason = "an example's output")]
 
 use omni_sim::config::{Override, Scenario};
-use omni_sim::{Error, Outcome, run};
+use omni_sim::{Error, run};
 
 fn main() -> Result<(), Error> {
     let mut args = std::env::args().skip(1);
@@ -23,7 +23,7 @@ fn main() -> Result<(), Error> {
         for seed in 0..runs {
             let mut scenario = Scenario::load("step", &overrides)?.with_policy(policy)?;
             scenario.seed = seed;
-            let outcome = Outcome::of(&scenario, &run(&scenario)?);
+            let outcome = *run(&scenario)?.outcome();
             climbed += f64::from(u8::from(outcome.climbed));
             crossing += outcome.crossing_s.unwrap_or(0.0);
             slip += outcome.slip_rms / runs as f64;

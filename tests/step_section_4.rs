@@ -12,7 +12,7 @@ fn climb(policy: &str, overrides: &[(&str, f64)]) -> (Trace, Outcome) {
         .and_then(|s| s.with_policy(policy))
         .expect("built-in step");
     let trace = run(&scenario).expect("the simulation stays finite");
-    let outcome = Outcome::of(&scenario, &trace);
+    let outcome = *trace.outcome();
     (trace, outcome)
 }
 
@@ -67,10 +67,7 @@ fn stall_at_1_n_m_is_no_accident_of_one_run() {
         let scenario = Scenario::load("step", &overrides)
             .and_then(|s| s.with_policy("independent"))
             .expect("valid");
-        assert!(
-            !Outcome::of(&scenario, &run(&scenario).expect("finite")).climbed,
-            "seed {seed}"
-        );
+        assert!(!run(&scenario).expect("finite").outcome().climbed, "seed {seed}");
     }
 }
 
@@ -109,7 +106,7 @@ fn single_precision_controller_climbs_like_the_double_precision_one() {
     let climb = |precision: &str| {
         let scenario =
             Scenario::load("step", &[Override::new("control.precision", precision)]).expect("valid");
-        Outcome::of(&scenario, &run(&scenario).expect("finite"))
+        *run(&scenario).expect("finite").outcome()
     };
     let (single, double) = (climb("f32"), climb("f64"));
     assert!(single.climbed && double.climbed);

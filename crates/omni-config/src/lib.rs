@@ -8,25 +8,33 @@
 #![forbid(unsafe_code)]
 
 mod check;
+mod command;
 mod constants;
 mod control;
 mod error;
 mod file;
+mod height_map;
+mod imperfections;
 mod load;
 mod scenario;
 mod study;
 mod tagged;
+mod terrain;
 mod vehicle;
 mod wheels;
 
+pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use file::{File, FileKind};
+pub use height_map::HeightMap;
+pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
-pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
+pub use scenario::{Control, Perturbation, Physics, Precision, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
-pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
+pub use terrain::{FrictionPatch, Obstacle, Terrain};
+pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Row, Vehicle, WheelContact, WheelSpec};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

@@ -20,6 +20,15 @@ pub(crate) const VEHICLES: Builtin = &[
 pub(crate) const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
     ("flat", include_str!("../assets/scenarios/flat.toml")),
+    ("step_down", include_str!("../assets/scenarios/step_down.toml")),
+    ("stairs", include_str!("../assets/scenarios/stairs.toml")),
+    ("ramp", include_str!("../assets/scenarios/ramp.toml")),
+    ("half_step", include_str!("../assets/scenarios/half_step.toml")),
+    ("ditch", include_str!("../assets/scenarios/ditch.toml")),
+    ("bumps", include_str!("../assets/scenarios/bumps.toml")),
+    ("rough", include_str!("../assets/scenarios/rough.toml")),
+    ("height_map", include_str!("../assets/scenarios/height_map.toml")),
+    ("ice", include_str!("../assets/scenarios/ice.toml")),
 ];
 pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 

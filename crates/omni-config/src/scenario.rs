@@ -3,14 +3,17 @@
 use std::path::PathBuf;
 
 use garde::Validate;
-use omni_core::{BodyTwist, Coordination};
+use omni_core::Coordination;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::Error;
-use crate::check::{between, finite, is_name, is_schema_version, not_negative, positive};
+use crate::check::{between, is_name, is_schema_version, not_negative, positive};
+use crate::command::{Command, Start};
+use crate::height_map::HeightMap;
+use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, read};
-use crate::tagged::deserialize_by_kind;
+use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
@@ -29,19 +32,47 @@ pub struct Scenario {
     /// Simulated time \[s\], 0.01 to 3600.
     #[garde(custom(between(0.01, 3600.0)))]
     pub duration_s: f64,
-    /// Seed of the perturbation.
+    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error.
+    #[serde(default = "an_hour")]
+    #[garde(custom(between(0.01, 1e6)))]
+    pub wall_clock_s: f64,
+    /// Seed of the perturbation and of the sensors' noise.
     #[serde(default)]
     #[garde(skip)]
     pub seed: u64,
     /// The ground.
     #[garde(dive)]
     pub terrain: Terrain,
+    /// Parts of the ground with a friction of their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 1000), dive)]
+    pub friction_patch: Vec<FrictionPatch>,
+    /// Where the vehicle stands at the start.
+    #[serde(default)]
+    #[garde(dive)]
+    pub start: Start,
     /// What the vehicle is told to do.
     #[garde(dive)]
     pub command: Command,
     /// The controller.
     #[garde(dive)]
     pub control: Control,
+    /// A loop that holds the heading by a gyro; none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub heading_hold: Option<HeadingHold>,
+    /// What the encoders and the gyro lack.
+    #[serde(default)]
+    #[garde(dive)]
+    pub sensors: Sensors,
+    /// What the actuators lack.
+    #[serde(default)]
+    #[garde(dive)]
+    pub actuators: Actuators,
+    /// What goes wrong on the way.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(length(max = 100), dive)]
+    pub fault: Vec<Fault>,
     /// Random differences between runs of different seeds; none by default.
     #[serde(default)]
     #[garde(dive)]
@@ -51,71 +82,8 @@ pub struct Scenario {
     pub physics: Physics,
 }
 
-/// The ground under the vehicle, which starts at x = 0 facing +x.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Terrain {
-    /// A plane.
-    Flat {
-        /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(between(0.0, 2.0)))]
-        friction: f64,
-    },
-    /// A plane and, from `at_m` on, a higher one.
-    Step {
-        /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(between(0.0, 2.0)))]
-        friction: f64,
-        /// Height of the step \[m\], > 0.
-        #[garde(custom(positive))]
-        height_m: f64,
-        /// World x of the riser \[m\], > 0.
-        #[garde(custom(positive))]
-        at_m: f64,
-    },
-}
-
-#[derive(Deserialize)]
-#[serde(remote = "Terrain", rename_all = "snake_case", deny_unknown_fields)]
-enum TerrainByKind {
-    Flat { friction: f64 },
-    Step { friction: f64, height_m: f64, at_m: f64 },
-}
-deserialize_by_kind!(Terrain, TerrainByKind);
-
-/// A constant body twist, reached on a ramp.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[serde(deny_unknown_fields)]
-pub struct Command {
-    /// Forward \[m/s\].
-    #[garde(custom(finite))]
-    pub vx_m_s: f64,
-    /// Left \[m/s\].
-    #[garde(custom(finite))]
-    pub vy_m_s: f64,
-    /// Counter-clockwise \[rad/s\].
-    #[garde(custom(finite))]
-    pub wz_rad_s: f64,
-    /// Time from rest to the whole twist \[s\], >= 0.
-    #[garde(custom(not_negative))]
-    pub ramp_s: f64,
-}
-
-impl Command {
-    /// The twist commanded at a time \[s\]: at rest up to 0, the whole of it from `ramp_s` on.
-    #[must_use]
-    pub fn at(&self, time_s: f64) -> BodyTwist<f64> {
-        let part = if self.ramp_s > 0.0 {
-            (time_s / self.ramp_s).clamp(0.0, 1.0)
-        } else {
-            1.0
-        };
-        BodyTwist {
-            vx_m_s: part * self.vx_m_s,
-            vy_m_s: part * self.vy_m_s,
-            wz_rad_s: part * self.wz_rad_s,
-        }
-    }
+fn an_hour() -> f64 {
+    3600.0
 }
 
 /// The scalar that the controller computes in.
@@ -277,41 +245,70 @@ impl Scenario {
         let inline =
             Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
         table.insert("vehicle".into(), inline);
+        HeightMap::embed(source, &mut table)?;
         let scenario: Self = read(source, table)?;
-        let Physics { step_us, .. } = scenario.physics;
-        if !scenario.control.period_us.is_multiple_of(step_us) {
-            let message = format!(
-                "{}, allowed: a multiple of physics.step_us, {step_us}",
-                scenario.control.period_us
-            );
-            return Err(source.refuse("control.period_us", message));
-        }
-        scenario.check_start(source)?;
+        scenario.check(source)?;
         Ok(scenario)
     }
 
-    /// A riser starts ahead of every wheel, wherever the perturbation puts the vehicle.
-    fn check_start(&self, source: &Source) -> Result<(), Error> {
-        if let Terrain::Step { at_m, .. } = self.terrain {
-            let front = |w: &crate::WheelSpec| {
-                w.position_m[0].hypot(w.position_m[1]).max(w.position_m[0]) + w.radius_m
-            };
-            let ahead = if self.perturbation.yaw_rad > 0.0 {
-                self.vehicle.wheel.iter().map(front).fold(0.0, f64::max)
+    /// What no single key shows.
+    fn check(&self, source: &Source) -> Result<(), Error> {
+        let multiple = |key: &str, value: u64, of: &str, divisor: u64| {
+            if value.is_multiple_of(divisor) {
+                Ok(())
             } else {
-                self.vehicle
-                    .wheel
-                    .iter()
-                    .map(|w| w.position_m[0] + w.radius_m)
-                    .fold(0.0, f64::max)
-            };
-            let least = ahead + self.perturbation.start_m;
-            if at_m <= least {
-                let message = format!(
-                    "{at_m}, allowed: more than {least:.3}, where the foremost wheel may stand at the start"
-                );
-                return Err(source.refuse("terrain.at_m", message));
+                Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}")))
             }
+        };
+        let period_us = self.control.period_us;
+        multiple(
+            "control.period_us",
+            period_us,
+            "physics.step_us",
+            self.physics.step_us,
+        )?;
+        multiple(
+            "sensors.delay_us",
+            self.sensors.delay_us,
+            "control.period_us",
+            period_us,
+        )?;
+        if let Some((key, message)) = self.command.refusal() {
+            return Err(source.refuse(key, message));
+        }
+        if let Some((key, message)) = self.terrain.refusal() {
+            return Err(source.refuse(format!("terrain.{key}"), message));
+        }
+        for (i, fault) in self.fault.iter().enumerate() {
+            if let Some((key, message)) = fault.refusal(&self.vehicle) {
+                return Err(source.refuse(format!("fault[{i}].{key}"), message));
+            }
+        }
+        self.check_start(source)
+    }
+
+    /// An obstacle starts ahead of every wheel, wherever the perturbation puts the vehicle.
+    fn check_start(&self, source: &Source) -> Result<(), Error> {
+        let Some(obstacle) = self.terrain.obstacle() else {
+            return Ok(());
+        };
+        // How far forward a wheel's rim may lie under any of the headings.
+        let (heading, spread) = (self.start.heading_rad, self.perturbation.yaw_rad);
+        let foremost = |wheel: &crate::WheelSpec| {
+            let [x, y] = wheel.position_m;
+            let bearing = libm::atan2(y, x) + heading;
+            // The least angle between the wheel's bearing and straight ahead.
+            let off = (bearing - core::f64::consts::TAU * (bearing / core::f64::consts::TAU).round()).abs();
+            x.hypot(y) * libm::cos((off - spread).max(0.0)) + wheel.radius_m
+        };
+        let reach = self.vehicle.wheel.iter().map(foremost).fold(0.0, f64::max);
+        let least = reach + self.start.x_m + self.perturbation.start_m;
+        if obstacle.from_m <= least {
+            let message = format!(
+                "{}, allowed: more than {least:.3}, where the foremost wheel may stand at the start",
+                obstacle.from_m
+            );
+            return Err(source.refuse("terrain.at_m", message));
         }
         Ok(())
     }

@@ -245,6 +245,15 @@ impl Gains {
     }
 }
 
+/// Wheels side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Place of the foremost of them along x \[m\].
+    pub x_m: f64,
+    /// Their indices, from 0, in the vehicle's order.
+    pub wheels: Vec<usize>,
+}
+
 impl Vehicle {
     /// The built-in vehicle or the file of that name.
     ///
@@ -281,6 +290,48 @@ impl Vehicle {
         let vehicle: Self = read(source, table)?;
         vehicle.check(source)?;
         Ok(vehicle)
+    }
+
+    /// Rows of wheels that meet an obstacle ahead together, front row first: wheels whose x differs by less than 2 cm from the
+    /// next one's.
+    ///
+    /// ```
+    /// let rows = omni_config::Vehicle::load("chugo7")?.rows();
+    /// let wheels: Vec<_> = rows.iter().map(|row| row.wheels.clone()).collect();
+    /// assert_eq!(wheels, [vec![4, 5, 6], vec![3], vec![0, 1, 2]]); // wheels 5, 6, 7, then 4, then 1, 2, 3
+    /// assert_eq!(rows[0].x_m, 0.30);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        let x = |wheel: usize| self.wheel[wheel].position_m[0];
+        let mut order: Vec<usize> = (0..self.wheel.len()).collect();
+        order.sort_by(|a, b| x(*b).total_cmp(&x(*a)));
+        let mut rows: Vec<Row> = Vec::new();
+        let mut last = f64::NAN;
+        for wheel in order {
+            match rows.last_mut() {
+                Some(row) if last - x(wheel) < 0.02 => row.wheels.push(wheel),
+                _ => rows.push(Row {
+                    x_m: x(wheel),
+                    wheels: vec![wheel],
+                }),
+            }
+            last = x(wheel);
+        }
+        rows
+    }
+
+    /// Mass of all bodies and wheels \[kg\].
+    ///
+    /// ```
+    /// assert_eq!(omni_config::Vehicle::load("chugo7")?.mass_kg(), 20.0);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        let bodies = self.body.iter().map(|body| body.mass_kg);
+        bodies.chain(self.wheel.iter().map(|wheel| wheel.mass_kg)).sum()
     }
 
     /// The wheels as the controller knows them.

@@ -9,13 +9,16 @@ use omni_core::{
     BodyTwist, ControlState, Controller, Real, TwistLimiter, TwistLimiterState, WheelVelocities,
 };
 
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
 pub use link::{Link, LinkCounters};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControlSample {
     /// The command, within the vehicle's limits.
     pub command: BodyTwist<f64>,
@@ -28,7 +31,7 @@ pub struct ControlSample {
 }
 
 /// Signals of one wheel in one control step; velocities and torques are the actuator's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WheelSignals {
     /// Reference as commanded \[rad/s\].
     pub reference_rad_s: f64,
@@ -83,6 +86,14 @@ trait Loop: Send + Sync {
         sample: &mut ControlSample,
     ) -> Result<(), Error>;
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
+    /// The state, for a snapshot; none at the other end of a link.
+    fn save(&self) -> Option<Vec<u8>> {
+        None
+    }
+    /// Goes on from a state that [`Loop::save`] gave; says whether it is one.
+    fn restore(&mut self, _state: &[u8]) -> bool {
+        false
+    }
     /// What was not received so far; none without a link.
     fn link(&self) -> Option<LinkCounters> {
         None
@@ -149,7 +160,7 @@ impl ControlSample {
     }
 }
 
-impl<R: Real, const N: usize> Loop for Sized<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N> {
     fn step(
         &mut self,
         command: &BodyTwist<f64>,
@@ -170,6 +181,20 @@ impl<R: Real, const N: usize> Loop for Sized<R, N> {
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
         inverse(&self.controller, twist)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        postcard::to_allocvec(&(&self.limited, &self.state)).ok()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> bool {
+        match postcard::from_bytes(state) {
+            Ok((limited, state)) => {
+                (self.limited, self.state) = (limited, state);
+                true
+            }
+            Err(_) => false,
+        }
     }
 }
 
@@ -235,6 +260,14 @@ impl AnyController {
         self.0.inverse(twist)
     }
 
+    pub(crate) fn save(&self) -> Option<Vec<u8>> {
+        self.0.save()
+    }
+
+    pub(crate) fn restore(&mut self, state: &[u8]) -> bool {
+        self.0.restore(state)
+    }
+
     /// What was lost on the link so far; none where the controller runs here.
     #[must_use]
     pub fn link(&self) -> Option<LinkCounters> {
@@ -250,7 +283,9 @@ fn wheel_count_refused(scenario: &Scenario) -> config::Error {
     }
 }
 
-fn sized<R: Real, const N: usize>(scenario: &Scenario) -> Result<Box<dyn Loop>, config::Error> {
+fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
+    scenario: &Scenario,
+) -> Result<Box<dyn Loop>, config::Error> {
     Ok(Box::new(Sized {
         limiter: scenario.limiter()?,
         limited: TwistLimiterState::default(),

@@ -74,6 +74,30 @@ pub enum Error {
         /// Name of the first body concerned.
         body: String,
     },
+    /// A joint gave way: forces beyond what the physics step can hold.
+    #[error("the vehicle fell apart at t = {time_s:.3} s: {part} parted by {:.1} mm", 1e3 * gap_m)]
+    FellApart {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// The joint, as `wheel 4` or `hinge pitch`.
+        part: String,
+        /// How far it parted \[m\].
+        gap_m: f64,
+    },
+    /// The run took longer on the clock than it may.
+    #[error("stopped at t = {time_s:.3} s: the run took longer than wall_clock_s, {wall_clock_s} s")]
+    OutOfTime {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// The time allowed \[s\].
+        wall_clock_s: f64,
+    },
+    /// A snapshot does not belong to the scenario.
+    #[error("the snapshot cannot be resumed: {reason}")]
+    Snapshot {
+        /// What is wrong with it.
+        reason: String,
+    },
 }
 
 impl Error {
@@ -82,7 +106,11 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Log(error) => matches!(error, crate::log::LogError::Create { .. }),
-            Self::Diverged { .. } | Self::Link { .. } | Self::Interrupted { .. } => false,
+            Self::Diverged { .. }
+            | Self::FellApart { .. }
+            | Self::OutOfTime { .. }
+            | Self::Interrupted { .. }
+            | Self::Link { .. } => false,
             _ => true,
         }
     }

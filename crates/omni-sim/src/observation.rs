@@ -2,11 +2,12 @@
 
 use omni_core::BodyTwist;
 use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};
+use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
 /// A place and an orientation in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose3 {
     /// Position \[m\]: x, y, z.
     pub position_m: [f64; 3],
@@ -33,7 +34,7 @@ impl Pose3 {
 }
 
 /// The vehicle at one instant, with contact forces averaged over the control period that ended there.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
     /// Simulated time since the start \[ns\].
     pub time_ns: u64,
@@ -47,6 +48,56 @@ pub struct Observation {
     pub hinges: Vec<HingeObservation>,
     /// The wheels, in the vehicle file's order.
     pub wheels: Vec<WheelObservation>,
+    /// Load of each row of wheels \[N\], upwards, front row first ([`crate::config::Vehicle::rows`]), averaged as the forces are.
+    pub row_loads_n: Vec<f64>,
+    /// Change of momentum of all parts over the control period that neither the ground nor gravity explains \[N\]: what is wrong
+    /// with the simulation or the reading of its forces.
+    pub newton_residual_n: f64,
+    /// Where the energy went since the start.
+    pub energy: Energy,
+}
+
+/// The energy book since the start of a run.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario};
+/// use omni_core::BodyTwist;
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// for _ in 0..1000 {
+///     simulation.step(&BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
+/// }
+/// let energy = simulation.observation().energy;
+/// assert!(energy.work_in_j > 1.0 && energy.residual_j().abs() < 0.01 * energy.work_in_j);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Work of the motors, and energy of masses put on the vehicle \[J\].
+    pub work_in_j: f64,
+    /// Kinetic energy of all parts now \[J\].
+    pub kinetic_j: f64,
+    /// Potential energy now, 0 at the start \[J\].
+    pub potential_j: f64,
+    /// Taken by friction in the contacts \[J\].
+    pub friction_loss_j: f64,
+    /// Taken by the contacts along their normals, in impacts \[J\].
+    pub impact_loss_j: f64,
+    /// Taken by the dampers of hinges and by drags on wheels \[J\].
+    pub damping_loss_j: f64,
+}
+
+impl Energy {
+    /// Work put in that is nowhere in the book \[J\]: taken by joints that the solver keeps closed only softly, or the error of
+    /// finite steps.
+    #[must_use]
+    pub fn residual_j(&self) -> f64 {
+        self.work_in_j
+            - self.kinetic_j
+            - self.potential_j
+            - self.friction_loss_j
+            - self.impact_loss_j
+            - self.damping_loss_j
+    }
 }
 
 impl Observation {
@@ -57,13 +108,19 @@ impl Observation {
             body_nose_up_rad: vec![0.0; vehicle.body.len()],
             hinges: vec![HingeObservation::default(); vehicle.hinge.len()],
             wheels: vec![WheelObservation::default(); vehicle.wheel.len()],
+            row_loads_n: vec![0.0; vehicle.rows().len()],
             ..Self::default()
         }
+    }
+
+    /// Empties the averages.
+    pub(crate) fn start_period(&mut self) {
+        self.wheels.iter_mut().for_each(WheelObservation::start_period);
     }
 }
 
 /// A passive hinge.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HingeObservation {
     /// Angle of the child about the axis \[rad\], 0 on flat ground.
     pub angle_rad: f64,
@@ -72,7 +129,7 @@ pub struct HingeObservation {
 }
 
 /// A wheel and its contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WheelObservation {
     /// Centre of the axle in the world \[m\].
     pub centre_m: [f64; 3],
@@ -89,7 +146,23 @@ pub struct WheelObservation {
     pub force_along_n: f64,
     /// Direction of the normal force, a unit vector; zero in the air.
     pub normal: [f64; 3],
+    /// Where the ground pushes \[m\], world, the mean weighted by the normal force; zero in the air.
+    pub contact_m: [f64; 3],
+    /// Torque that acted on the actuator \[N.m\], averaged: the commanded one, unless actuators lack something or have failed.
+    pub torque_n_m: f64,
     normal_force_n: [f64; 3],
+    moment_m_n: [f64; 3],
+    push_n: f64,
+}
+
+/// A physics step's share in the average force on a wheel.
+pub(crate) struct ContactForce {
+    pub(crate) force_n: [f64; 3],
+    pub(crate) normal_n: [f64; 3],
+    pub(crate) along_n: f64,
+    /// Sum over contacts of the point times the size of the normal force \[m.N\], and of that size \[N\].
+    pub(crate) moment_m_n: [f64; 3],
+    pub(crate) push_n: f64,
 }
 
 impl WheelObservation {
@@ -109,20 +182,24 @@ impl WheelObservation {
         }
     }
 
-    pub(crate) fn start_period(&mut self) {
+    fn start_period(&mut self) {
         (self.force_n, self.normal_force_n, self.normal) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        (self.force_normal_n, self.force_along_n) = (0.0, 0.0);
+        (self.moment_m_n, self.contact_m, self.push_n) = ([0.0; 3], [0.0; 3], 0.0);
+        (self.force_normal_n, self.force_along_n, self.torque_n_m) = (0.0, 0.0, 0.0);
     }
 
-    pub(crate) fn add_force(&mut self, force: [f64; 3], normal: [f64; 3], along: f64) {
+    pub(crate) fn add(&mut self, contact: &ContactForce) {
         for k in 0..3 {
-            self.force_n[k] += force[k];
-            self.normal_force_n[k] += normal[k];
+            self.force_n[k] += contact.force_n[k];
+            self.normal_force_n[k] += contact.normal_n[k];
+            self.moment_m_n[k] += contact.moment_m_n[k];
         }
-        self.force_along_n += along;
+        self.push_n += contact.push_n;
+        self.force_along_n += contact.along_n;
         self.force_normal_n = self.normal_force_n.iter().map(|n| n * n).sum::<f64>().sqrt();
         if self.force_normal_n > 0.0 {
             self.normal = self.normal_force_n.map(|n| n / self.force_normal_n);
+            self.contact_m = self.moment_m_n.map(|moment| moment / self.push_n);
         }
     }
 }

@@ -1,17 +1,22 @@
 //! A whole scenario from start to end.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use crate::config::Scenario;
 use crate::controller::{AnyController, LinkCounters};
 use crate::log::RunLog;
+use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
 use crate::{Error, Outcome, Simulation};
+
+/// Control periods between two looks at the clock.
+const PERIODS_PER_LOOK: u64 = 64;
 
 /// Runs a scenario from start to end.
 ///
 /// # Errors
-/// As [`Simulation::new`] and [`Simulation::step`].
+/// As [`Simulation::new`] and [`Simulation::step`]; [`Error::OutOfTime`].
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     run_watched(scenario, |_, _| Ok(()))
 }
@@ -32,30 +37,61 @@ pub fn run_watched<E: From<Error>>(
 /// [`run_watched`] with a controller that was made for the scenario and is freshly started.
 ///
 /// # Errors
-/// As [`Simulation::step`], and whatever `watch` returns.
+/// As [`run`], and whatever `watch` returns.
 pub fn run_with<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    let mut simulation = Simulation::with_controller(scenario, controller);
     let mut trace = TraceBuilder::new(scenario.vehicle());
-    let periods = control_periods(scenario);
-    for k in 0..periods {
-        simulation.step(&scenario.command.at(simulation.time_ns() as f64 * 1e-9))?;
+    let (outcome, ended) = drive(scenario, controller, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());
-        watch(&simulation, (k + 1) as f64 / periods as f64)?;
+        watch(simulation, part)
+    })?;
+    match ended {
+        None => Ok(trace.finish(outcome)),
+        Some(error) => Err(error.into()),
     }
-    Ok(trace.finish())
+}
+
+/// Steps through a scenario and keeps nothing but its figures. Where the physics end the run, the outcome says so and the error
+/// says why.
+fn drive<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
+    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<(Outcome, Option<Error>), E> {
+    let mut simulation = Simulation::with_controller(scenario, controller);
+    let mut meter = Meter::new(scenario);
+    let periods = control_periods(scenario);
+    let start = Instant::now();
+    for k in 0..periods {
+        match simulation.step(&simulation.scenario_command()) {
+            Ok(()) => {}
+            Err(error @ (Error::Diverged { .. } | Error::FellApart { .. })) => {
+                return Ok((meter.outcome(true), Some(error)));
+            }
+            Err(error) => return Err(error.into()),
+        }
+        meter.push(simulation.sample(), simulation.observation());
+        watch(&simulation, (k + 1) as f64 / periods as f64)?;
+        if k % PERIODS_PER_LOOK == 0 && start.elapsed().as_secs_f64() > scenario.wall_clock_s {
+            return Err(E::from(Error::OutOfTime {
+                time_s: simulation.time_ns() as f64 * 1e-9,
+                wall_clock_s: scenario.wall_clock_s,
+            }));
+        }
+    }
+    Ok((meter.outcome(false), None))
 }
 
 /// A finished run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Record {
-    /// Every signal of every control period.
-    pub trace: Trace,
     /// Its figures.
     pub outcome: Outcome,
+    /// Why the physics ended it early; the verdict is [`crate::Verdict::Diverged`] then.
+    pub ended: Option<Error>,
     /// The log, if one was asked for.
     pub mcap: Option<PathBuf>,
     /// What was lost on the link to the controller, if there is one.
@@ -63,48 +99,68 @@ pub struct Record {
 }
 
 /// Runs a scenario from start to end, into a log if there is one, calling `watch` after every control period with the
-/// part done, 0 to 1. An error of `watch` ends the run; the log carries its final name only if the run went to its end.
+/// part done, 0 to 1. Nothing but the log grows with time. An error of `watch` ends the run; the log carries its final name if
+/// the run went to its end, or to where the physics ended it.
 ///
 /// # Errors
 /// As [`run`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
 pub fn record<E: From<Error>>(
     scenario: &Scenario,
     log: Option<RunLog>,
-    watch: impl FnMut(f64) -> Result<(), E>,
+    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Record, E> {
-    record_with(scenario, AnyController::new(scenario)?, log, watch)
+    record_with(scenario, AnyController::new(scenario)?, log, &mut watch)
 }
 
 /// [`record`] with a controller that was made for the scenario and is freshly started.
 ///
 /// # Errors
-/// As [`run_with`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
+/// As [`record`].
 pub fn record_with<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut log: Option<RunLog>,
-    mut watch: impl FnMut(f64) -> Result<(), E>,
+    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Record, E> {
     let mut link = controller.link();
-    let trace = run_with(scenario, controller, |simulation, part| {
+    let (outcome, ended) = drive(scenario, controller, |simulation, part| {
         link = simulation.controller().link();
         if let Some(log) = &mut log {
             log.push(simulation.sample(), simulation.observation())
                 .map_err(Error::from)?;
         }
-        watch(part)
+        watch(simulation, part)
     })?;
-    let outcome = Outcome::of(scenario, &trace);
     let mcap = log
         .map(|log| log.finish(&outcome))
         .transpose()
         .map_err(Error::from)?;
     Ok(Record {
-        trace,
         outcome,
+        ended,
         mcap,
         link,
     })
+}
+
+/// Runs a scenario from start to end into a log and returns every signal of it too.
+///
+/// # Errors
+/// As [`run`] and [`record`].
+pub fn run_logged<E: From<Error>>(
+    scenario: &Scenario,
+    log: RunLog,
+    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Trace, E> {
+    let mut trace = TraceBuilder::new(scenario.vehicle());
+    let Record { outcome, ended, .. } = record(scenario, Some(log), |simulation, part| {
+        trace.push(simulation.sample(), simulation.observation());
+        watch(simulation, part)
+    })?;
+    match ended {
+        None => Ok(trace.finish(outcome)),
+        Some(error) => Err(error.into()),
+    }
 }
 
 /// Control periods in a scenario.

@@ -1,20 +1,21 @@
 //! Controller and plant in one loop, one control period at a time.
 
-use omni_core::BodyTwist;
+use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::Error;
-use crate::config::Scenario;
+use crate::config::{Command, Scenario};
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
+use crate::sensing::Sensing;
 use crate::world::World;
 
 /// A scenario being simulated.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
-/// use omni_core::BodyTwist;
+/// use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
 /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
 /// for _ in 0..500 {
 ///     simulation.step(&BodyTwist { vx_m_s: 0.2, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
@@ -23,12 +24,22 @@ use crate::world::World;
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub struct Simulation {
-    world: World,
-    controller: AnyController,
-    sample: ControlSample,
-    observation: Observation,
-    measured: Vec<f64>,
+    pub(crate) world: World,
+    pub(crate) sensing: Sensing,
+    pub(crate) hold: Option<Hold>,
+    pub(crate) controller: AnyController,
+    pub(crate) sample: ControlSample,
+    pub(crate) observation: Observation,
+    /// What the sensors say now: encoders and gyro.
+    pub(crate) measured: (Vec<f64>, f64),
     torques: Vec<f64>,
+    command: Command,
+}
+
+/// The loop that holds the heading.
+pub(crate) struct Hold {
+    law: HeadingHold<f64>,
+    pub(crate) state: HeadingHoldState<f64>,
 }
 
 impl Simulation {
@@ -48,24 +59,56 @@ impl Simulation {
         let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let yaw_rad = scenario.perturbation.yaw_rad * uniform();
         let x_m = scenario.perturbation.start_m * uniform();
-        let world = World::new(scenario, x_m, yaw_rad);
+        let mut world = World::new(scenario, x_m, yaw_rad);
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
-        Self {
+        world.open_books(&mut observation);
+        // Both were checked when the scenario was loaded.
+        let law = |hold: crate::config::HeadingHold| HeadingHold::new(hold.config(scenario.period_s())).ok();
+        let hold = scenario.heading_hold.and_then(law).map(|law| Hold {
+            law,
+            state: HeadingHoldState::default(),
+        });
+        let mut simulation = Self {
             world,
+            sensing: Sensing::new(scenario),
+            hold,
             controller,
             sample: ControlSample::default(),
             observation,
-            measured: Vec::new(),
+            measured: (Vec::new(), 0.0),
             torques: Vec::new(),
-        }
+            command: scenario.command.clone(),
+        };
+        simulation.sense();
+        simulation
+    }
+
+    /// Reads the sensors, once after every period.
+    fn sense(&mut self) {
+        let (velocities, gyro) = &mut self.measured;
+        self.world.measure(velocities);
+        *gyro = self.sensing.read(
+            self.world.time_ns() as f64 * 1e-9,
+            velocities,
+            self.world.angles_rad(),
+            self.observation.twist.wz_rad_s,
+        );
+    }
+
+    /// The scenario's own command for the next period, as the vehicle looks now.
+    #[must_use]
+    pub fn scenario_command(&self) -> BodyTwist<f64> {
+        let heading_rad = self.observation.pose.yaw_rad();
+        self.command
+            .for_heading(self.time_ns() as f64 * 1e-9, heading_rad)
     }
 
     /// One control period: measures, controls, holds the torques while the physics advance.
     ///
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
-    /// physics fail, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
+    /// physics fail, [`Error::FellApart`] where a joint gives way, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
     /// vehicle runs on without torque.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
@@ -81,12 +124,17 @@ impl Simulation {
                 });
             }
         }
-        self.world.measure(&mut self.measured);
-        let controlled = self.controller.step(command, &self.measured, &mut self.sample);
+        let (measured, gyro_rad_s) = &self.measured;
+        let command = match &mut self.hold {
+            Some(hold) => hold.law.step(&mut hold.state, command, *gyro_rad_s),
+            None => *command,
+        };
+        let controlled = self.controller.step(&command, measured, &mut self.sample);
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
         self.world.step(&self.torques, &mut self.observation)?;
+        self.sense();
         controlled
     }
 
@@ -104,15 +152,21 @@ impl Simulation {
                 allowed: "one finite torque a wheel",
             });
         }
-        self.world.step(torques_n_m, &mut self.observation)
+        self.world.step(torques_n_m, &mut self.observation)?;
+        self.sense();
+        Ok(())
     }
 
     /// Actuator velocities as the encoders see them now \[rad/s\], one a wheel: what the next step's controller measures.
     #[must_use]
-    pub fn measured_rad_s(&self) -> Vec<f64> {
-        let mut velocities = Vec::new();
-        self.world.measure(&mut velocities);
-        velocities
+    pub fn measured_rad_s(&self) -> &[f64] {
+        &self.measured.0
+    }
+
+    /// Yaw rate as the gyro sees it now \[rad/s\], counter-clockwise positive.
+    #[must_use]
+    pub fn gyro_rad_s(&self) -> f64 {
+        self.measured.1
     }
 
     /// The controller.

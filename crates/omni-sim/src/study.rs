@@ -15,6 +15,6 @@ mod table;
 pub use cell::{Cell, Column, Columns, Kind};
 pub use map::{MapCell, cells};
 pub use plan::{Plan, Run, key};
-pub use row::{Row, row, row_with, rows};
+pub use row::{Ended, Row, row, row_with, rows};
 pub use run::{Computed, compute};
 pub use store::{Found, Store};

@@ -1,11 +1,12 @@
 //! A run as columns, one row a control period.
 
+use crate::Outcome;
 use crate::config::Vehicle;
 use crate::controller::{ControlSample, WheelSignals};
 use crate::observation::{Observation, WheelObservation};
 
 /// Columns that every vehicle has, in order.
-const COMMON: [&str; 22] = [
+const COMMON: [&str; 30] = [
     "time_s",
     "command_vx_m_s",
     "command_vy_m_s",
@@ -28,12 +29,20 @@ const COMMON: [&str; 22] = [
     "force_x_n",
     "force_y_n",
     "force_z_n",
+    "newton_residual_n",
+    "work_in_j",
+    "kinetic_j",
+    "potential_j",
+    "friction_loss_j",
+    "impact_loss_j",
+    "damping_loss_j",
+    "energy_residual_j",
 ];
 
 /// A signal of each wheel: its column is `wheel_NAME_SIGNAL`.
 type WheelColumn = (&'static str, fn(&WheelSignals, &WheelObservation) -> f64);
 
-const WHEEL: [WheelColumn; 23] = [
+const WHEEL: [WheelColumn; 27] = [
     ("reference_rad_s", |s, _| s.reference_rad_s),
     ("measured_rad_s", |s, _| s.measured_rad_s),
     ("p_n_m", |s, _| s.p_n_m),
@@ -57,12 +66,17 @@ const WHEEL: [WheelColumn; 23] = [
     ("x_m", |_, o| o.centre_m[0]),
     ("y_m", |_, o| o.centre_m[1]),
     ("z_m", |_, o| o.centre_m[2]),
+    ("torque_n_m", |_, o| o.torque_n_m),
+    ("contact_x_m", |_, o| o.contact_m[0]),
+    ("contact_y_m", |_, o| o.contact_m[1]),
+    ("contact_z_m", |_, o| o.contact_m[2]),
 ];
 
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
 ///
 /// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
-/// the encoders, `common_factor`, pose, twist and total ground force of the base; `body_NAME_nose_up_rad`;
+/// the encoders, `common_factor`, pose and twist of the base, the total ground force, Newton's residual and the energy book
+/// ([`crate::observation::Energy`]); `row_1_load_n`, the front row's, and so on; `body_NAME_nose_up_rad`;
 /// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; and for each signal of [`Trace::wheel_signals`] one column a wheel,
 /// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
 ///
@@ -75,8 +89,9 @@ const WHEEL: [WheelColumn; 23] = [
 /// assert!(trace.column("speed").is_none());
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Trace {
+    outcome: Outcome,
     names: Vec<String>,
     rows: usize,
     data: Vec<f64>,
@@ -84,7 +99,20 @@ pub struct Trace {
     first_wheel_column: usize,
 }
 
+/// Equal columns; a figure of the outcome that was not measured, NaN, does not count.
+impl PartialEq for Trace {
+    fn eq(&self, other: &Self) -> bool {
+        self.names == other.names && self.wheel_names == other.wheel_names && self.data == other.data
+    }
+}
+
 impl Trace {
+    /// The run's figures.
+    #[must_use]
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
     /// Rows: control periods.
     #[must_use]
     pub fn rows(&self) -> usize {
@@ -154,6 +182,7 @@ pub(crate) struct TraceBuilder {
 impl TraceBuilder {
     pub(crate) fn new(vehicle: &Vehicle) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();
+        names.extend((1..=vehicle.rows().len()).map(|row| format!("row_{row}_load_n")));
         names.extend(
             vehicle
                 .body
@@ -197,6 +226,12 @@ impl TraceBuilder {
         rows.push(seen.pose.yaw_rad());
         rows.extend(seen.twist.to_array());
         rows.extend(force);
+        rows.push(seen.newton_residual_n);
+        let e = &seen.energy;
+        rows.extend([e.work_in_j, e.kinetic_j, e.potential_j]);
+        rows.extend([e.friction_loss_j, e.impact_loss_j, e.damping_loss_j]);
+        rows.push(e.residual_j());
+        rows.extend(&seen.row_loads_n);
         rows.extend(&seen.body_nose_up_rad);
         for hinge in &seen.hinges {
             rows.extend([hinge.angle_rad, hinge.rate_rad_s]);
@@ -206,7 +241,7 @@ impl TraceBuilder {
         }
     }
 
-    pub(crate) fn finish(self) -> Trace {
+    pub(crate) fn finish(self, outcome: Outcome) -> Trace {
         let columns = self.names.len();
         let rows = self.rows.len() / columns;
         let mut data = vec![0.0; rows * columns];
@@ -222,6 +257,7 @@ impl TraceBuilder {
             ..
         } = self;
         Trace {
+            outcome,
             names,
             rows,
             data,

@@ -76,9 +76,10 @@ impl Study {
         })
     }
 
-    /// An override; a vehicle's path, relative to the study's file, made absolute.
+    /// An override; the path of a vehicle or a picture, relative to the study's file, made absolute.
     fn located(&self, key: &str, value: &Value) -> Override {
-        if let (Some(folder), "vehicle", Value::String(name)) = (&self.origin.folder, key, value)
+        if let (Some(folder), "vehicle" | "terrain.image", Value::String(name)) =
+            (&self.origin.folder, key, value)
             && !VEHICLES.iter().any(|(known, _)| known == name)
             && (name.ends_with(".toml") || folder.join(name).is_file())
             && let Ok(path) = std::path::absolute(folder.join(name))

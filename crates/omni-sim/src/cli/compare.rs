@@ -9,10 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::{RunArgs, print};
-use crate::config::{Precision, Scenario, Terrain};
+use crate::config::{Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::RunLog;
-use crate::{Error, Outcome, Record, record_with};
+use crate::{Error, Outcome, record_with};
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -60,10 +60,10 @@ pub(super) fn compare(
     if let Ok(style) = ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3} % {eta:>4} left") {
         bar.set_style(style);
     }
-    let mut rows = Vec::new();
+    let (mut rows, mut failed) = (Vec::new(), None);
     for (k, run) in runs.iter().enumerate() {
         bar.set_message(run.control.policy.clone());
-        let (row, link) = one(run, firmware, &args.out, |part| {
+        let (row, link, ended) = one(run, firmware, &args.out, |part| {
             bar.set_position(1000 * k as u64 + (1000.0 * part) as u64)
         })?;
         if let Some(link) = link.filter(|link| !link.is_zero()) {
@@ -76,6 +76,7 @@ pub(super) fn compare(
             bar.suspend(|| print(out, &format!("{line}\n")))?;
         }
         rows.push(row);
+        failed = failed.or(ended);
     }
     bar.finish_and_clear();
     if !args.json {
@@ -84,7 +85,8 @@ pub(super) fn compare(
             print(out, &format!("{}\n", row.mcap.display()))?;
         }
     }
-    Ok(())
+    // The table and the logs show how far a run came; that its physics failed is an error all the same.
+    failed.map_or(Ok(()), Err)
 }
 
 /// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
@@ -110,7 +112,7 @@ fn one(
     firmware: Option<&Firmware>,
     folder: &std::path::Path,
     progress: impl Fn(f64),
-) -> Result<(Row, Option<LinkCounters>), Error> {
+) -> Result<(Row, Option<LinkCounters>, Option<Error>), Error> {
     let controller = match firmware {
         Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
         None => AnyController::new(scenario)?,
@@ -118,42 +120,34 @@ fn one(
     let path = folder.join(format!("{}-{}.mcap", scenario.name, scenario.control.policy));
     let start = Instant::now();
     let log = RunLog::create(&path, scenario)?;
-    let Record {
-        trace,
-        outcome,
-        mcap,
-        link,
-    } = record_with(scenario, controller, Some(log), |part| {
+    let mut simulated = 0.0;
+    let record = record_with(scenario, controller, Some(log), |simulation, part| {
+        simulated = simulation.time_ns() as f64 * 1e-9;
         progress(part);
         Ok::<(), Error>(())
     })?;
     let seconds = start.elapsed().as_secs_f64();
-    let simulated = trace.rows() as f64 * scenario.control.period_us as f64 * 1e-6;
     let row = Row {
         policy: scenario.control.policy.clone(),
-        outcome,
+        outcome: record.outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,
-        mcap: mcap.unwrap_or(path),
+        mcap: record.mcap.unwrap_or(path),
     };
-    Ok((row, link))
+    Ok((row, record.link, record.ended))
 }
 
 fn headline(scenario: &Scenario) -> String {
     let vehicle = &scenario.vehicle().name;
     let command = &scenario.command;
-    let ground = match scenario.terrain {
-        Terrain::Flat { friction } => format!("on flat ground, friction {friction}"),
-        Terrain::Step {
-            friction, height_m, ..
-        } => {
-            format!("over a step of {:.1} cm, friction {friction}", 100.0 * height_m)
-        }
-    };
     let torque = scenario.vehicle().motor.stall_torque_n_m;
     format!(
-        "{vehicle} {ground}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
-        command.vx_m_s, command.vy_m_s, command.wz_rad_s
+        "{vehicle} {}, friction {}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
+        scenario.terrain.described(),
+        scenario.terrain.friction(),
+        command.vx_m_s,
+        command.vy_m_s,
+        command.wz_rad_s
     )
 }
 
@@ -162,26 +156,30 @@ fn table(rows: &[Row]) -> Table {
     table.load_style(presets::ASCII_MARKDOWN);
     table.set_header([
         "policy",
-        "climbed",
+        "verdict",
         "crossing [s]",
         "pitch [deg]",
+        "yaw error [deg]",
         "slip rms",
         "disturbed rms",
         "spread rms",
         "heat [N2m2s]",
+        "work [J]",
         "x real time",
     ]);
     for row in rows {
         let o = &row.outcome;
         table.add_row([
             row.policy.clone(),
-            if o.climbed { "yes".into() } else { "no".into() },
+            verdict(o),
             number(o.crossing_s.unwrap_or(f64::NAN), 2),
             number(o.pitch_peak_deg, 2),
+            number(o.yaw_error_deg, 1),
             number(o.slip_rms, 3),
             number(o.disturbed_rms, 3),
             number(o.spread_rms, 3),
             number(o.heat_n2m2s, 1),
+            number(o.work_j, 1),
             format!("{:.1}", row.realtime_factor),
         ]);
     }
@@ -189,6 +187,14 @@ fn table(rows: &[Row]) -> Table {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
+}
+
+/// How it ended, and where if it stalled.
+fn verdict(outcome: &Outcome) -> String {
+    match (outcome.stalled_at_m, outcome.stalled_row) {
+        (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
+        _ => outcome.verdict.name().into(),
+    }
 }
 
 /// A figure with so many decimals, `-` where nothing was measured.

@@ -53,7 +53,10 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
         };
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
             cell.runs += 1;
-            cell.errors += usize::from(row.error.is_some());
+            if row.error.is_some() {
+                cell.errors += 1;
+                continue;
+            }
             for (sum, figure) in cell.figures.iter_mut().zip(&shown) {
                 if let Some(number) = figure.and_then(|i| row.figures.get(i)).and_then(Cell::number) {
                     *sum = (sum.0 + number, sum.1 + 1);

@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use super::{Cell, Column, Columns, Found, Kind};
 use crate::config::{self, Override, Scenario, Study};
 use crate::controller::AnyController;
-use crate::{Error, Outcome, run};
+use crate::{Error, Outcome, record};
 
 /// Runs of a study at most: each has a key in memory.
 const MOST_RUNS: usize = 1_000_000;
@@ -91,8 +91,7 @@ impl Plan {
                 .map_err(|error| refuse(&study.named(&point.values), error.to_string()))?;
             let leaves = leaves(&point.scenario)?;
             for (i, axis) in study.axis.iter().enumerate() {
-                // As the scenario holds it: 1 is 1.0 where a number with a fraction is meant.
-                values[i].push(leaves.get(&axis.key).unwrap_or(&point.values[i]).clone());
+                values[i].push(typed(&point.values[i], leaves.get(&axis.key)));
             }
             tables.push(leaves);
         }
@@ -132,7 +131,10 @@ impl Plan {
             study: study.clone(),
             columns,
             runs,
-            shared: lines(&first).filter(|(key, _)| !varies(key)).collect(),
+            shared: lines(&first)
+                .filter(|(key, _)| !varies(key))
+                .map(|(key, value)| (key, short(value)))
+                .collect(),
         })
     }
 
@@ -186,8 +188,8 @@ pub fn key(scenario: &Scenario) -> Result<String, Error> {
 }
 
 fn digest(text: &str, seed: u64) -> String {
-    let digest = Sha256::digest(format!("omnistep {VERSION}\nseed = {seed}\n{text}"));
-    digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+    let text = format!("omnistep {VERSION}\nseed = {seed}\n{text}");
+    hex(&Sha256::digest(text), 16)
 }
 
 /// Every plain value of a scenario by its dotted key, without the seed.
@@ -231,10 +233,35 @@ fn lines(leaves: &BTreeMap<String, Value>) -> impl Iterator<Item = (String, Stri
     leaves.iter().map(|(key, value)| (key.clone(), value.to_string()))
 }
 
+/// A line's value; of a long one, such as a picture, its digest.
+fn short(value: String) -> String {
+    if value.len() <= 200 {
+        return value;
+    }
+    format!("\"SHA-256 {}\"", hex(&Sha256::digest(value), 32))
+}
+
+/// The first bytes in hexadecimal digits.
+pub(super) fn hex(bytes: &[u8], count: usize) -> String {
+    bytes
+        .iter()
+        .take(count)
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
 fn text(leaves: &BTreeMap<String, Value>) -> String {
     lines(leaves)
         .map(|(key, value)| format!("{key} = {value}\n"))
         .collect()
+}
+
+/// A value of an axis as the scenario holds it: 1 is 1.0 where a number with a fraction is meant. Names stay names.
+fn typed(given: &Value, held: Option<&Value>) -> Value {
+    match (given, held) {
+        (Value::Integer(_), Some(held @ Value::Float(_))) => held.clone(),
+        _ => given.clone(),
+    }
 }
 
 /// A column's value in the column's type: a mixture is text.
@@ -296,7 +323,7 @@ fn columns(
 /// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number.
 fn figures() -> Result<Vec<Column>, Error> {
     let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
-    let outcome = Outcome::of(&scenario, &run(&scenario)?);
+    let outcome = record(&scenario, None, |_, _| Ok::<(), Error>(()))?.outcome;
     Ok(fields(&outcome)
         .into_iter()
         .map(|(name, cell)| Column {

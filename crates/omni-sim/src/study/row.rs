@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::plan::fields;
-use super::{Cell, Run};
+use super::{Cell, Kind, Run};
 use crate::config::Scenario;
-use crate::{Error, Outcome, run_watched};
+use crate::{Error, Outcome, record};
 
 /// What a run amounts to.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,8 @@ pub struct Row {
     pub seed: u64,
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// Each figure of the outcome, in the columns' order; all missing where the run failed.
+    /// Each figure of the outcome, in the columns' order. Where the physics ended the run, those up to there; all missing
+    /// where it failed otherwise.
     pub figures: Vec<Cell>,
     /// Why the run failed, in one line.
     pub error: Option<String>,
@@ -40,6 +41,9 @@ pub fn rows(runs: &[Run], stop: &AtomicBool) -> Vec<Row> {
     runs.par_iter().filter_map(|run| row(run, stop)).collect()
 }
 
+/// An outcome, and why the run ended early if it did.
+pub type Ended = (Outcome, Option<Error>);
+
 /// [`row`] with another way to an outcome; none says that the run was stopped.
 ///
 /// ```
@@ -49,13 +53,16 @@ pub fn rows(runs: &[Run], stop: &AtomicBool) -> Vec<Row> {
 /// assert_eq!((row.seed, row.error.as_deref()), (23, Some("panic: no ground")));
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-pub fn row_with(run: &Run, outcome: impl FnOnce(&Scenario) -> Result<Option<Outcome>, Error>) -> Option<Row> {
+pub fn row_with(run: &Run, outcome: impl FnOnce(&Scenario) -> Result<Option<Ended>, Error>) -> Option<Row> {
     let scenario = run.scenario();
     // Nothing outlives the closure that a panic could have left half done.
     let done = catch_unwind(AssertUnwindSafe(|| outcome(&scenario)));
     let (figures, error) = match done {
         Ok(Ok(None)) => return None,
-        Ok(Ok(Some(outcome))) => figures(run, &outcome),
+        Ok(Ok(Some((outcome, ended)))) => match figures(run, &outcome) {
+            Ok(figures) => (figures, ended.map(|error| error.to_string())),
+            Err(misfit) => (Vec::new(), Some(misfit)),
+        },
         Ok(Err(error)) => (Vec::new(), Some(error.to_string())),
         Err(panic) => (Vec::new(), Some(format!("panic: {}", message(&*panic)))),
     };
@@ -71,21 +78,22 @@ pub fn row_with(run: &Run, outcome: impl FnOnce(&Scenario) -> Result<Option<Outc
 }
 
 /// The figures in the columns' order, or what does not fit its column.
-fn figures(run: &Run, outcome: &Outcome) -> (Vec<Cell>, Option<String>) {
+fn figures(run: &Run, outcome: &Outcome) -> Result<Vec<Cell>, String> {
     let mut fields = fields(outcome);
-    let mut cells = Vec::new();
-    for column in &run.columns.figures {
-        let cell = fields.remove(&column.name).unwrap_or(Cell::Missing);
-        if cell.kind().is_some_and(|kind| kind != column.kind) {
-            let error = format!(
-                "{} = {cell} does not fit its column, {:?}",
-                column.name, column.kind
-            );
-            return (Vec::new(), Some(error));
-        }
-        cells.push(cell);
-    }
-    (cells, None)
+    let columns = run.columns.figures.iter();
+    columns
+        .map(|column| {
+            let cell = fields.remove(&column.name).unwrap_or(Cell::Missing);
+            match (cell, column.kind) {
+                (Cell::Integer(value), Kind::Float) => Ok(Cell::Float(value as f64)),
+                (cell, kind) if cell.kind().is_none_or(|own| own == kind) => Ok(cell),
+                (cell, kind) => Err(format!(
+                    "{} = {cell} is no {kind:?}, as its column is",
+                    column.name
+                )),
+            }
+        })
+        .collect()
 }
 
 fn message(panic: &(dyn Any + Send)) -> &str {
@@ -107,16 +115,16 @@ impl From<Error> for End {
 }
 
 /// The outcome; none if `stop` was set before the end.
-fn simulate(scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Outcome>, Error> {
-    if stop.load(Ordering::Relaxed) {
-        return Ok(None);
-    }
-    let trace = run_watched(scenario, |_, _| match stop.load(Ordering::Relaxed) {
-        true => Err(End::Stopped),
-        false => Ok(()),
-    });
-    match trace {
-        Ok(trace) => Ok(Some(Outcome::of(scenario, &trace))),
+fn simulate(scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, Error> {
+    let look = || {
+        if stop.load(Ordering::Relaxed) {
+            Err(End::Stopped)
+        } else {
+            Ok(())
+        }
+    };
+    match look().and_then(|()| record(scenario, None, |_, _| look())) {
+        Ok(record) => Ok(Some((record.outcome, record.ended))),
         Err(End::Failed(error)) => Err(error),
         Err(End::Stopped) => Ok(None),
     }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::plan::{Lines, VERSION};
+use super::plan::{Lines, VERSION, hex};
 use super::table::{self, Notes, Opened};
 use super::{Columns, Plan, Row};
 use crate::Error;
@@ -82,12 +82,7 @@ impl Store {
         // The same rows are the same part, whoever writes them and whenever.
         let mut digest = Sha256::new();
         rows.iter().for_each(|row| digest.update(&row.key));
-        let digest: String = digest
-            .finalize()
-            .iter()
-            .take(8)
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let digest = hex(&digest.finalize(), 8);
         let path = self.folder.join(format!("part-{digest}.parquet"));
         let growing = self
             .folder

@@ -3,10 +3,12 @@
 use rapier3d_f64::prelude::*;
 use rapier3d_f64::utils::OrthonormalBasis;
 
+use super::books::Books;
 use super::vehicle::VehicleBodies;
-use crate::observation::Observation;
+use crate::observation::{ContactForce, Observation};
 
-/// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the control period.
+/// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the control period, and their work to
+/// the books.
 ///
 /// Under the Coulomb friction model the sum over the solver's contacts of normal and tangent impulses over dt is the
 /// whole force on the wheel: it closes the vehicle's Newton balance to rounding (`tests/physics.rs`).
@@ -14,36 +16,45 @@ pub(super) fn accumulate(
     physics: &PhysicsWorld,
     vehicle: &VehicleBodies,
     share: f64,
+    books: &mut Books,
     observation: &mut Observation,
 ) {
     let per_second = share / physics.integration_parameters.dt;
     for (wheel, seen) in vehicle.wheels.iter().zip(&mut observation.wheels) {
         let (mut force, mut normal) = (Vector::ZERO, Vector::ZERO);
+        let (mut moment, mut size) = (Vector::ZERO, 0.0);
+        let body = &physics.bodies[wheel.ball];
         for pair in physics.contact_pairs_with(wheel.collider) {
-            let sign = if pair.collider1 == wheel.collider {
-                1.0
-            } else {
-                -1.0
-            };
+            let first = pair.collider1 == wheel.collider;
+            let sign = if first { 1.0 } else { -1.0 };
             for manifold in pair.solver_manifolds() {
                 // The solver pushes collider 1 along `direction`; its tangents are a fixed basis of that.
                 let direction = -manifold.data.normal;
                 let tangent = direction.orthonormal_vector();
                 let bitangent = direction.cross(tangent);
-                for point in &manifold.points {
-                    let data = &point.data;
+                for contact in &manifold.points {
+                    let data = &contact.data;
+                    if data.impulse == 0.0 {
+                        continue;
+                    }
                     let push = direction * (data.impulse * sign);
+                    let rub = (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
+                    let arm = if first { data.solver_dp1 } else { data.solver_dp2 };
+                    books.contact(wheel.ball, body, arm, push, rub);
                     normal += push;
-                    force +=
-                        push + (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
+                    force += push + rub;
+                    moment += (body.center_of_mass() + arm) * data.impulse.abs();
+                    size += data.impulse.abs();
                 }
             }
         }
         let along = wheel.axle_world(physics).cross(normal).normalize_or_zero();
-        seen.add_force(
-            (force * per_second).into(),
-            (normal * per_second).into(),
-            force.dot(along) * per_second,
-        );
+        seen.add(&ContactForce {
+            force_n: (force * per_second).into(),
+            normal_n: (normal * per_second).into(),
+            along_n: force.dot(along) * per_second,
+            moment_m_n: (moment * per_second).into(),
+            push_n: size * per_second,
+        });
     }
 }

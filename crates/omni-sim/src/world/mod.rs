@@ -1,6 +1,9 @@
 //! The plant: bodies, hinges, wheels and ground in rapier. The only room that names rapier.
 
+mod actuation;
+mod books;
 mod contact;
+mod snapshot;
 mod terrain;
 mod vehicle;
 mod wheel;
@@ -8,23 +11,47 @@ mod wheel;
 use rapier3d_f64::prelude::*;
 
 use crate::Error;
-use crate::config::Scenario;
+use crate::config::{Fault, Scenario};
 use crate::observation::{Observation, Pose3};
+use actuation::Actuation;
+use books::Books;
+pub(crate) use snapshot::{WorldSnapshot, WorldView};
+use terrain::Patches;
 use vehicle::VehicleBodies;
 
 /// A vehicle on the ground, without a controller.
 pub(crate) struct World {
     physics: PhysicsWorld,
     vehicle: VehicleBodies,
+    actuation: Actuation,
+    books: Books,
+    patches: Option<Patches>,
+    loads: Vec<Load>,
     steps_per_period: u64,
     time_ns: u64,
     step_ns: u64,
-    /// Where the physics left the finite numbers; nothing is simulated after that.
-    diverged: Option<(f64, String)>,
+    /// Why nothing is simulated any more.
+    failed: Option<Failure>,
+}
+
+/// A mass that is put on a body at a time.
+struct Load {
+    body: RigidBodyHandle,
+    from_ns: u64,
+    mass_kg: f64,
+    at_m: Vector,
+    done: bool,
+}
+
+/// Where the physics left what a vehicle can do.
+#[derive(Clone)]
+enum Failure {
+    Diverged { time_s: f64, body: String },
+    FellApart { time_s: f64, part: String, gap_m: f64 },
 }
 
 impl World {
-    /// The scenario's vehicle at its start, at rest, `yaw_rad` and `x_m` off the nominal pose.
+    /// The scenario's vehicle at its start, at rest, `yaw_rad` and `x_m` off the pose that it asks for.
     pub(crate) fn new(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Self {
         let mut physics = PhysicsWorld::new();
         let settings = &scenario.physics;
@@ -41,16 +68,45 @@ impl World {
         p.normalized_prediction_distance = 0.002;
         p.normalized_allowed_linear_error = 0.0005;
         p.max_ccd_substeps = 0;
-        terrain::insert(&mut physics, &scenario.terrain);
-        let start = Pose::new(Vector::new(x_m, 0.0, 0.0), AngVector::new(0.0, 0.0, yaw_rad));
+        terrain::insert(&mut physics, scenario);
+        let place = &scenario.start;
+        let start = Pose::new(
+            Vector::new(place.x_m + x_m, place.y_m, 0.0),
+            AngVector::new(0.0, 0.0, place.heading_rad + yaw_rad),
+        );
         let vehicle = VehicleBodies::insert(&mut physics, scenario.vehicle(), start);
+        // Masses are known from here on: the books need them.
+        let handles: Vec<_> = physics.bodies.iter().map(|(handle, _)| handle).collect();
+        for handle in handles {
+            physics.bodies[handle].recompute_mass_properties_from_colliders(&physics.colliders);
+        }
+        let patches = Some(scenario.friction_patch.clone()).filter(|patches| !patches.is_empty());
+        let loads = scenario.fault.iter().filter_map(|fault| match fault {
+            Fault::LoadAdded {
+                body,
+                mass_kg,
+                at_m,
+                from_s,
+            } => Some(Load {
+                body: vehicle.body(body)?,
+                from_ns: (from_s * 1e9) as u64,
+                mass_kg: *mass_kg,
+                at_m: Vector::from(*at_m),
+                done: false,
+            }),
+            _ => None,
+        });
         Self {
+            actuation: Actuation::new(scenario),
+            books: Books::new(&physics),
+            patches: patches.map(Patches),
+            loads: loads.collect(),
             physics,
             vehicle,
             steps_per_period: scenario.control.period_us / settings.step_us,
             time_ns: 0,
             step_ns: settings.step_us * 1000,
-            diverged: None,
+            failed: None,
         }
     }
 
@@ -65,42 +121,92 @@ impl World {
         );
     }
 
+    /// Angles that the actuators have turned since the start \[rad\], one a wheel.
+    pub(crate) fn angles_rad(&self) -> &[f64] {
+        &self.actuation.state().angle_rad
+    }
+
     /// Holds actuator torques \[N.m\], one a wheel, for one control period; contact forces are averaged over it.
     pub(crate) fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
         self.check()?;
-        observation
-            .wheels
-            .iter_mut()
-            .for_each(|wheel| wheel.start_period());
+        observation.start_period();
+        let share = 1.0 / self.steps_per_period as f64;
         for _ in 0..self.steps_per_period {
-            self.vehicle.apply(&mut self.physics, torques_n_m);
-            self.physics.step();
+            let time_s = self.time_ns as f64 * 1e-9;
+            self.add_loads();
+            self.actuation
+                .apply(&mut self.physics, &self.vehicle, time_s, torques_n_m);
+            self.books.open(&self.physics);
+            match &self.patches {
+                Some(patches) => self.physics.step_with_events(patches, &()),
+                None => self.physics.step(),
+            }
             self.time_ns += self.step_ns;
             if let Some(handle) = self.physics.quarantine().bodies().first() {
-                let body = self.vehicle.name_of(*handle).to_owned();
-                self.diverged = Some((self.time_ns as f64 * 1e-9, body));
+                self.failed = Some(Failure::Diverged {
+                    time_s: self.time_ns as f64 * 1e-9,
+                    body: self.vehicle.name_of(*handle).to_owned(),
+                });
                 return self.check();
             }
-            contact::accumulate(
-                &self.physics,
-                &self.vehicle,
-                1.0 / self.steps_per_period as f64,
-                observation,
-            );
+            self.actuation
+                .book(&self.physics, &self.vehicle, time_s, share, observation);
+            self.books.hinges(&self.physics, &self.vehicle);
+            contact::accumulate(&self.physics, &self.vehicle, share, &mut self.books, observation);
+        }
+        if let Some((part, gap_m)) = self.vehicle.torn(&self.physics) {
+            self.failed = Some(Failure::FellApart {
+                time_s: self.time_ns as f64 * 1e-9,
+                part,
+                gap_m,
+            });
         }
         self.observe(observation);
-        Ok(())
+        let period_s = (self.steps_per_period * self.step_ns) as f64 * 1e-9;
+        self.books
+            .close(&self.physics, &self.actuation, period_s, observation);
+        self.check()
     }
 
-    /// The error of a world that has diverged.
-    fn check(&self) -> Result<(), Error> {
-        match &self.diverged {
-            None => Ok(()),
-            Some((time_s, body)) => Err(Error::Diverged {
-                time_s: *time_s,
-                body: body.clone(),
-            }),
+    /// Puts masses on bodies when their time has come: at rest with the body, so nothing jumps.
+    fn add_loads(&mut self) {
+        let Self {
+            loads,
+            books,
+            physics,
+            time_ns,
+            ..
+        } = self;
+        for load in loads
+            .iter_mut()
+            .filter(|load| !load.done && *time_ns >= load.from_ns)
+        {
+            load.done = true;
+            books.around(physics, |physics| {
+                let body = &mut physics.bodies[load.body];
+                let (centre, turning) = (body.center_of_mass(), body.angvel());
+                let point = MassProperties::new(load.at_m, load.mass_kg, AngVector::ZERO);
+                let all = body.mass_properties().local_mprops + point;
+                body.set_additional_mass_properties(all, true);
+                body.recompute_mass_properties_from_colliders(&physics.colliders);
+                let moved = body.linvel() + turning.cross(body.center_of_mass() - centre);
+                body.set_linvel(moved, true);
+            });
         }
+    }
+
+    /// The error of a world that has failed.
+    fn check(&self) -> Result<(), Error> {
+        match self.failed.clone() {
+            None => Ok(()),
+            Some(Failure::Diverged { time_s, body }) => Err(Error::Diverged { time_s, body }),
+            Some(Failure::FellApart { time_s, part, gap_m }) => Err(Error::FellApart { time_s, part, gap_m }),
+        }
+    }
+
+    /// The energies at the start; nothing has moved yet.
+    pub(crate) fn open_books(&mut self, observation: &mut Observation) {
+        self.books.close(&self.physics, &self.actuation, 0.0, observation);
     }
 
     /// Writes the present poses and velocities; leaves the contact averages alone.

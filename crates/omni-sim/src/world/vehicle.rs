@@ -7,17 +7,30 @@ use super::wheel::BallWheel;
 use crate::config::{Body, Vehicle};
 use crate::observation::Observation;
 
-struct HingeBodies {
-    parent: RigidBodyHandle,
-    child: RigidBodyHandle,
+pub(super) struct HingeBodies {
+    name: String,
+    pub(super) parent: RigidBodyHandle,
+    pub(super) child: RigidBodyHandle,
     axis: Vector,
+    anchor: Vector,
+    pub(super) damping_n_m_s_rad: f64,
+}
+
+impl HingeBodies {
+    /// The axis in the world.
+    pub(super) fn axis_world(&self, physics: &PhysicsWorld) -> Vector {
+        physics.bodies[self.parent].rotation() * self.axis
+    }
 }
 
 /// Handles of a vehicle in a world. Every body's local frame is the vehicle's frame as it stands on flat ground.
 pub(super) struct VehicleBodies {
     names: Vec<String>,
     bodies: Vec<RigidBodyHandle>,
-    hinges: Vec<HingeBodies>,
+    pub(super) hinges: Vec<HingeBodies>,
+    rows: Vec<Vec<usize>>,
+    /// What a joint may part by before the vehicle counts as broken \[m\].
+    most_gap_m: f64,
     pub(super) wheels: Vec<BallWheel>,
 }
 
@@ -43,7 +56,14 @@ impl VehicleBodies {
                 .contacts_enabled(false);
             let (parent, child) = (find(&hinge.parent), find(&hinge.child));
             physics.insert_impulse_joint(parent, child, joint);
-            hinges.push(HingeBodies { parent, child, axis });
+            hinges.push(HingeBodies {
+                name: hinge.name.clone(),
+                parent,
+                child,
+                axis,
+                anchor,
+                damping_n_m_s_rad: hinge.damping_n_m_s_rad,
+            });
         }
         let wheels = vehicle
             .wheel
@@ -52,19 +72,48 @@ impl VehicleBodies {
             .collect();
         Self {
             names: vehicle.body.iter().map(|b| b.name.clone()).collect(),
+            rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
+            most_gap_m: vehicle
+                .wheel
+                .iter()
+                .map(|w| 0.1 * w.radius_m)
+                .fold(f64::INFINITY, f64::min),
             bodies,
             hinges,
             wheels,
         }
     }
 
-    /// Replaces the torques of the last step by these.
-    pub(super) fn apply(&self, physics: &mut PhysicsWorld, torques_n_m: &[f64]) {
+    /// A body by name.
+    pub(super) fn body(&self, name: &str) -> Option<RigidBodyHandle> {
+        let index = self.names.iter().position(|known| known == name)?;
+        Some(self.bodies[index])
+    }
+
+    /// The joint that has parted, and by how much \[m\].
+    pub(super) fn torn(&self, physics: &PhysicsWorld) -> Option<(String, f64)> {
+        let hinges = self.hinges.iter().map(|hinge| {
+            let at = |handle: RigidBodyHandle| physics.bodies[handle].position() * hinge.anchor;
+            (
+                "hinge",
+                &hinge.name,
+                (at(hinge.parent) - at(hinge.child)).length(),
+            )
+        });
+        let wheels = self
+            .wheels
+            .iter()
+            .map(|wheel| ("wheel", &wheel.name, wheel.gap(physics)));
+        hinges
+            .chain(wheels)
+            .find(|(_, _, gap_m)| *gap_m > self.most_gap_m)
+            .map(|(kind, name, gap_m)| (format!("{kind} {name}"), gap_m))
+    }
+
+    /// Takes the torques of the last step off.
+    pub(super) fn reset(&self, physics: &mut PhysicsWorld) {
         for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.ball)) {
             physics.bodies[*handle].reset_torques(false);
-        }
-        for (wheel, torque) in self.wheels.iter().zip(torques_n_m) {
-            wheel.apply(physics, *torque);
         }
     }
 
@@ -100,7 +149,7 @@ impl VehicleBodies {
             let relative = parent.rotation().inverse() * *child.rotation();
             let along = Vector::new(relative.x, relative.y, relative.z).dot(hinge.axis);
             seen.angle_rad = 2.0 * libm::atan2(along, relative.w);
-            seen.rate_rad_s = (child.angvel() - parent.angvel()).dot(parent.rotation() * hinge.axis);
+            seen.rate_rad_s = (child.angvel() - parent.angvel()).dot(hinge.axis_world(physics));
         }
         for (wheel, seen) in self.wheels.iter().zip(&mut observation.wheels) {
             let (centre, velocity) = wheel.centre_world(physics);
@@ -113,6 +162,10 @@ impl VehicleBodies {
                 Vector::Z
             };
             seen.along_m_s = velocity.dot(wheel.axle_world(physics).cross(normal).normalize_or_zero());
+        }
+        let (rows, wheels) = (&self.rows, &observation.wheels);
+        for (row, load_n) in rows.iter().zip(&mut observation.row_loads_n) {
+            *load_n = row.iter().map(|w| wheels[*w].force_n[2]).sum();
         }
     }
 }

@@ -17,6 +17,8 @@ use crate::config::{WheelContact, WheelSpec};
 
 /// A wheel in the world.
 pub(super) struct BallWheel {
+    /// Its name in the vehicle file.
+    pub(super) name: String,
     /// The ball.
     pub(super) ball: RigidBodyHandle,
     /// Its collider.
@@ -29,6 +31,8 @@ pub(super) struct BallWheel {
     pub(super) centre: Vector,
     /// Way along the push per wheel turn \[m/rad\]: the rolling radius, times the cosine of the roller angle.
     pub(super) way_per_rad: f64,
+    /// Centre of the ball in the carrier's frame \[m\].
+    ball_centre: Vector,
     /// Ball turns per wheel turn, that way over the ball's radius.
     ball_per_wheel: f64,
     /// Wheel velocity over actuator velocity.
@@ -77,6 +81,8 @@ impl BallWheel {
         let axle = Vector::new(-push_y, push_x, 0.0).normalize(); // up x push
         let centre = Vector::new(x, y, spec.radius_m);
         Self {
+            name: spec.name.clone(),
+            ball_centre,
             ball,
             collider,
             frame,
@@ -86,6 +92,12 @@ impl BallWheel {
             ball_per_wheel,
             gear: spec.gear,
         }
+    }
+
+    /// How far it has come off its axle \[m\].
+    pub(super) fn gap(&self, physics: &PhysicsWorld) -> f64 {
+        let axle = physics.bodies[self.frame].position() * self.ball_centre;
+        (physics.bodies[self.ball].position().translation - axle).length()
     }
 
     /// The axle in the world.

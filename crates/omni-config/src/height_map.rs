@@ -1,0 +1,142 @@
+//! Heights from a picture.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use png::{BitDepth, ColorType};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use toml::{Table, Value};
+
+use crate::Error;
+use crate::load::Source;
+
+/// How a picture inside a text begins.
+const DATA_URL: &str = "data:image/png;base64,";
+/// Built-in pictures by name.
+const PICTURES: [(&str, &[u8]); 1] = [("hills", include_bytes!("../assets/pictures/hills.png"))];
+/// Most pixels of a picture: some 100 MB of heights in the simulation.
+const MOST_PIXELS: usize = 4_000_000;
+
+/// A grey picture, held whole: a scenario with it can be written into a log and read back.
+///
+/// ```
+/// let error = omni_config::HeightMap::from_png(b"not a picture").unwrap_err();
+/// assert!(error.starts_with("no PNG"));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightMap {
+    png: Arc<[u8]>,
+    levels: Arc<[u16]>,
+    rows: usize,
+    columns: usize,
+}
+
+impl HeightMap {
+    /// The picture in a PNG file's bytes: grey, 8 or 16 bits, 2 x 2 to 4 million pixels.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_png(bytes: &[u8]) -> Result<Self, String> {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .map_err(|error| format!("no PNG: {error}"))?;
+        let (color, depth) = reader.output_color_type();
+        let (columns, rows) = (reader.info().width as usize, reader.info().height as usize);
+        if rows < 2 || columns < 2 || rows.saturating_mul(columns) > MOST_PIXELS {
+            return Err(format!(
+                "{columns} x {rows} pixels, allowed: 2 x 2 to {MOST_PIXELS} pixels"
+            ));
+        }
+        if color != ColorType::Grayscale || !matches!(depth, BitDepth::Eight | BitDepth::Sixteen) {
+            return Err(format!(
+                "a PNG of {color:?}, {} bits, allowed: grey without transparency, 8 or 16 bits",
+                depth as u8
+            ));
+        }
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap_or(0)];
+        reader
+            .next_frame(&mut pixels)
+            .map_err(|error| format!("no whole PNG: {error}"))?;
+        let levels = match depth {
+            BitDepth::Sixteen => pixels
+                .chunks_exact(2)
+                .map(|b| u16::from_be_bytes([b[0], b[1]]))
+                .collect(),
+            // 255 becomes 65535.
+            _ => pixels.iter().map(|b| u16::from(*b) * 257).collect(),
+        };
+        Ok(Self {
+            png: bytes.into(),
+            levels,
+            rows,
+            columns,
+        })
+    }
+
+    /// Rows, along x.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Columns, along y.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Brightness, 0 black to 1 white; row 0 is the picture's upper edge, column 0 its left one.
+    ///
+    /// # Panics
+    /// Where there is no such pixel.
+    #[must_use]
+    pub fn level(&self, row: usize, column: usize) -> f64 {
+        f64::from(self.levels[row * self.columns + column]) / 65535.0
+    }
+
+    /// Puts the picture itself where the terrain of a scenario file names one.
+    pub(crate) fn embed(source: &Source, scenario: &mut Table) -> Result<(), Error> {
+        let terrain = scenario.get_mut("terrain").and_then(Value::as_table_mut);
+        let Some(Value::String(image)) = terrain.and_then(|terrain| terrain.get_mut("image")) else {
+            return Ok(());
+        };
+        if !image.starts_with(DATA_URL) {
+            let path = source.folder().unwrap_or(Path::new("")).join(&*image);
+            let built_in = PICTURES.iter().find(|(name, _)| *name == image.as_str());
+            let bytes = match built_in {
+                Some((_, bytes)) => bytes.to_vec(),
+                None => std::fs::read(&path).map_err(|error| {
+                    let names = PICTURES.map(|(name, _)| name).join(", ");
+                    let message = format!(
+                        "{}: {error}, allowed: {names}, or the path of a PNG",
+                        path.display()
+                    );
+                    source.refuse("terrain.image", message)
+                })?,
+            };
+            Self::from_png(&bytes)
+                .map_err(|reason| source.refuse("terrain.image", format!("{}: {reason}", path.display())))?;
+            *image = format!("{DATA_URL}{}", STANDARD.encode(bytes));
+        }
+        Ok(())
+    }
+}
+
+impl Serialize for HeightMap {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&format!("{DATA_URL}{}", STANDARD.encode(&self.png)))
+    }
+}
+
+impl<'de> Deserialize<'de> for HeightMap {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let encoded = text
+            .strip_prefix(DATA_URL)
+            .ok_or_else(|| de::Error::custom(format!("allowed: a file, or {DATA_URL}...")))?;
+        let bytes = STANDARD.decode(encoded).map_err(de::Error::custom)?;
+        Self::from_png(&bytes).map_err(de::Error::custom)
+    }
+}

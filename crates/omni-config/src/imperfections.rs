@@ -1,0 +1,197 @@
+//! What sensors and actuators lack, and what fails while a run goes on.
+
+use garde::Validate;
+use omni_core::HeadingHoldConfig;
+use serde::{Deserialize, Serialize};
+
+use crate::Vehicle;
+use crate::check::{between, finite_all, is_name, positive};
+use crate::tagged::deserialize_by_kind;
+
+/// Encoders and the gyro; ideal by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensors {
+    /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
+    /// counts of the last control period over the period.
+    #[garde(range(max = 10_000_000))]
+    pub encoder_counts: u32,
+    /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
+    #[garde(custom(between(0.0, 100.0)))]
+    pub encoder_noise_rad_s: f64,
+    /// Age of what the controller is given, gyro included \[us\], a multiple of the control period, up to 100000.
+    #[garde(range(max = 100_000))]
+    pub delay_us: u64,
+    /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
+    #[garde(custom(between(0.0, 10.0)))]
+    pub gyro_noise_rad_s: f64,
+    /// Constant error of the gyro's rate \[rad/s\], -1 to 1.
+    #[garde(custom(between(-1.0, 1.0)))]
+    pub gyro_bias_rad_s: f64,
+}
+
+/// What lies between the torque commanded and the torque at the wheel; nothing by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct Actuators {
+    /// Time constant of the torque, first order \[s\], 0 to 1.
+    #[garde(custom(between(0.0, 1.0)))]
+    pub torque_lag_s: f64,
+    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that. The
+    /// motors' torque-speed line falls with the voltage, and the controller does not know.
+    #[garde(custom(between(0.0, 0.9)))]
+    pub voltage_sag: f64,
+}
+
+/// An outer loop that holds the heading: the commanded yaw rate, integrated, against a gyro's, integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct HeadingHold {
+    /// Yaw rate asked for per heading error \[rad/s per rad\], > 0 to 100.
+    #[garde(custom(positive), custom(between(0.0, 100.0)))]
+    pub gain_per_s: f64,
+    /// Largest correction \[rad/s\], > 0 to 100.
+    #[garde(custom(positive), custom(between(0.0, 100.0)))]
+    pub limit_rad_s: f64,
+}
+
+impl HeadingHold {
+    /// What omni-core's loop is configured with.
+    #[must_use]
+    pub fn config<R: omni_core::Real>(&self, period_s: f64) -> HeadingHoldConfig<R> {
+        HeadingHoldConfig {
+            gain_per_s: R::of(self.gain_per_s),
+            limit_rad_s: R::of(self.limit_rad_s),
+            period_s: R::of(period_s),
+        }
+    }
+}
+
+/// Something that goes wrong at a time and, where it says so, ends again.
+#[derive(Clone, Debug, PartialEq, Serialize, Validate)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Fault {
+    /// A motor gives no torque any more; its wheel turns freely.
+    WheelLost {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        wheel: String,
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(between(0.0, 3600.0)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(between(0.0, 3600.0))))]
+        until_s: Option<f64>,
+    },
+    /// A wheel drags, as in section 3.3 of the paper: a torque against its turning.
+    WheelDrag {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        wheel: String,
+        /// Torque per speed \[N.m per rad/s\], 0 to 100.
+        #[garde(custom(between(0.0, 100.0)))]
+        damper_n_m_s_rad: f64,
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(between(0.0, 3600.0)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(between(0.0, 3600.0))))]
+        until_s: Option<f64>,
+    },
+    /// An encoder goes on reading what it last read.
+    EncoderStuck {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        wheel: String,
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(between(0.0, 3600.0)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(between(0.0, 3600.0))))]
+        until_s: Option<f64>,
+    },
+    /// A mass put on a body, at rest with it, for good.
+    LoadAdded {
+        /// The body's name.
+        #[garde(custom(is_name))]
+        body: String,
+        /// Mass \[kg\], > 0 to 10000.
+        #[garde(custom(positive), custom(between(0.0, 1e4)))]
+        mass_kg: f64,
+        /// Its place in the vehicle's frame as the vehicle stands on flat ground \[m\].
+        #[garde(custom(finite_all))]
+        at_m: [f64; 3],
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(between(0.0, 3600.0)))]
+        from_s: f64,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(remote = "Fault", rename_all = "snake_case", deny_unknown_fields)]
+enum FaultByKind {
+    WheelLost {
+        wheel: String,
+        from_s: f64,
+        until_s: Option<f64>,
+    },
+    WheelDrag {
+        wheel: String,
+        damper_n_m_s_rad: f64,
+        from_s: f64,
+        until_s: Option<f64>,
+    },
+    EncoderStuck {
+        wheel: String,
+        from_s: f64,
+        until_s: Option<f64>,
+    },
+    LoadAdded {
+        body: String,
+        mass_kg: f64,
+        at_m: [f64; 3],
+        from_s: f64,
+    },
+}
+deserialize_by_kind!(Fault, FaultByKind);
+
+impl Fault {
+    /// From when to when \[s\].
+    #[must_use]
+    pub fn span_s(&self) -> (f64, f64) {
+        match self {
+            Self::WheelLost { from_s, until_s, .. }
+            | Self::WheelDrag { from_s, until_s, .. }
+            | Self::EncoderStuck { from_s, until_s, .. } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
+            Self::LoadAdded { from_s, .. } => (*from_s, f64::INFINITY),
+        }
+    }
+
+    /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.
+    pub(crate) fn refusal(&self, vehicle: &Vehicle) -> Option<(&'static str, String)> {
+        let known = |key, name: &String, names: Vec<&str>| {
+            (!names.contains(&name.as_str()))
+                .then(|| (key, format!("{name:?}, allowed: {}", names.join(", "))))
+        };
+        let wheels = || vehicle.wheel.iter().map(|w| w.name.as_str()).collect();
+        let bodies = || vehicle.body.iter().map(|b| b.name.as_str()).collect();
+        let unknown = match self {
+            Self::WheelLost { wheel, .. }
+            | Self::WheelDrag { wheel, .. }
+            | Self::EncoderStuck { wheel, .. } => known("wheel", wheel, wheels()),
+            Self::LoadAdded { body, .. } => known("body", body, bodies()),
+        };
+        let (from_s, until_s) = self.span_s();
+        unknown.or_else(|| {
+            (until_s <= from_s).then(|| {
+                (
+                    "until_s",
+                    format!("{until_s}, allowed: more than from_s, {from_s}"),
+                )
+            })
+        })
+    }
+}

@@ -1,0 +1,365 @@
+//! The figures of a run, gathered while it goes on: nothing here grows with time.
+
+use std::collections::VecDeque;
+
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread};
+
+use super::{Outcome, Verdict};
+use crate::config::{Obstacle, Scenario, Terrain, WheelContact};
+use crate::controller::ControlSample;
+use crate::observation::Observation;
+
+/// How far below its place on the ground beyond a wheel may be and still count as up \[m\]: contacts give a little.
+const UP_TOLERANCE_M: f64 = 0.005;
+/// Cosine of the lean at which a vehicle has tipped over: 60 degrees.
+const TIPPED_COSINE: f64 = 0.5;
+/// A vehicle that goes less than this part of the commanded way has stalled.
+const STALLED_PART: f64 = 0.1;
+/// Time over which that is judged, in windows of [`WINDOW_NS`].
+const STALL_WINDOWS: usize = 100;
+/// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
+const WINDOW_NS: u64 = 10_000_000;
+/// Most wheels of a vehicle.
+const WHEELS: usize = 8;
+/// Bins of the friction that wheels call for, of a hundredth each.
+const FRICTION_BINS: usize = 300;
+/// Load under which a wheel's friction says nothing \[N\], as a part of the weight.
+const LIGHT: f64 = 0.01;
+
+/// Gathers an [`Outcome`].
+pub(crate) struct Meter {
+    obstacle: Option<Obstacle>,
+    terrain: Terrain,
+    reach_m: Vec<f64>,
+    radius_m: Vec<f64>,
+    rows: Vec<Vec<usize>>,
+    period_s: f64,
+    weight_n: f64,
+    friction: FrictionUse,
+
+    phase: Phase,
+    crossing: Crossing,
+    heading: Heading,
+    progress: Progress,
+    tipped: bool,
+    last: Last,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Phase {
+    Before,
+    During,
+    Climbed,
+}
+
+/// Sums over the crossing.
+#[derive(Default)]
+struct Crossing {
+    periods: u64,
+    slip: Mean,
+    disturbed: Mean,
+    spread: Mean,
+    shape: Mean,
+    heat: f64,
+    pitch_rad: f64,
+    from: Option<([f64; 2], f64)>,
+    to: ([f64; 2], f64),
+    yaw_error_rad: f64,
+}
+
+/// Headings without jumps at half a turn.
+struct Heading {
+    commanded_rad: f64,
+    reached_rad: f64,
+    last_yaw_rad: Option<f64>,
+}
+
+/// Ways commanded and gone in the last second.
+#[derive(Default)]
+struct Progress {
+    window_ns: u64,
+    commanded_m: f64,
+    windows: VecDeque<([f64; 2], f64)>,
+}
+
+/// What the last period showed.
+#[derive(Default)]
+struct Last {
+    place: [f64; 2],
+    passed: Vec<bool>,
+    residual: f64,
+}
+
+impl Meter {
+    pub(crate) fn new(scenario: &Scenario) -> Self {
+        let vehicle = scenario.vehicle();
+        let edge_m = scenario.terrain.first_edge_m();
+        let reach = |w: &crate::config::WheelSpec| {
+            let radius = match w.contact {
+                WheelContact::Ball {} => w.radius_m,
+                WheelContact::Roller { radius_m } => radius_m,
+            };
+            // How far ahead of its centre a wheel on the ground meets the edge.
+            let above = (radius - edge_m).max(0.0);
+            (radius * radius - above * above).sqrt()
+        };
+        let obstacle = scenario.terrain.obstacle();
+        let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
+        Self {
+            obstacle,
+            terrain: scenario.terrain.clone(),
+            reach_m: vehicle.wheel.iter().map(reach).collect(),
+            radius_m: vehicle.wheel.iter().map(|w| w.radius_m).collect(),
+            rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
+            period_s: scenario.period_s(),
+            weight_n,
+            friction: FrictionUse::new(vehicle.wheel.len(), LIGHT * weight_n),
+            phase: if obstacle.is_some() {
+                Phase::Before
+            } else {
+                Phase::During
+            },
+            crossing: Crossing::default(),
+            heading: Heading {
+                commanded_rad: 0.0,
+                reached_rad: 0.0,
+                last_yaw_rad: None,
+            },
+            progress: Progress::default(),
+            tipped: false,
+            last: Last::default(),
+        }
+    }
+
+    /// Adds a control period.
+    pub(crate) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+        let [x, y, z, w] = seen.pose.rotation_xyzw;
+        // Cosine of the lean: the upward part of the base's own z axis.
+        self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
+        self.heading
+            .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
+        let [px, py, _] = seen.pose.position_m;
+        self.last.place = [px, py];
+        let commanded = sample.command.vx_m_s.hypot(sample.command.vy_m_s) * self.period_s;
+        self.progress.push(seen.time_ns, commanded, [px, py]);
+        self.last.residual = seen.energy.residual_j() / seen.energy.work_in_j.abs();
+
+        if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {
+            let reached = seen
+                .wheels
+                .iter()
+                .zip(&self.reach_m)
+                .any(|(wheel, reach)| wheel.centre_m[0] + reach >= obstacle.from_m);
+            if self.phase == Phase::Before && reached {
+                self.phase = Phase::During;
+            }
+            let up = |(wheel, radius): (&crate::observation::WheelObservation, &f64)| {
+                let [x, y, z] = wheel.centre_m;
+                x >= obstacle.to_m && z >= self.terrain.level_beyond_m(y) + radius - UP_TOLERANCE_M
+            };
+            self.last.passed.clear();
+            self.last
+                .passed
+                .extend(seen.wheels.iter().zip(&self.radius_m).map(up));
+            if self.phase == Phase::During && self.last.passed.iter().all(|passed| *passed) {
+                self.phase = Phase::Climbed;
+            }
+        }
+        if self.phase == Phase::During {
+            self.cross(sample, seen);
+        }
+    }
+
+    fn cross(&mut self, sample: &ControlSample, seen: &Observation) {
+        let now = (
+            [seen.pose.position_m[0], seen.pose.position_m[1]],
+            seen.energy.work_in_j,
+        );
+        let crossing = &mut self.crossing;
+        crossing.periods += 1;
+        crossing.from.get_or_insert(now);
+        crossing.to = now;
+        crossing.yaw_error_rad = self.heading.reached_rad - self.heading.commanded_rad;
+        crossing.pitch_rad = seen
+            .body_nose_up_rad
+            .iter()
+            .fold(crossing.pitch_rad, |m, a| m.max(*a));
+        let (mut reference, mut velocity) = ([0.0; WHEELS], [0.0; WHEELS]);
+        for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
+            (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
+            crossing.heat += signals.applied_n_m * signals.applied_n_m * self.period_s;
+            if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S {
+                continue;
+            }
+            crossing.disturbed.add(signals.disturbed_ratio());
+            if wheel.touches() {
+                crossing.slip.add(wheel.slip_ratio());
+            }
+        }
+        crossing
+            .spread
+            .add(speed_ratio_spread(&reference, &velocity, DISTURBED_FLOOR_RAD_S));
+        let shape = shape_error(&reference, &velocity);
+        for error in &shape[..sample.wheels.len().min(WHEELS)] {
+            crossing.shape.add(*error);
+        }
+        self.friction.push(seen);
+    }
+
+    /// The figures so far; `failed` where the physics ended the run.
+    pub(crate) fn outcome(&self, failed: bool) -> Outcome {
+        let c = &self.crossing;
+        let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
+        let climbed = self.phase == Phase::Climbed;
+        let verdict = if failed {
+            Verdict::Diverged
+        } else if self.tipped {
+            Verdict::Tipped
+        } else if climbed {
+            Verdict::Climbed
+        } else if self.obstacle.is_none() {
+            Verdict::Driven
+        } else if self.progress.stalled(self.last.place) {
+            Verdict::Stalled
+        } else {
+            Verdict::Unfinished
+        };
+        let stalled = verdict == Verdict::Stalled;
+        let passed = |row: &Vec<usize>| row.iter().all(|w| self.last.passed.get(*w) == Some(&true));
+        let row = self.rows.iter().position(|row| !passed(row));
+        let (from, from_j) = c.from.unwrap_or(c.to);
+        let (to, to_j) = c.to;
+        let (way_m, work_j) = ((to[0] - from[0]).hypot(to[1] - from[1]), to_j - from_j);
+        let gained_m = self.terrain.level_beyond_m(to[1]);
+        Outcome {
+            verdict,
+            climbed: verdict == Verdict::Climbed,
+            crossing_s: (verdict == Verdict::Climbed).then(|| {
+                let us = (self.period_s * 1e6).round() as u64;
+                (c.periods * us) as f64 / 1e6
+            }),
+            stalled_at_m: stalled.then_some(self.last.place[0]),
+            stalled_row: row.filter(|_| stalled).map(|row| row + 1),
+            pitch_peak_deg: c.pitch_rad.to_degrees() * measured,
+            yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
+            slip_rms: c.slip.root(),
+            disturbed_rms: c.disturbed.root(),
+            spread_rms: c.spread.root(),
+            shape_error_rms_rad_s: c.shape.root(),
+            heat_n2m2s: c.heat * measured,
+            work_j: work_j * measured,
+            cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
+            e_over_mgh: (climbed && gained_m > 0.0).then(|| work_j / (self.weight_n * gained_m)),
+            required_friction: self.friction.percentile(0.95),
+            energy_residual: self.last.residual,
+        }
+    }
+}
+
+impl Heading {
+    fn push(&mut self, commanded_rad: f64, yaw_rad: f64) {
+        self.commanded_rad += commanded_rad;
+        if let Some(last) = self.last_yaw_rad {
+            let step = yaw_rad - last;
+            let turns = (step / std::f64::consts::TAU).round();
+            self.reached_rad += step - turns * std::f64::consts::TAU;
+        }
+        self.last_yaw_rad = Some(yaw_rad);
+    }
+}
+
+impl Progress {
+    fn push(&mut self, time_ns: u64, commanded_m: f64, place: [f64; 2]) {
+        self.commanded_m += commanded_m;
+        if time_ns >= self.window_ns {
+            self.window_ns = time_ns - time_ns % WINDOW_NS + WINDOW_NS;
+            self.windows.push_back((place, self.commanded_m));
+            if self.windows.len() > STALL_WINDOWS {
+                self.windows.pop_front();
+            }
+        }
+    }
+
+    fn stalled(&self, place: [f64; 2]) -> bool {
+        self.windows.front().is_some_and(|(then, commanded_m)| {
+            let gone = (place[0] - then[0]).hypot(place[1] - then[1]);
+            gone < STALLED_PART * (self.commanded_m - commanded_m)
+        })
+    }
+}
+
+/// How often wheels called for how much friction.
+struct FrictionUse {
+    window_ns: u64,
+    periods: u32,
+    sums: Vec<([f64; 3], f64)>,
+    light_n: f64,
+    bins: Vec<u64>,
+}
+
+impl FrictionUse {
+    fn new(wheels: usize, light_n: f64) -> Self {
+        Self {
+            window_ns: 0,
+            periods: 0,
+            sums: vec![([0.0; 3], 0.0); wheels],
+            light_n,
+            bins: vec![0; FRICTION_BINS],
+        }
+    }
+
+    fn push(&mut self, seen: &Observation) {
+        self.periods += 1;
+        for ((force, normal_n), wheel) in self.sums.iter_mut().zip(&seen.wheels) {
+            // The force along the ground is what is left without the part along the normal.
+            let along: f64 = (0..3).map(|k| wheel.force_n[k] * wheel.normal[k]).sum();
+            for k in 0..3 {
+                force[k] += wheel.force_n[k] - along * wheel.normal[k];
+            }
+            *normal_n += wheel.force_normal_n;
+        }
+        if seen.time_ns < self.window_ns {
+            return;
+        }
+        self.window_ns = seen.time_ns - seen.time_ns % WINDOW_NS + WINDOW_NS;
+        let least_n = self.light_n * f64::from(self.periods);
+        for (force, normal_n) in &mut self.sums {
+            if *normal_n > least_n {
+                let ratio = force.iter().map(|f| f * f).sum::<f64>().sqrt() / *normal_n;
+                self.bins[((ratio * 100.0) as usize).min(FRICTION_BINS - 1)] += 1;
+            }
+            (*force, *normal_n) = ([0.0; 3], 0.0);
+        }
+        self.periods = 0;
+    }
+
+    /// The upper edge of the bin under which that part of the averages lies; NaN where there are none.
+    fn percentile(&self, part: f64) -> f64 {
+        let total: u64 = self.bins.iter().sum();
+        let mut below = 0;
+        for (i, count) in self.bins.iter().enumerate() {
+            below += count;
+            if total > 0 && below as f64 >= part * total as f64 {
+                return (i + 1) as f64 / 100.0;
+            }
+        }
+        f64::NAN
+    }
+}
+
+#[derive(Default)]
+struct Mean {
+    squares: f64,
+    count: f64,
+}
+
+impl Mean {
+    fn add(&mut self, x: f64) {
+        self.squares += x * x;
+        self.count += 1.0;
+    }
+
+    fn root(&self) -> f64 {
+        (self.squares / self.count).sqrt() // NaN where there is nothing to average
+    }
+}

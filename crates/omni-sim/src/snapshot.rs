@@ -1,0 +1,134 @@
+//! A simulation as bytes and back: it goes on bit for bit, controller, sensors and books included.
+
+use omni_core::HeadingHoldState;
+use serde::{Deserialize, Serialize};
+
+use crate::controller::{AnyController, ControlSample};
+use crate::observation::Observation;
+use crate::world::{WorldSnapshot, WorldView};
+use crate::{Error, Simulation, config::Scenario, sensing};
+
+/// The layout of the bytes below: another number, another layout.
+const FORMAT: u32 = 1;
+
+/// What comes first, so that a wrong file is named rather than misread.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Header {
+    format: u32,
+    /// Another version may simulate otherwise.
+    program: String,
+    /// CRC-32 of the scenario as TOML.
+    scenario: u32,
+}
+
+impl Header {
+    fn of(scenario: &Scenario) -> Result<Self, Error> {
+        let text = toml::to_string(scenario).map_err(|error| refuse(error.to_string()))?;
+        Ok(Self {
+            format: FORMAT,
+            program: env!("CARGO_PKG_VERSION").into(),
+            scenario: crc32fast::hash(text.as_bytes()),
+        })
+    }
+}
+
+/// What follows the header; saving and resuming name the same fields in the same order.
+#[derive(Serialize)]
+struct Saved<'a> {
+    world: WorldView<'a>,
+    sensing: &'a sensing::State,
+    hold: Option<HeadingHoldState<f64>>,
+    controller: Vec<u8>,
+    sample: &'a ControlSample,
+    observation: &'a Observation,
+    measured: &'a (Vec<f64>, f64),
+}
+
+#[derive(Deserialize)]
+struct Resumed {
+    world: WorldSnapshot,
+    sensing: sensing::State,
+    hold: Option<HeadingHoldState<f64>>,
+    controller: Vec<u8>,
+    sample: ControlSample,
+    observation: Observation,
+    measured: (Vec<f64>, f64),
+}
+
+fn refuse(reason: impl Into<String>) -> Error {
+    Error::Snapshot {
+        reason: reason.into(),
+    }
+}
+
+impl Simulation {
+    /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] where the controller is at the other end of a link: its state cannot be read.
+    ///
+    /// ```
+    /// use omni_sim::{Simulation, config::Scenario};
+    /// let scenario = Scenario::load("step", &[])?;
+    /// let mut simulation = Simulation::new(&scenario)?;
+    /// for _ in 0..100 {
+    ///     simulation.step(&simulation.scenario_command())?;
+    /// }
+    /// let mut resumed = Simulation::resume(&scenario, &simulation.save(&scenario)?)?;
+    /// for each in [&mut simulation, &mut resumed] {
+    ///     each.step(&each.scenario_command())?;
+    /// }
+    /// assert_eq!(simulation.observation(), resumed.observation());
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
+        let controller = self
+            .controller
+            .save()
+            .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
+        let saved = Saved {
+            world: self.world.view(),
+            sensing: self.sensing.state(),
+            hold: self.hold.as_ref().map(|hold| hold.state),
+            controller,
+            sample: &self.sample,
+            observation: &self.observation,
+            measured: &self.measured,
+        };
+        postcard::to_allocvec(&(Header::of(scenario)?, saved)).map_err(|error| refuse(error.to_string()))
+    }
+
+    /// A simulation of the same scenario as it was when `bytes` were saved.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] where they are damaged, or of another scenario or version.
+    pub fn resume(scenario: &Scenario, bytes: &[u8]) -> Result<Self, Error> {
+        let (header, rest): (Header, _) =
+            postcard::take_from_bytes(bytes).map_err(|_| refuse("it is no snapshot"))?;
+        let own = Header::of(scenario)?;
+        if header.format != own.format || header.program != own.program {
+            let (theirs, ours) = (header.program, own.program);
+            return Err(refuse(format!(
+                "it is of version {theirs}, this is version {ours}"
+            )));
+        }
+        if header.scenario != own.scenario {
+            return Err(refuse("it is of another scenario"));
+        }
+        let resumed: Resumed =
+            postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
+        let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?);
+        if !simulation.controller.restore(&resumed.controller) {
+            return Err(refuse("its controller's state is damaged"));
+        }
+        simulation.world.restore(resumed.world);
+        simulation.sensing.restore(resumed.sensing);
+        if let (Some(hold), Some(state)) = (&mut simulation.hold, resumed.hold) {
+            hold.state = state;
+        }
+        simulation.sample = resumed.sample;
+        simulation.observation = resumed.observation;
+        simulation.measured = resumed.measured;
+        Ok(simulation)
+    }
+}

@@ -1,0 +1,178 @@
+//! From commanded torques to those that act, and what turns meanwhile: lag, voltage, faults, angles, work.
+
+use rapier3d_f64::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::vehicle::VehicleBodies;
+use crate::config::{Fault, Scenario};
+use crate::observation::Observation;
+
+/// The actuators of all wheels.
+pub(super) struct Actuation {
+    state: State,
+    /// Part of the torque's gap that closes in a physics step; 1 without lag.
+    follow: f64,
+    sag: f64,
+    stall_n_m: f64,
+    slope_n_m_s_rad: f64,
+    step_s: f64,
+    lost: Vec<Span>,
+    drags: Vec<(Span, f64)>,
+    inertia_kg_m2: Vec<f64>,
+    gear: Vec<f64>,
+}
+
+/// What a snapshot keeps.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct State {
+    /// Torque that acts \[N.m\], one an actuator.
+    torque_n_m: Vec<f64>,
+    /// Actuator velocity after the last step \[rad/s\].
+    velocity_rad_s: Vec<f64>,
+    /// Actuator angle since the start \[rad\].
+    pub(super) angle_rad: Vec<f64>,
+    /// Work of the motors on wheels and frames \[J\].
+    pub(super) work_j: f64,
+    /// Work that drags have taken \[J\].
+    pub(super) drag_loss_j: f64,
+}
+
+/// A fault of one wheel.
+struct Span {
+    wheel: usize,
+    from_s: f64,
+    until_s: f64,
+}
+
+impl Span {
+    fn holds(&self, wheel: usize, time_s: f64) -> bool {
+        self.wheel == wheel && time_s >= self.from_s && time_s < self.until_s
+    }
+}
+
+impl Actuation {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let vehicle = scenario.vehicle();
+        let wheels = vehicle.wheel.len();
+        let step_s = scenario.physics.step_us as f64 * 1e-6;
+        let lag_s = scenario.actuators.torque_lag_s;
+        let span = |fault: &Fault, name: &str| {
+            let (from_s, until_s) = fault.span_s();
+            // A loaded scenario names wheels that exist.
+            let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
+            Some(Span {
+                wheel,
+                from_s,
+                until_s,
+            })
+        };
+        let lost = scenario.fault.iter().filter_map(|fault| match fault {
+            Fault::WheelLost { wheel, .. } => span(fault, wheel),
+            _ => None,
+        });
+        let drags = scenario.fault.iter().filter_map(|fault| match fault {
+            Fault::WheelDrag {
+                wheel,
+                damper_n_m_s_rad,
+                ..
+            } => Some((span(fault, wheel)?, *damper_n_m_s_rad)),
+            _ => None,
+        });
+        Self {
+            follow: if lag_s > 0.0 {
+                -libm::expm1(-step_s / lag_s)
+            } else {
+                1.0
+            },
+            sag: scenario.actuators.voltage_sag,
+            stall_n_m: vehicle.motor.stall_torque_n_m,
+            slope_n_m_s_rad: vehicle.motor.slope_n_m_s_rad,
+            step_s,
+            lost: lost.collect(),
+            drags: drags.collect(),
+            inertia_kg_m2: vehicle.wheel.iter().map(|w| w.inertia_kg_m2).collect(),
+            gear: vehicle.wheel.iter().map(|w| w.gear).collect(),
+            state: State {
+                torque_n_m: vec![0.0; wheels],
+                velocity_rad_s: vec![0.0; wheels],
+                angle_rad: vec![0.0; wheels],
+                work_j: 0.0,
+                drag_loss_j: 0.0,
+            },
+        }
+    }
+
+    pub(super) fn state(&self) -> &State {
+        &self.state
+    }
+
+    pub(super) fn restore(&mut self, state: State) {
+        self.state = state;
+    }
+
+    /// Puts the torques of a physics step on the bodies, in place of the last step's.
+    pub(super) fn apply(
+        &mut self,
+        physics: &mut PhysicsWorld,
+        vehicle: &VehicleBodies,
+        time_s: f64,
+        commanded_n_m: &[f64],
+    ) {
+        vehicle.reset(physics);
+        let asked: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
+        let full = self.stall_n_m * self.gear.len() as f64;
+        let voltage = 1.0 - self.sag * (asked / full).min(1.0);
+        for (i, commanded) in commanded_n_m.iter().enumerate() {
+            let velocity = self.state.velocity_rad_s[i];
+            let torque = &mut self.state.torque_n_m[i];
+            *torque += self.follow * (commanded - *torque);
+            if self.sag > 0.0 {
+                let stall = voltage * self.stall_n_m;
+                let driving = (stall - self.slope_n_m_s_rad * velocity.abs()).max(0.0);
+                let (lower, upper) = if velocity >= 0.0 {
+                    (-stall, driving)
+                } else {
+                    (-driving, stall)
+                };
+                *torque = torque.max(lower).min(upper);
+            }
+            if self.lost.iter().any(|span| span.holds(i, time_s)) {
+                *torque = 0.0;
+            }
+            vehicle.wheels[i].apply(physics, *torque + self.drag(i, time_s));
+        }
+    }
+
+    /// Torque of the drags on an actuator \[N.m\]. Implicit in the wheel's own inertia: a strong one stops a wheel, and no more.
+    fn drag(&self, wheel: usize, time_s: f64) -> f64 {
+        let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
+        let damper: f64 = holding.map(|(_, damper)| damper).sum();
+        if damper == 0.0 {
+            return 0.0;
+        }
+        let gear = self.gear[wheel];
+        let velocity = self.state.velocity_rad_s[wheel] * gear;
+        -gear * damper * velocity / (1.0 + damper * self.step_s / self.inertia_kg_m2[wheel])
+    }
+
+    /// Books a physics step that has been made: angles, work, torques.
+    pub(super) fn book(
+        &mut self,
+        physics: &PhysicsWorld,
+        vehicle: &VehicleBodies,
+        time_s: f64,
+        share: f64,
+        observation: &mut Observation,
+    ) {
+        for (i, wheel) in vehicle.wheels.iter().enumerate() {
+            let drag = self.drag(i, time_s);
+            let after = wheel.actuator_velocity(physics);
+            let turned = f64::midpoint(self.state.velocity_rad_s[i], after) * self.step_s;
+            self.state.velocity_rad_s[i] = after;
+            self.state.angle_rad[i] += turned;
+            self.state.work_j += self.state.torque_n_m[i] * turned;
+            self.state.drag_loss_j -= drag * turned;
+            observation.wheels[i].torque_n_m += self.state.torque_n_m[i] * share;
+        }
+    }
+}

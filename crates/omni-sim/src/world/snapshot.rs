@@ -1,0 +1,51 @@
+//! A world as bytes and back, bit for bit.
+
+use rapier3d_f64::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{World, actuation, books};
+
+/// Everything of a world that changes while it runs.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct WorldSnapshot {
+    physics: PhysicsWorld,
+    actuation: actuation::State,
+    books: books::State,
+    time_ns: u64,
+    loads_done: Vec<bool>,
+}
+
+/// [`WorldSnapshot`] without a copy of the physics.
+#[derive(Serialize)]
+pub(crate) struct WorldView<'a> {
+    physics: &'a PhysicsWorld,
+    actuation: &'a actuation::State,
+    books: books::State,
+    time_ns: u64,
+    loads_done: Vec<bool>,
+}
+
+impl World {
+    /// What a snapshot holds.
+    pub(crate) fn view(&self) -> WorldView<'_> {
+        WorldView {
+            physics: &self.physics,
+            actuation: self.actuation.state(),
+            books: self.books.state(),
+            time_ns: self.time_ns,
+            loads_done: self.loads.iter().map(|load| load.done).collect(),
+        }
+    }
+
+    /// Goes on from a snapshot of a world that was made of the same scenario: bodies have the same handles there.
+    pub(crate) fn restore(&mut self, snapshot: WorldSnapshot) {
+        self.physics = snapshot.physics;
+        self.actuation.restore(snapshot.actuation);
+        self.books.restore(snapshot.books);
+        self.time_ns = snapshot.time_ns;
+        for (load, done) in self.loads.iter_mut().zip(snapshot.loads_done) {
+            load.done = done;
+        }
+        self.failed = None;
+    }
+}
