@@ -109,6 +109,10 @@ impl fmt::Display for Cell {
             Self::Missing => f.write_str("-"),
             Self::Bool(value) => write!(f, "{value}"),
             Self::Integer(value) => write!(f, "{value}"),
+            // Many noughts are no help.
+            Self::Float(value) if *value != 0.0 && !(1e-4..1e7).contains(&value.abs()) => {
+                write!(f, "{value:e}")
+            }
             Self::Float(value) => write!(f, "{value}"),
             Self::Text(text) => f.write_str(text),
         }
