@@ -437,17 +437,29 @@ class Trace:
 
 @final
 class Outcome:
-    """Figures of a run; on a step, over the crossing (docs/conventions.md)."""
+    """Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md)."""
 
     @property
+    def verdict(self) -> Literal["climbed", "stalled", "unfinished", "driven", "tipped", "diverged"]:
+        """How it ended; `driven` on flat ground."""
+    @property
     def climbed(self) -> bool:
-        """Every wheel stands on the upper plane; False on flat ground."""
+        """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
     def crossing_s(self) -> float | None:
         """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""
     @property
+    def stalled_at_m(self) -> float | None:
+        """World x of the base where it stalled [m]; None unless stalled."""
+    @property
+    def stalled_row(self) -> int | None:
+        """The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled."""
+    @property
     def pitch_peak_deg(self) -> float:
         """Largest nose-up angle of any body [deg]."""
+    @property
+    def yaw_error_deg(self) -> float:
+        """Heading less the heading commanded, at the end of the crossing [deg]; left is positive."""
     @property
     def slip_rms(self) -> float:
         """Root mean square of the slip ratio over driven wheels that touch the ground."""
@@ -458,9 +470,27 @@ class Outcome:
     def spread_rms(self) -> float:
         """Root mean square of the spread of velocity over reference."""
     @property
+    def shape_error_rms_rad_s(self) -> float:
+        """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
+    @property
     def heat_n2m2s(self) -> float:
         """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
-    def to_dict(self) -> dict[str, bool | float | None]:
+    @property
+    def work_j(self) -> float:
+        """Work of the motors [J]."""
+    @property
+    def cost_of_transport(self) -> float | None:
+        """That work over weight times way; None where it went less than 1 cm."""
+    @property
+    def e_over_mgh(self) -> float | None:
+        """That work over weight times height gained; None unless climbed to a higher place."""
+    @property
+    def required_friction(self) -> float:
+        """Friction that the wheels called for in 95 of 100 averages of 10 ms."""
+    @property
+    def energy_residual(self) -> float:
+        """Energy that the book cannot place, over all that went through the motors."""
+    def to_dict(self) -> dict[str, str | bool | float | None]:
         """The figures by name."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -513,7 +543,7 @@ class Simulation:
             SimulationError: the physics left the finite numbers.
         """
     def command_at(self, time_s: float) -> tuple[float, float, float]:
-        """The scenario's own command at a time [s]."""
+        """The scenario's own command at a time [s], as a body twist for the present heading."""
     @property
     def time_s(self) -> float:
         """Simulated time since the start [s]."""

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use omni_sim::Error;
 use omni_sim::log::RunLog;
-use omni_sim::{Error, Record};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -26,20 +26,22 @@ pub(crate) fn run(
     mcap: Option<PathBuf>,
 ) -> PyResult<Trace> {
     let scenario = load(scenario, policy, overrides, seed)?;
-    let recorded: Result<Record, Stop> = py.detach(|| {
-        let log = mcap
-            .map(|path| RunLog::create(path, &scenario))
-            .transpose()
-            .map_err(Error::from)?;
+    let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;
-        omni_sim::record(&scenario, log, |_| {
+        let look = |_: &omni_sim::Simulation, _| {
             periods += 1;
             if periods % PERIODS_PER_LOOK == 0 {
                 Python::attach(|py| py.check_signals()).map_err(Stop::Interrupted)?;
             }
             Ok(())
-        })
+        };
+        match mcap {
+            Some(path) => {
+                let log = RunLog::create(path, &scenario).map_err(Error::from)?;
+                omni_sim::run_logged(&scenario, log, look)
+            }
+            None => omni_sim::run_watched(&scenario, look),
+        }
     });
-    let Record { trace, outcome, .. } = recorded?;
-    Ok(Trace::new(scenario, trace, outcome))
+    Ok(Trace::new(scenario, trace?))
 }

@@ -61,9 +61,11 @@ impl Simulation {
         Ok(self.sample(past_the_controller(&torques_n_m)))
     }
 
-    /// The scenario's own command at a time [s].
+    /// The scenario's own command at a time [s], for the present heading.
     fn command_at(&self, time_s: f64) -> (f64, f64, f64) {
-        self.scenario.command.at(time_s).to_array().into()
+        let heading_rad = self.inner.observation().pose.yaw_rad();
+        let command = self.scenario.command.for_heading(time_s, heading_rad);
+        command.to_array().into()
     }
 
     /// Simulated time since the start [s].
@@ -81,7 +83,7 @@ impl Simulation {
     /// Actuator velocities as the encoders see them now [rad/s], (N,).
     #[getter]
     fn measured_rad_s<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
-        numpy::PyArray1::from_vec(py, self.inner.measured_rad_s())
+        numpy::PyArray1::from_slice(py, self.inner.measured_rad_s())
     }
 
     /// Names of the wheels.

@@ -2,7 +2,7 @@
 
 use numpy::ndarray::{ArrayView1, ArrayView2, Dimension, ViewRepr};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
-use omni_sim::config::{Scenario, Terrain};
+use omni_sim::config::Scenario;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,11 +16,13 @@ pub(crate) struct Trace {
 }
 
 impl Trace {
-    pub(crate) fn new(scenario: Scenario, trace: omni_sim::Trace, outcome: omni_sim::Outcome) -> Self {
+    pub(crate) fn new(scenario: Scenario, trace: omni_sim::Trace) -> Self {
         Self {
             scenario,
+            outcome: Outcome {
+                inner: *trace.outcome(),
+            },
             trace,
-            outcome: Outcome { inner: outcome },
         }
     }
 }
@@ -67,24 +69,19 @@ impl Trace {
         )
     }
 
-    /// The ground: `kind`, `friction`, and for a step `height_m` and `at_m`.
+    /// The ground: the keys of the scenario's `[terrain]`.
     #[getter]
     fn terrain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        // The terrain as a file would say it. Plain data: it can be written as JSON.
+        let terrain = serde_json::to_value(&self.scenario.terrain).unwrap_or_default();
         let dict = PyDict::new(py);
-        match self.scenario.terrain {
-            Terrain::Flat { friction } => {
-                dict.set_item("kind", "flat")?;
-                dict.set_item("friction", friction)?;
-            }
-            Terrain::Step {
-                friction,
-                height_m,
-                at_m,
-            } => {
-                dict.set_item("kind", "step")?;
-                dict.set_item("friction", friction)?;
-                dict.set_item("height_m", height_m)?;
-                dict.set_item("at_m", at_m)?;
+        for (key, value) in terrain.as_object().into_iter().flatten() {
+            match value {
+                serde_json::Value::String(text) => dict.set_item(key, text)?,
+                serde_json::Value::Number(number) if number.is_u64() => {
+                    dict.set_item(key, number.as_u64())?
+                }
+                other => dict.set_item(key, other.as_f64())?,
             }
         }
         Ok(dict)
@@ -205,13 +202,18 @@ impl Outcome {
     fn summary(&self) -> String {
         match self.inner.crossing_s {
             Some(seconds) => format!("climbed in {seconds:.2} s"),
-            None => "not climbed".into(),
+            None => self.inner.verdict.name().into(),
         }
     }
 }
 
 #[pymethods]
 impl Outcome {
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.inner.verdict.name()
+    }
+
     #[getter]
     fn climbed(&self) -> bool {
         self.inner.climbed
@@ -223,8 +225,23 @@ impl Outcome {
     }
 
     #[getter]
+    fn stalled_at_m(&self) -> Option<f64> {
+        self.inner.stalled_at_m
+    }
+
+    #[getter]
+    fn stalled_row(&self) -> Option<usize> {
+        self.inner.stalled_row
+    }
+
+    #[getter]
     fn pitch_peak_deg(&self) -> f64 {
         self.inner.pitch_peak_deg
+    }
+
+    #[getter]
+    fn yaw_error_deg(&self) -> f64 {
+        self.inner.yaw_error_deg
     }
 
     #[getter]
@@ -243,20 +260,60 @@ impl Outcome {
     }
 
     #[getter]
+    fn shape_error_rms_rad_s(&self) -> f64 {
+        self.inner.shape_error_rms_rad_s
+    }
+
+    #[getter]
     fn heat_n2m2s(&self) -> f64 {
         self.inner.heat_n2m2s
+    }
+
+    #[getter]
+    fn work_j(&self) -> f64 {
+        self.inner.work_j
+    }
+
+    #[getter]
+    fn cost_of_transport(&self) -> Option<f64> {
+        self.inner.cost_of_transport
+    }
+
+    #[getter]
+    fn e_over_mgh(&self) -> Option<f64> {
+        self.inner.e_over_mgh
+    }
+
+    #[getter]
+    fn required_friction(&self) -> f64 {
+        self.inner.required_friction
+    }
+
+    #[getter]
+    fn energy_residual(&self) -> f64 {
+        self.inner.energy_residual
     }
 
     /// The figures by name.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
+        dict.set_item("verdict", self.verdict())?;
         dict.set_item("climbed", self.inner.climbed)?;
         dict.set_item("crossing_s", self.inner.crossing_s)?;
+        dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;
+        dict.set_item("stalled_row", self.inner.stalled_row)?;
         dict.set_item("pitch_peak_deg", self.inner.pitch_peak_deg)?;
+        dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
         dict.set_item("slip_rms", self.inner.slip_rms)?;
         dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;
         dict.set_item("spread_rms", self.inner.spread_rms)?;
+        dict.set_item("shape_error_rms_rad_s", self.inner.shape_error_rms_rad_s)?;
         dict.set_item("heat_n2m2s", self.inner.heat_n2m2s)?;
+        dict.set_item("work_j", self.inner.work_j)?;
+        dict.set_item("cost_of_transport", self.inner.cost_of_transport)?;
+        dict.set_item("e_over_mgh", self.inner.e_over_mgh)?;
+        dict.set_item("required_friction", self.inner.required_friction)?;
+        dict.set_item("energy_residual", self.inner.energy_residual)?;
         Ok(dict)
     }
 

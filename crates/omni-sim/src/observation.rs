@@ -67,13 +67,15 @@ pub struct Observation {
 ///     simulation.step(&BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
 /// }
 /// let energy = simulation.observation().energy;
-/// assert!(energy.work_in_j > 1.0 && energy.residual_j().abs() < 0.01 * energy.work_in_j);
+/// assert!(energy.work_in_j > 1.0 && energy.residual_j().abs() < 0.01 * energy.turnover_j);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Work of the motors, and energy of masses put on the vehicle \[J\].
     pub work_in_j: f64,
+    /// Sum of the sizes of all that work, forward and back \[J\]: what a residual is small against.
+    pub turnover_j: f64,
     /// Kinetic energy of all parts now \[J\].
     pub kinetic_j: f64,
     /// Potential energy now, 0 at the start \[J\].
@@ -82,13 +84,14 @@ pub struct Energy {
     pub friction_loss_j: f64,
     /// Taken by the contacts along their normals, in impacts \[J\].
     pub impact_loss_j: f64,
-    /// Taken by the dampers of hinges and by drags on wheels \[J\].
-    pub damping_loss_j: f64,
+    /// Taken by joints \[J\]: the dampers and stops of hinges, and the give of all joints in impacts.
+    pub joint_loss_j: f64,
+    /// Taken by drags on wheels \[J\].
+    pub drag_loss_j: f64,
 }
 
 impl Energy {
-    /// Work put in that is nowhere in the book \[J\]: taken by joints that the solver keeps closed only softly, or the error of
-    /// finite steps.
+    /// Work put in that is nowhere in the book \[J\]: the error of finite steps.
     #[must_use]
     pub fn residual_j(&self) -> f64 {
         self.work_in_j
@@ -96,7 +99,8 @@ impl Energy {
             - self.potential_j
             - self.friction_loss_j
             - self.impact_loss_j
-            - self.damping_loss_j
+            - self.joint_loss_j
+            - self.drag_loss_j
     }
 }
 

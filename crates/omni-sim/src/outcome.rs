@@ -94,6 +94,7 @@ pub struct Outcome {
     /// Friction that the wheels called for: in 95 of 100 averages of 10 ms over a wheel with load, the force along the ground was at
     /// most this times the normal force. Near the ground's own coefficient, wheels slid.
     pub required_friction: f64,
-    /// Work that the energy book cannot place, over all work put in since the start ([`crate::observation::Energy::residual_j`]).
+    /// Energy that the book cannot place, over all that went through the motors since the start
+    /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
     pub energy_residual: f64,
 }

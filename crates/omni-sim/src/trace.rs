@@ -6,7 +6,7 @@ use crate::controller::{ControlSample, WheelSignals};
 use crate::observation::{Observation, WheelObservation};
 
 /// Columns that every vehicle has, in order.
-const COMMON: [&str; 30] = [
+const COMMON: [&str; 32] = [
     "time_s",
     "command_vx_m_s",
     "command_vy_m_s",
@@ -31,11 +31,13 @@ const COMMON: [&str; 30] = [
     "force_z_n",
     "newton_residual_n",
     "work_in_j",
+    "turnover_j",
     "kinetic_j",
     "potential_j",
     "friction_loss_j",
     "impact_loss_j",
-    "damping_loss_j",
+    "joint_loss_j",
+    "drag_loss_j",
     "energy_residual_j",
 ];
 
@@ -228,8 +230,8 @@ impl TraceBuilder {
         rows.extend(force);
         rows.push(seen.newton_residual_n);
         let e = &seen.energy;
-        rows.extend([e.work_in_j, e.kinetic_j, e.potential_j]);
-        rows.extend([e.friction_loss_j, e.impact_loss_j, e.damping_loss_j]);
+        rows.extend([e.work_in_j, e.turnover_j, e.kinetic_j, e.potential_j]);
+        rows.extend([e.friction_loss_j, e.impact_loss_j, e.joint_loss_j, e.drag_loss_j]);
         rows.push(e.residual_j());
         rows.extend(&seen.row_loads_n);
         rows.extend(&seen.body_nose_up_rad);

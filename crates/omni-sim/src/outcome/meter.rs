@@ -142,7 +142,7 @@ impl Meter {
         self.last.place = [px, py];
         let commanded = sample.command.vx_m_s.hypot(sample.command.vy_m_s) * self.period_s;
         self.progress.push(seen.time_ns, commanded, [px, py]);
-        self.last.residual = seen.energy.residual_j() / seen.energy.work_in_j.abs();
+        self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
 
         if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {
             let reached = seen

@@ -33,6 +33,8 @@ pub(super) struct State {
     pub(super) angle_rad: Vec<f64>,
     /// Work of the motors on wheels and frames \[J\].
     pub(super) work_j: f64,
+    /// Sum of the sizes of that work \[J\].
+    pub(super) turnover_j: f64,
     /// Work that drags have taken \[J\].
     pub(super) drag_loss_j: f64,
 }
@@ -97,6 +99,7 @@ impl Actuation {
                 velocity_rad_s: vec![0.0; wheels],
                 angle_rad: vec![0.0; wheels],
                 work_j: 0.0,
+                turnover_j: 0.0,
                 drag_loss_j: 0.0,
             },
         }
@@ -143,7 +146,7 @@ impl Actuation {
         }
     }
 
-    /// Torque of the drags on an actuator \[N.m\]. Implicit in the wheel's own inertia: a strong one stops a wheel, and no more.
+    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.
     fn drag(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
         let damper: f64 = holding.map(|(_, damper)| damper).sum();
@@ -152,7 +155,7 @@ impl Actuation {
         }
         let gear = self.gear[wheel];
         let velocity = self.state.velocity_rad_s[wheel] * gear;
-        -gear * damper * velocity / (1.0 + damper * self.step_s / self.inertia_kg_m2[wheel])
+        -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
     /// Books a physics step that has been made: angles, work, torques.
@@ -170,7 +173,9 @@ impl Actuation {
             let turned = f64::midpoint(self.state.velocity_rad_s[i], after) * self.step_s;
             self.state.velocity_rad_s[i] = after;
             self.state.angle_rad[i] += turned;
-            self.state.work_j += self.state.torque_n_m[i] * turned;
+            let work_j = self.state.torque_n_m[i] * turned;
+            self.state.work_j += work_j;
+            self.state.turnover_j += work_j.abs();
             self.state.drag_loss_j -= drag * turned;
             observation.wheels[i].torque_n_m += self.state.torque_n_m[i] * share;
         }

@@ -1,22 +1,42 @@
 //! Energy and momentum, booked so that they close.
 //!
 //! In a step every impulse J changes the kinetic energy by J times the mean of the velocities before and after it, at the point
-//! where it acts. So friction, impacts and motors are booked with such means, and what is left over is what the joints of a
-//! soft solver take or give, and the gravity of a step in which velocities jump.
+//! where it acts. Contacts tell their impulses. A joint's follow from the parts that hang on it: what changes their momentum, less
+//! what the ground and gravity give, goes through the joint. Nothing is left over but what the base's own momentum does not
+//! explain (Newton's residual), and the gravity of steps in which velocities jump.
 
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::actuation::Actuation;
-use super::vehicle::VehicleBodies;
 use crate::observation::{Energy, Observation};
 
 /// The books of a world.
 pub(super) struct Books {
     state: State,
-    /// Velocities before the step by the body's index: linear, angular.
-    before: Vec<(Vector, AngVector)>,
+    joints: Vec<Joint>,
+    /// One entry a body, by its index in the world.
+    parts: Vec<Part>,
     momentum: Vector,
+}
+
+/// A joint of the tree; its child hangs on nothing else.
+struct Joint {
+    parent: RigidBodyHandle,
+    child: RigidBodyHandle,
+    /// In the child's frame.
+    anchor: Vector,
+}
+
+/// A body in the present step.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    /// Velocities before the step.
+    linear: Vector,
+    angular: AngVector,
+    /// Impulse and moment about the centre of mass that are not accounted for yet.
+    impulse: Vector,
+    moment: AngVector,
 }
 
 /// What a snapshot keeps.
@@ -24,20 +44,38 @@ pub(super) struct Books {
 pub(super) struct State {
     friction_loss_j: f64,
     impact_loss_j: f64,
-    hinge_loss_j: f64,
+    /// Work through joints on what they join: the motors', less what joints and drags take.
+    through_joints_j: f64,
     added_j: f64,
+    added_size_j: f64,
     start_potential_j: f64,
     momentum: [f64; 3],
 }
 
+fn index(handle: RigidBodyHandle) -> usize {
+    handle.into_raw_parts().0 as usize
+}
+
 impl Books {
     pub(super) fn new(physics: &PhysicsWorld) -> Self {
+        // Joints are made from the base outwards: backwards, every joint comes before the one it hangs on.
+        let mut joints: Vec<_> = physics
+            .impulse_joints()
+            .map(|(_, joint)| Joint {
+                parent: joint.body1(),
+                child: joint.body2(),
+                anchor: joint.data.local_frame2.translation,
+            })
+            .collect();
+        joints.reverse();
+        let bodies = physics.bodies.iter().map(|(handle, _)| index(handle) + 1).max();
         Self {
             state: State {
                 start_potential_j: potential(physics),
                 ..State::default()
             },
-            before: Vec::new(),
+            joints,
+            parts: vec![Part::default(); bodies.unwrap_or(0)],
             momentum: Vector::ZERO,
         }
     }
@@ -56,37 +94,13 @@ impl Books {
 
     /// Before a physics step: remembers velocities.
     pub(super) fn open(&mut self, physics: &PhysicsWorld) {
-        self.before.clear();
         for (handle, body) in physics.bodies.iter() {
-            let index = handle.into_raw_parts().0 as usize;
-            if index >= self.before.len() {
-                self.before.resize(index + 1, (Vector::ZERO, AngVector::ZERO));
-            }
-            self.before[index] = (body.linvel(), body.angvel());
+            self.parts[index(handle)] = Part {
+                linear: body.linvel(),
+                angular: body.angvel(),
+                ..Part::default()
+            };
         }
-    }
-
-    /// After a physics step: the hinges' dampers.
-    pub(super) fn hinges(&mut self, physics: &PhysicsWorld, vehicle: &VehicleBodies) {
-        let dt = physics.integration_parameters.dt;
-        for hinge in &vehicle.hinges {
-            let axis = hinge.axis_world(physics);
-            let rate =
-                |at: &dyn Fn(RigidBodyHandle) -> AngVector| (at(hinge.child) - at(hinge.parent)).dot(axis);
-            let now = rate(&|handle| physics.bodies[handle].angvel());
-            let then = rate(&|handle| self.before(handle).1);
-            let mean = f64::midpoint(now, then);
-            self.state.hinge_loss_j += hinge.damping_n_m_s_rad * mean * mean * dt;
-        }
-    }
-
-    /// Velocities of a body before the step.
-    fn before(&self, handle: RigidBodyHandle) -> (Vector, AngVector) {
-        let index = handle.into_raw_parts().0 as usize;
-        self.before
-            .get(index)
-            .copied()
-            .unwrap_or((Vector::ZERO, AngVector::ZERO))
     }
 
     /// After a physics step: what a contact's impulses on a body took, at `arm` from its centre of mass.
@@ -98,18 +112,56 @@ impl Books {
         normal: Vector,
         tangent: Vector,
     ) {
-        let (v, w) = self.before(handle);
-        let mean = (v + body.linvel() + (w + body.angvel()).cross(arm)) * 0.5;
+        let part = &mut self.parts[index(handle)];
+        let mean = (part.linear + body.linvel() + (part.angular + body.angvel()).cross(arm)) * 0.5;
         self.state.impact_loss_j -= normal.dot(mean);
         self.state.friction_loss_j -= tangent.dot(mean);
+        part.impulse -= normal + tangent;
+        part.moment -= arm.cross(normal + tangent);
+    }
+
+    /// After a physics step and all its contacts: what went through the joints.
+    pub(super) fn joints(&mut self, physics: &PhysicsWorld) {
+        let weight = physics.gravity * physics.integration_parameters.dt;
+        for (handle, body) in physics.bodies.iter() {
+            let part = &mut self.parts[index(handle)];
+            let mass = body.mass_properties();
+            part.impulse += (body.linvel() - part.linear - weight) * body.mass();
+            part.moment += mass.effective_angular_inertia() * (body.angvel() - part.angular);
+        }
+        for joint in &self.joints {
+            let (parent, child) = (&physics.bodies[joint.parent], &physics.bodies[joint.child]);
+            let anchor = child.position() * joint.anchor;
+            let arm = anchor - child.center_of_mass();
+            let below = self.parts[index(joint.child)];
+            let above = &mut self.parts[index(joint.parent)];
+            let impulse = below.impulse;
+            let moment = below.moment - arm.cross(impulse);
+            let lever = anchor - parent.center_of_mass();
+            let at = |linear: Vector, angular: AngVector, arm: Vector| linear + angular.cross(arm);
+            let slide = at(below.linear + child.linvel(), below.angular + child.angvel(), arm)
+                - at(
+                    above.linear + parent.linvel(),
+                    above.angular + parent.angvel(),
+                    lever,
+                );
+            let turn = below.angular + child.angvel() - above.angular - parent.angvel();
+            self.state.through_joints_j += 0.5 * (impulse.dot(slide) + moment.dot(turn));
+            // The parent was pushed back by as much.
+            above.impulse += impulse;
+            above.moment += moment + lever.cross(impulse);
+        }
     }
 
     /// A mass that appears brings its energy with it.
     pub(super) fn around(&mut self, physics: &mut PhysicsWorld, change: impl FnOnce(&mut PhysicsWorld)) {
         let before = kinetic(physics) + potential(physics);
+        let momentum_before = momentum(physics);
         change(physics);
-        self.state.added_j += kinetic(physics) + potential(physics) - before;
-        self.momentum = momentum(physics);
+        let added_j = kinetic(physics) + potential(physics) - before;
+        self.state.added_j += added_j;
+        self.state.added_size_j += added_j.abs();
+        self.momentum += momentum(physics) - momentum_before;
     }
 
     /// At the end of a control period: the energies, and the force that Newton's second law misses.
@@ -123,11 +175,13 @@ impl Books {
         let (state, moved) = (&self.state, actuation.state());
         seen.energy = Energy {
             work_in_j: moved.work_j + state.added_j,
+            turnover_j: moved.turnover_j + state.added_size_j,
             kinetic_j: kinetic(physics),
             potential_j: potential(physics) - state.start_potential_j,
             friction_loss_j: state.friction_loss_j,
             impact_loss_j: state.impact_loss_j,
-            damping_loss_j: state.hinge_loss_j + moved.drag_loss_j,
+            joint_loss_j: moved.work_j - moved.drag_loss_j - state.through_joints_j,
+            drag_loss_j: moved.drag_loss_j,
         };
         let now = momentum(physics);
         let ground: Vector = seen.wheels.iter().map(|w| Vector::from(w.force_n)).sum();

@@ -5,6 +5,8 @@ mod books;
 mod contact;
 mod snapshot;
 mod terrain;
+#[cfg(test)]
+mod tests;
 mod vehicle;
 mod wheel;
 
@@ -56,18 +58,12 @@ impl World {
         let mut physics = PhysicsWorld::new();
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
-        let p = &mut physics.integration_parameters;
-        p.dt = settings.step_us as f64 * 1e-6;
-        p.num_solver_iterations = settings.solver_iterations;
-        p.contact_softness = SpringCoefficients::new(settings.contact_hz, settings.contact_damping);
-        p.static_contact_softness = p.contact_softness;
-        p.friction_model = FrictionModel::Coulomb;
-        // Without these, joints and contacts lag behind the load: see docs/physics.md.
-        p.warmstart_joints = true;
-        p.contact_recycling = false;
-        p.normalized_prediction_distance = 0.002;
-        p.normalized_allowed_linear_error = 0.0005;
-        p.max_ccd_substeps = 0;
+        integrate(
+            &mut physics.integration_parameters,
+            settings.step_us as f64 * 1e-6,
+            settings.solver_iterations,
+            [settings.contact_hz, settings.contact_damping],
+        );
         terrain::insert(&mut physics, scenario);
         let place = &scenario.start;
         let start = Pose::new(
@@ -151,8 +147,8 @@ impl World {
             }
             self.actuation
                 .book(&self.physics, &self.vehicle, time_s, share, observation);
-            self.books.hinges(&self.physics, &self.vehicle);
             contact::accumulate(&self.physics, &self.vehicle, share, &mut self.books, observation);
+            self.books.joints(&self.physics);
         }
         if let Some((part, gap_m)) = self.vehicle.torn(&self.physics) {
             self.failed = Some(Failure::FellApart {
@@ -219,6 +215,21 @@ impl World {
     pub(crate) fn time_ns(&self) -> u64 {
         self.time_ns
     }
+}
+
+/// Parameters of the solver; `contact` is natural frequency \[Hz\] and damping ratio.
+fn integrate(p: &mut IntegrationParameters, step_s: f64, iterations: usize, contact: [f64; 2]) {
+    p.dt = step_s;
+    p.num_solver_iterations = iterations;
+    p.contact_softness = SpringCoefficients::new(contact[0], contact[1]);
+    p.static_contact_softness = p.contact_softness;
+    p.friction_model = FrictionModel::Coulomb;
+    // Without these, joints and contacts lag behind the load: see docs/physics.md.
+    p.warmstart_joints = true;
+    p.contact_recycling = false;
+    p.normalized_prediction_distance = 0.002;
+    p.normalized_allowed_linear_error = 0.0005;
+    p.max_ccd_substeps = 0;
 }
 
 fn pose3(pose: &Pose) -> Pose3 {

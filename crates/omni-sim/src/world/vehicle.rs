@@ -7,18 +7,17 @@ use super::wheel::BallWheel;
 use crate::config::{Body, Vehicle};
 use crate::observation::Observation;
 
-pub(super) struct HingeBodies {
+struct HingeBodies {
     name: String,
-    pub(super) parent: RigidBodyHandle,
-    pub(super) child: RigidBodyHandle,
+    parent: RigidBodyHandle,
+    child: RigidBodyHandle,
     axis: Vector,
     anchor: Vector,
-    pub(super) damping_n_m_s_rad: f64,
 }
 
 impl HingeBodies {
     /// The axis in the world.
-    pub(super) fn axis_world(&self, physics: &PhysicsWorld) -> Vector {
+    fn axis_world(&self, physics: &PhysicsWorld) -> Vector {
         physics.bodies[self.parent].rotation() * self.axis
     }
 }
@@ -27,7 +26,7 @@ impl HingeBodies {
 pub(super) struct VehicleBodies {
     names: Vec<String>,
     bodies: Vec<RigidBodyHandle>,
-    pub(super) hinges: Vec<HingeBodies>,
+    hinges: Vec<HingeBodies>,
     rows: Vec<Vec<usize>>,
     /// What a joint may part by before the vehicle counts as broken \[m\].
     most_gap_m: f64,
@@ -51,9 +50,15 @@ impl VehicleBodies {
                 .local_anchor1(anchor)
                 .local_anchor2(anchor)
                 .limits([-hinge.limit_rad, hinge.limit_rad])
-                .motor_model(MotorModel::ForceBased)
-                .motor_velocity(0.0, hinge.damping_n_m_s_rad)
                 .contacts_enabled(false);
+            // A motor without stiffness and damping would be taken for a rigid one: it locks the hinge.
+            let joint = if hinge.damping_n_m_s_rad > 0.0 {
+                joint
+                    .motor_model(MotorModel::ForceBased)
+                    .motor_velocity(0.0, hinge.damping_n_m_s_rad)
+            } else {
+                joint
+            };
             let (parent, child) = (find(&hinge.parent), find(&hinge.child));
             physics.insert_impulse_joint(parent, child, joint);
             hinges.push(HingeBodies {
@@ -62,7 +67,6 @@ impl VehicleBodies {
                 child,
                 axis,
                 anchor,
-                damping_n_m_s_rad: hinge.damping_n_m_s_rad,
             });
         }
         let wheels = vehicle

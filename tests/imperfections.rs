@@ -1,0 +1,328 @@
+//! Sensors and actuators that are not ideal, and faults on the way, each against a closed form.
+
+use omni_core::BodyTwist;
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Simulation, Trace, run};
+
+fn scenario(overrides: &[&str]) -> Scenario {
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    Scenario::load("flat", &overrides).expect("valid")
+}
+
+fn drive(overrides: &[&str]) -> Trace {
+    run(&scenario(overrides)).expect("runs")
+}
+
+fn last(trace: &Trace, column: &str) -> f64 {
+    *trace.column(column).expect("a column").last().expect("a row")
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
+    (mean, square.sqrt())
+}
+
+#[test]
+fn encoder_counts_quantise_the_velocity_and_lose_no_way() {
+    // 4096 counts a turn: one count a period of 1 ms is 1.534 rad/s; at 0.3 m/s, 4.545 rad/s, readings are two, three or four of them.
+    let trace = drive(&["sensors.encoder_counts=4096", "duration_s=3.0"]);
+    let one = std::f64::consts::TAU / 4096.0 / 1e-3;
+    let read = trace.wheel("measured_rad_s", 0).expect("a signal");
+    for reading in read {
+        let counts = reading / one;
+        assert!(
+            (counts - counts.round()).abs() < 1e-6,
+            "{reading} rad/s is {counts} counts"
+        );
+    }
+    // Summed, the counts are the way: one count at most is missing.
+    let way: f64 = read.iter().sum::<f64>() * 1e-3 * 0.066;
+    // The reading of a period is of the one before.
+    let x = trace.column("pose_x_m").expect("a column")[trace.rows() - 2];
+    assert!(
+        (way - x).abs() < one * 1e-3 * 0.066 + 1e-4,
+        "{way} m counted, {x} m gone"
+    );
+    // Rounding down is no bias: the vehicle goes as fast as told.
+    let vx = trace.column("twist_vx_m_s").expect("a column");
+    assert!((spread(&vx[2000..]).0 - 0.3).abs() < 0.002);
+}
+
+#[test]
+fn encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them() {
+    let keys = |seed| {
+        [
+            "sensors.encoder_noise_rad_s=0.2",
+            "sensors.gyro_noise_rad_s=0.05",
+            "sensors.gyro_bias_rad_s=0.01",
+            "duration_s=3.0",
+            seed,
+        ]
+    };
+    let readings = |seed| {
+        let scenario = scenario(&keys(seed));
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        let (mut encoder, mut gyro) = (Vec::new(), Vec::new());
+        for _ in 0..3000 {
+            simulation.step_torques(&[0.0; 7]).expect("finite");
+            encoder.push(simulation.measured_rad_s()[3]);
+            gyro.push(simulation.gyro_rad_s());
+        }
+        (encoder, gyro)
+    };
+    let (encoder, gyro) = readings("seed=1");
+    // 3000 readings: the deviation is known to 1 / sqrt(6000) = 1.3 %, the mean to 1 / sqrt(3000) of it; four times each.
+    let (mean, deviation) = spread(&encoder);
+    assert!(
+        (deviation / 0.2 - 1.0).abs() < 0.052 && mean.abs() < 0.015,
+        "{mean} {deviation}"
+    );
+    let (mean, deviation) = spread(&gyro);
+    assert!(
+        (deviation / 0.05 - 1.0).abs() < 0.052 && (mean - 0.01).abs() < 0.004,
+        "{mean} {deviation}"
+    );
+    assert_eq!(readings("seed=1").0, encoder);
+    assert_ne!(readings("seed=2").0, encoder);
+}
+
+#[test]
+fn a_delay_shows_the_controller_what_was_so_many_periods_ago() {
+    let mut prompt = Simulation::new(&scenario(&[])).expect("valid");
+    let mut late = Simulation::new(&scenario(&["sensors.delay_us=5000"])).expect("valid");
+    let mut truth = Vec::new();
+    for k in 0..400 {
+        // The same torques: the same motion. Only the reading differs.
+        let torques = [0.2, 0.0, -0.2, 0.2, 0.2, 0.0, -0.2];
+        truth.push(prompt.measured_rad_s().to_vec());
+        let expected = if k < 5 { vec![0.0; 7] } else { truth[k - 5].clone() };
+        assert_eq!(late.measured_rad_s(), expected, "period {k}");
+        prompt.step_torques(&torques).expect("finite");
+        late.step_torques(&torques).expect("finite");
+    }
+}
+
+#[test]
+fn torque_follows_its_command_with_the_time_constant_of_the_lag() {
+    let mut simulation = Simulation::new(&scenario(&["actuators.torque_lag_s=0.02"])).expect("valid");
+    let mut acted = Vec::new();
+    for _ in 0..60 {
+        simulation
+            .step_torques(&[0.1, 0.0, -0.1, 0.1, 0.1, 0.0, -0.1])
+            .expect("finite");
+        acted.push(simulation.observation().wheels[0].torque_n_m);
+    }
+    // The mean of the two physics steps in period k, at 0.5 and 1 ms after its start.
+    for (k, torque) in acted.iter().enumerate() {
+        let at = |ms: f64| 0.1 * (1.0 - (-(k as f64 + ms) / 20.0).exp());
+        let expected = f64::midpoint(at(0.5), at(1.0));
+        assert!(
+            (torque - expected).abs() < 1e-12,
+            "period {k}: {torque}, {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_sagging_supply_gives_the_torque_where_limit_and_load_meet() {
+    // All seven motors are asked for their stall torque T: each gives T (1 - s t / T), with t what each gives: t = T / (1 + s).
+    let mut simulation = Simulation::new(&scenario(&[
+        "actuators.voltage_sag=0.3",
+        "terrain.friction=0",
+        "vehicle.motor.stall_torque_n_m=0.5",
+    ]))
+    .expect("valid");
+    for _ in 0..100 {
+        simulation.step_torques(&[0.5; 7]).expect("finite");
+    }
+    let torque = simulation.observation().wheels[0].torque_n_m;
+    assert!((torque - 0.5 / 1.3).abs() < 1e-6, "{torque}");
+}
+
+#[test]
+fn a_lost_wheel_gives_no_torque_and_the_others_carry_on() {
+    let fault = r#"fault=[{ kind = "wheel_lost", wheel = "5", from_s = 1.0, until_s = 2.0 }]"#;
+    let trace = drive(&[fault, "duration_s=3.0"]);
+    let torque = trace.wheel("torque_n_m", 4).expect("a signal");
+    let commanded = trace.wheel("applied_n_m", 4).expect("a signal");
+    assert!(
+        torque[1000..2000].iter().all(|t| *t == 0.0),
+        "lost from 1 s to 2 s"
+    );
+    assert!(torque[..1000] == commanded[..1000] && torque[2000..] == commanded[2000..]);
+    // Rolling steadily needs no torque: the vehicle hardly notices.
+    assert!((last(&trace, "twist_vx_m_s") - 0.3).abs() < 1e-3);
+}
+
+#[test]
+fn a_dragging_wheel_takes_the_power_that_its_damper_asks_for() {
+    // 0.05 N.m.s/rad at 4.545 rad/s: 0.227 N.m and 1.033 W, for 2 s of steady motion.
+    let fault = r#"fault=[{ kind = "wheel_drag", wheel = "4", damper_n_m_s_rad = 0.05, from_s = 1.0 }]"#;
+    let trace = drive(&[fault, "duration_s=5.0", "control.policy=independent"]);
+    let taken = trace.column("drag_loss_j").expect("a column");
+    let (w, c) = (0.3 / 0.066, 0.05);
+    let power = (taken[4999] - taken[2999]) / 2.0;
+    // Two thousandths: the wheel's own speed ripples by half of that.
+    assert!(
+        (power / (c * w * w) - 1.0).abs() < 2e-3,
+        "{power} W, {} W",
+        c * w * w
+    );
+    // The wheel's own motor carries it: encoders are the loops' only knowledge, and the integral takes the whole drag.
+    let torque = trace.wheel("torque_n_m", 3).expect("a signal");
+    let others = trace.wheel("torque_n_m", 0).expect("a signal");
+    let sum = torque[4999] + 4.0 * others[4999].abs();
+    assert!((sum - c * w).abs() < 0.02 * c * w, "{sum} N.m of {}", c * w);
+    assert!(trace.outcome().energy_residual.abs() < 0.01);
+}
+
+#[test]
+fn a_stuck_encoder_goes_on_reading_what_it_last_read() {
+    let fault = r#"fault=[{ kind = "encoder_stuck", wheel = "1", from_s = 0.2, until_s = 1.5 }]"#;
+    let trace = drive(&[fault, "duration_s=2.0"]);
+    let read = trace.wheel("measured_rad_s", 0).expect("a signal");
+    let rim = trace.wheel("rim_m_s", 0).expect("a signal");
+    // Row k is measured at k ms and shows the wheel at k + 1 ms.
+    assert!(
+        read[200..1500].iter().all(|r| *r == read[200]),
+        "{:?}",
+        &read[198..203]
+    );
+    assert!((read[199] - rim[198] / 0.066).abs() < 1e-12);
+    assert!((read[1600] - rim[1599] / 0.066).abs() < 1e-12);
+    assert!(
+        (rim[1000] / 0.066 - read[1000]).abs() > 1.0,
+        "the wheel itself went on"
+    );
+}
+
+#[test]
+fn a_load_added_shows_in_the_row_loads_by_its_lever() {
+    // 5 kg on the front frame at x = 0.15 m: half of it on the front row (R1 = 0.30 m), half on the pitch axis.
+    let fault = r#"fault=[{ kind = "load_added", body = "front", mass_kg = 5.0, at_m = [0.15, 0.0, 0.2], from_s = 1.0 }]"#;
+    let trace = drive(&[fault, "command.vx_m_s=0", "duration_s=3.0"]);
+    let front = trace.column("row_1_load_n").expect("a column");
+    let gained = front[2999] - front[900];
+    assert!((gained - 2.5 * 9.81).abs() < 0.2, "{gained} N"); // contacts of 200 Hz give by micrometres: under a hundredth
+    let total: f64 = (1..=3)
+        .map(|row| last(&trace, &format!("row_{row}_load_n")))
+        .sum();
+    assert!((total - 25.0 * 9.81).abs() < 1e-3, "{total} N");
+    assert!(trace.column("newton_residual_n").expect("a column")[2999] < 1e-6);
+}
+
+#[test]
+fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notice() {
+    // Ice on the left while speeding up and braking turns the vehicle; encoders feel nothing of it afterwards.
+    let common = [
+        "friction_patch=[{ x_m = [-5.0, 5.0], y_m = [0.05, 5.0], friction = 0.02 }]",
+        "command.vx_m_s=0.9",
+        "command.ramp_s=0.0",
+        "command.then=[{ at_s = 0.6, vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0 }]",
+        "duration_s=4.0",
+        "control.policy=independent",
+    ];
+    let with = |extra: &[&str]| {
+        let all: Vec<&str> = common.iter().chain(extra).copied().collect();
+        drive(&all)
+    };
+    let hold = "heading_hold={ gain_per_s = 3.0, limit_rad_s = 0.5 }";
+    let (held, free) = (with(&[hold]), with(&[]));
+    let most = |trace: &Trace| {
+        let yaw = trace.column("pose_yaw_rad").expect("a column");
+        yaw.iter().fold(0.0_f64, |m, y| m.max(y.abs()))
+    };
+    let (held_end, free_end) = (
+        last(&held, "pose_yaw_rad").abs(),
+        last(&free, "pose_yaw_rad").abs(),
+    );
+    assert!(most(&free) > 0.05, "the push is real: {} rad", most(&free));
+    assert!(
+        held_end < 0.1 * free_end,
+        "{held_end} rad held, {free_end} rad free"
+    );
+    // A gyro's bias is believed: after 2 s of it the heading is off by the bias times the time, less one time constant.
+    let biased = drive(&[
+        hold,
+        "sensors.gyro_bias_rad_s=0.02",
+        "command.vx_m_s=0",
+        "duration_s=3.0",
+    ]);
+    let expected = -0.02 * (3.0 - 1.0 / 3.0);
+    let yaw = last(&biased, "pose_yaw_rad");
+    assert!((yaw / expected - 1.0).abs() < 0.1, "{yaw} rad, {expected} rad");
+}
+
+#[test]
+fn a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_nothing() {
+    let mut simulation = Simulation::new(&scenario(&[])).expect("valid");
+    let before = simulation.observation().clone();
+    let bad = BodyTwist {
+        vx_m_s: f64::NAN,
+        ..BodyTwist::ZERO
+    };
+    let error = simulation.step(&bad).unwrap_err().to_string();
+    assert_eq!(error, "vx_m_s = NaN, allowed: finite");
+    let error = simulation
+        .step_torques(&[0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0])
+        .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "torques_n_m = NaN, allowed: one finite torque a wheel"
+    );
+    assert_eq!(simulation.observation(), &before);
+}
+
+#[test]
+fn bad_keys_name_themselves() {
+    let refused = |key: &str| {
+        let key = Override::parse(key).expect("KEY=VALUE");
+        Scenario::load("flat", &[key]).unwrap_err().to_string()
+    };
+    for (key, message) in [
+        (
+            "sensors.delay_us=1500",
+            "sensors.delay_us: 1500, allowed: a multiple of control.period_us, 1000",
+        ),
+        (
+            "actuators.voltage_sag=1.5",
+            "actuators.voltage_sag: 1.5, allowed: 0 to 0.9",
+        ),
+        (
+            r#"fault=[{ kind = "wheel_lost", wheel = "9", from_s = 0.0 }]"#,
+            r#"fault[0].wheel: "9", allowed: 1, 2, 3, 4, 5, 6, 7"#,
+        ),
+        (
+            r#"fault=[{ kind = "wheel_lost", wheel = "1", from_s = 2.0, until_s = 1.0 }]"#,
+            "fault[0].until_s: 1, allowed: more than from_s, 2",
+        ),
+        (
+            r#"fault=[{ kind = "load_added", body = "boot", mass_kg = 1.0, at_m = [0, 0, 0], from_s = 0.0 }]"#,
+            r#"fault[0].body: "boot", allowed: middle, front, rear"#,
+        ),
+        (
+            "heading_hold={ gain_per_s = 0.0, limit_rad_s = 0.5 }",
+            "heading_hold.gain_per_s: 0, allowed: finite and > 0",
+        ),
+        (
+            "friction_patch=[{ x_m = [1.0, 0.0], y_m = [0.0, 1.0], friction = 0.1 }]",
+            "friction_patch[0].x_m: [1.0, 0.0], allowed: [from, to], finite, from < to",
+        ),
+        (
+            "command.then=[{ at_s = 2.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }, { at_s = 1.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }]",
+            "command.then[1].at_s: 1, allowed: at least the one before, 2",
+        ),
+        (
+            "start.heading_rad=7",
+            "start.heading_rad: 7, allowed: -3.2 to 3.2",
+        ),
+    ] {
+        assert_eq!(refused(key), format!("built-in flat: {message}"));
+    }
+}

@@ -1,0 +1,73 @@
+//! A simulation saved and resumed goes on bit for bit.
+
+use omni_sim::config::{Override, Scenario};
+use omni_sim::controller::ControlSample;
+use omni_sim::observation::Observation;
+use omni_sim::{Error, Simulation};
+
+/// A climb with everything that has a state: noise, delay, lag, faults, heading hold.
+fn scenario() -> Scenario {
+    let overrides = [
+        "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_us = 2000, gyro_noise_rad_s = 0.01 }",
+        "actuators={ torque_lag_s = 0.005, voltage_sag = 0.1 }",
+        "heading_hold={ gain_per_s = 2.0, limit_rad_s = 0.3 }",
+        "perturbation.yaw_rad=0.02",
+        "seed=7",
+        r#"fault=[{ kind = "load_added", body = "front", mass_kg = 1.0, at_m = [0.1, 0.0, 0.2], from_s = 1.0 }]"#,
+    ];
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    Scenario::load("step", &overrides).expect("valid")
+}
+
+fn step(simulation: &mut Simulation) -> (ControlSample, Observation) {
+    let command = simulation.scenario_command();
+    simulation.step(&command).expect("finite");
+    (simulation.sample().clone(), simulation.observation().clone())
+}
+
+#[test]
+fn a_snapshot_of_any_period_resumes_bit_for_bit() {
+    let scenario = scenario();
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    let mut saved = Vec::new();
+    let mut history = Vec::new();
+    for k in 0..2600 {
+        // At the start, before and after the load, at the riser, in the climb.
+        if [0, 1, 700, 999, 1000, 1001, 1400, 1777, 2300].contains(&k) {
+            saved.push((k, simulation.save(&scenario).expect("saved")));
+        }
+        history.push(step(&mut simulation));
+    }
+    for (k, bytes) in saved {
+        let mut resumed = Simulation::resume(&scenario, &bytes).expect("a snapshot");
+        for (ahead, expected) in history[k..].iter().enumerate().take(300) {
+            assert_eq!(
+                &step(&mut resumed),
+                expected,
+                "saved at period {k}, {ahead} periods later"
+            );
+        }
+        // The same bytes again: nothing is lost in between.
+        let again = Simulation::resume(&scenario, &bytes).expect("a snapshot");
+        assert_eq!(again.save(&scenario).expect("saved"), bytes, "period {k}");
+    }
+}
+
+#[test]
+fn a_snapshot_of_another_scenario_or_a_damaged_one_is_refused_by_name() {
+    let scenario = scenario();
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    step(&mut simulation);
+    let bytes = simulation.save(&scenario).expect("saved");
+    let refused = |scenario: &Scenario, bytes: &[u8]| match Simulation::resume(scenario, bytes) {
+        Err(Error::Snapshot { reason }) => reason,
+        other => panic!("{:?}", other.map(|_| "resumed")),
+    };
+    let other = Scenario::load("step", &[]).expect("built in");
+    assert_eq!(refused(&other, &bytes), "it is of another scenario");
+    assert_eq!(refused(&scenario, b""), "it is no snapshot");
+    assert!(refused(&scenario, &bytes[..bytes.len() / 2]).starts_with("it is damaged"));
+}

@@ -1,0 +1,283 @@
+//! The ground is where the scenario says, and a vehicle on it does what geometry and friction ask.
+
+use omni_sim::config::{Override, Scenario, builtin_scenarios};
+use omni_sim::{Trace, Verdict, run};
+
+fn scenario(name: &str, overrides: &[&str]) -> Scenario {
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    Scenario::load(name, &overrides).expect("valid")
+}
+
+fn drive(name: &str, overrides: &[&str]) -> Trace {
+    run(&scenario(name, overrides)).expect("runs")
+}
+
+fn last(trace: &Trace, column: &str) -> f64 {
+    *trace.column(column).expect("a column").last().expect("a row")
+}
+
+fn peak(trace: &Trace, column: &str) -> f64 {
+    let column = trace.column(column).expect("a column");
+    column.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
+}
+
+#[test]
+fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth() {
+    for name in builtin_scenarios() {
+        let trace = drive(name, &[]);
+        let outcome = trace.outcome();
+        let expected = if scenario(name, &[]).terrain.obstacle().is_some() {
+            Verdict::Climbed
+        } else {
+            Verdict::Driven
+        };
+        assert_eq!(outcome.verdict, expected, "{name}");
+        assert!(
+            outcome.energy_residual.abs() < 0.01,
+            "{name}: {} of what went through the motors is not in the book",
+            outcome.energy_residual
+        );
+        // Contact forces are read from the solver, so this is rounding: 1e-9 of the weight.
+        let newton = peak(&trace, "newton_residual_n");
+        assert!(newton < 2e-7, "{name}: {newton} N");
+    }
+}
+
+#[test]
+fn vehicle_stands_on_the_level_beyond_each_obstacle() {
+    for (name, level) in [
+        ("step", 0.05),
+        ("step_down", -0.05),
+        ("stairs", 0.09),
+        ("ramp", 0.175_f64.tan()),
+        ("ditch", 0.0),
+        ("bumps", 0.0),
+        ("rough", 0.0),
+        ("height_map", 0.0),
+    ] {
+        let z = last(&drive(name, &[]), "pose_z_m");
+        // Contacts give by 42 um at rest and swing by less than a millimetre some seconds after the edge.
+        assert!((z - level).abs() < 1e-3, "{name}: {z} m instead of {level} m");
+    }
+}
+
+#[test]
+fn a_ramp_pitches_the_whole_vehicle_by_its_slope() {
+    let trace = drive("ramp", &["terrain.slope_rad=0.12", "terrain.length_m=2.0"]);
+    let rear = trace.column("body_rear_nose_up_rad").expect("a column");
+    // All rows stand on the slope once the base is 0.3 m past its foot, at x = 1.0 m.
+    let x = trace.column("pose_x_m").expect("a column");
+    let row = x.iter().position(|x| *x > 1.5).expect("on the slope");
+    // Loads on a slope differ by row: contacts that give by 40 um over 0.3 m turn a frame by 1e-4 rad.
+    assert!((rear[row] - 0.12).abs() < 5e-4, "{} rad", rear[row]);
+    // The weight's part along the slope is what the wheels push with: m g sin, within the ripple of the drive.
+    let along: f64 = (0..7)
+        .map(|w| trace.wheel("force_along_n", w).expect("a signal")[row])
+        .filter(|force| force.abs() > 0.0)
+        .sum();
+    let rolled = [0, 2, 3, 4, 6];
+    let pushed: f64 = rolled
+        .iter()
+        .map(|w| {
+            trace.wheel("torque_n_m", *w).expect("a signal")[row]
+                * if [2, 6].contains(w) { -1.0 } else { 1.0 }
+        })
+        .sum::<f64>()
+        / 0.066;
+    let expected = 20.0 * 9.81 * 0.12_f64.sin();
+    assert!(
+        (pushed / expected - 1.0).abs() < 0.02,
+        "{pushed} N of torque over radius, {expected} N"
+    );
+    assert!(along.is_finite());
+}
+
+#[test]
+fn a_half_round_bar_lifts_a_wheel_by_its_height() {
+    for height in ["0.01", "0.02"] {
+        let trace = drive(
+            "bumps",
+            &[
+                &format!("terrain.height_m={height}"),
+                "terrain.count=1",
+                "command.vx_m_s=0.1",
+                "duration_s=9.0",
+            ],
+        );
+        let h: f64 = height.parse().expect("a number");
+        for wheel in ["5", "7"] {
+            let top = peak(&trace, &format!("wheel_{wheel}_z_m"));
+            // At 0.1 m/s wheels hardly leave the bar: v^2 / 2 g is 0.5 mm.
+            assert!(
+                (top - 0.066 - h).abs() < 1e-3,
+                "wheel {wheel}: {top} m over a bar of {h} m"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_ditch_lets_a_wheel_sink_between_its_edges() {
+    let trace = drive("ditch", &["command.vx_m_s=0.1", "duration_s=9.0"]);
+    // A circle of radius r between two edges w apart hangs r - sqrt(r^2 - w^2 / 4) lower; wheel 5 is a ball of 66 mm.
+    let expected = 0.066 - (0.066_f64.powi(2) - 0.03_f64.powi(2)).sqrt();
+    let z = trace.column("wheel_5_z_m").expect("a column");
+    let lowest = z.iter().fold(f64::INFINITY, |m, z| m.min(*z));
+    // It touches both edges for an instant only, with some bounce: half a millimetre of 7.2 mm.
+    assert!(
+        (0.066 - lowest - expected).abs() < 5e-4,
+        "{} m, {expected} m",
+        0.066 - lowest
+    );
+}
+
+#[test]
+fn a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels() {
+    // Without a heading held the left wheels' longer way turns the vehicle by 20 degrees, and the rear row misses the step.
+    let hold = "heading_hold={ gain_per_s = 3.0, limit_rad_s = 0.5 }";
+    let trace = drive("half_step", &["command.vx_m_s=0.15", "duration_s=12.0", hold]);
+    assert_eq!(trace.outcome().verdict, Verdict::Climbed);
+    // Left and right wheels are 0.46 m apart; wheels 2 and 6 roll at y = 0, beside the step, and hang in the air. With the front row
+    // up on the left and the rear row still down, the hinge has all of it.
+    let expected = (0.03_f64 / 0.46).asin();
+    let roll = trace.column("hinge_roll_angle_rad").expect("a column");
+    let most = roll.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+    // The bump at the edge swings it a little further: a tenth.
+    assert!(
+        most > expected && most < 1.1 * expected,
+        "{most} rad, {expected} rad"
+    );
+    // With both rows up on the left it is straight again.
+    assert!(last(&trace, "hinge_roll_angle_rad").abs() < 0.05 * expected);
+    let tilt = last(&trace, "wheel_3_z_m") - last(&trace, "wheel_1_z_m");
+    assert!((tilt - 0.03).abs() < 1e-3, "{tilt} m from wheel 1 to wheel 3");
+}
+
+#[test]
+fn friction_patches_take_the_grip_where_they_lie_and_nowhere_else() {
+    // All wheels of the left side on ice, braking hard: the vehicle turns right, towards the side that still holds.
+    let patch = "friction_patch=[{ x_m = [0.2, 30.0], y_m = [0.05, 5.0], friction = 0.02 }]";
+    let brake = "command.then=[{ at_s = 3.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
+    let faster = [
+        "command.vx_m_s=0.9",
+        brake,
+        "control.policy=independent",
+        "duration_s=3.3",
+    ];
+    let with = |extra: &[&str]| {
+        let all: Vec<&str> = faster.iter().chain(extra).copied().collect();
+        drive("flat", &all)
+    };
+    let (iced, dry) = (with(&[patch]), with(&[]));
+    let yaw = last(&iced, "pose_yaw_rad");
+    assert!(yaw < -0.02, "{yaw} rad");
+    assert!(last(&dry, "pose_yaw_rad").abs() < 1e-3);
+    // On ice a wheel never pushes with more than the patch's friction.
+    let (mut worst, rows) = (0.0_f64, iced.rows());
+    for k in 2000..rows {
+        let normal = iced.wheel("force_normal_n", 2).expect("a signal")[k];
+        worst = worst.max(iced.wheel("force_along_n", 2).expect("a signal")[k].abs() / normal);
+    }
+    assert!(worst <= 0.02 * (1.0 + 1e-6), "{worst}");
+}
+
+#[test]
+fn rough_ground_has_the_height_asked_for_and_another_seed_is_another_ground() {
+    let heights = |seed: &str| {
+        let trace = drive("rough", &[seed, "duration_s=6.0"]);
+        trace.column("wheel_4_z_m").expect("a column").to_vec()
+    };
+    let (one, again, other) = (
+        heights("terrain.seed=1"),
+        heights("terrain.seed=1"),
+        heights("terrain.seed=2"),
+    );
+    assert_eq!(one, again);
+    assert_ne!(one, other);
+    // The scenario's own seed is not the ground's.
+    assert_eq!(one, heights("seed=5"));
+}
+
+#[test]
+fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
+    // A picture of 3 x 3: white in the upper left corner only. Its middle column is at y = 0.
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 3, 3);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().expect("written");
+    writer
+        .write_image_data(&[255, 0, 0, 0, 0, 0, 0, 0, 0])
+        .expect("written");
+    writer.finish().expect("written");
+    std::fs::write(folder.path().join("corner.png"), png).expect("written");
+    let text = omni_sim::config::FileKind::Scenario
+        .template("height_map")
+        .expect("built in");
+    let text = text
+        .replace("\"hills\"", "\"corner.png\"")
+        .replace("pixel_m = 0.015", "pixel_m = 1.0");
+    let path = folder.path().join("corner.toml");
+    std::fs::write(&path, text).expect("written");
+    let scenario = Scenario::load(path.to_str().expect("a path"), &[]).expect("valid");
+    let omni_sim::config::Terrain::HeightMap { image, .. } = &scenario.terrain else {
+        panic!("a height map");
+    };
+    assert_eq!(
+        (image.level(0, 0), image.level(0, 2), image.level(2, 0)),
+        (1.0, 0.0, 0.0)
+    );
+    // The vehicle at the far left is lifted there, at the far right it is not.
+    for (y, raised) in [("0.9", true), ("-0.9", false)] {
+        let overrides = [format!("start.y_m={y}"), "duration_s=8.5".into()];
+        let overrides: Vec<_> = overrides
+            .iter()
+            .map(|o| Override::parse(o).expect("KEY=VALUE"))
+            .collect();
+        let scenario = Scenario::load(path.to_str().expect("a path"), &overrides).expect("valid");
+        let top = peak(&run(&scenario).expect("runs"), "wheel_5_z_m") - 0.066;
+        assert_eq!(top > 0.02, raised, "{top} m at y = {y} m");
+    }
+    // A log's text holds the picture: it reads back without the file.
+    let whole = toml::to_string(&scenario).expect("plain data");
+    let source = omni_sim::config::Source::text("a log", whole);
+    assert_eq!(Scenario::from_source(&source, &[]).expect("valid"), scenario);
+}
+
+#[test]
+fn a_step_higher_than_a_wheel_and_ground_without_friction_are_stalls_not_errors() {
+    let high = drive("step", &["terrain.height_m=0.2", "duration_s=4.0"]);
+    assert_eq!(
+        (high.outcome().verdict, high.outcome().stalled_row),
+        (Verdict::Stalled, Some(1))
+    );
+    let slick = drive("step", &["terrain.friction=0", "duration_s=3.0"]);
+    assert_eq!(slick.outcome().verdict, Verdict::Stalled);
+    assert!(slick.outcome().stalled_at_m.is_some_and(|x| x.abs() < 1e-3));
+}
+
+#[test]
+fn start_and_heading_are_where_the_scenario_puts_them() {
+    let keys = [
+        "start.x_m=-0.2",
+        "start.y_m=0.3",
+        "start.heading_rad=0.5",
+        "duration_s=0.01",
+    ];
+    let trace = drive("step", &keys);
+    for (column, expected) in [("pose_x_m", -0.2), ("pose_y_m", 0.3), ("pose_yaw_rad", 0.5)] {
+        // 3 mm/s after 10 ms of the command's ramp: some micrometres.
+        assert!((last(&trace, column) - expected).abs() < 1e-4, "{column}");
+    }
+    // A command in the world's frame goes straight at the step, whatever the heading.
+    let across = drive(
+        "flat",
+        &["start.heading_rad=0.5", "command.frame=world", "duration_s=3.0"],
+    );
+    assert!(last(&across, "pose_x_m") > 0.8 && last(&across, "pose_y_m").abs() < 5e-3);
+    assert!((last(&across, "pose_yaw_rad") - 0.5).abs() < 5e-3);
+}
