@@ -48,11 +48,13 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
     expected = {"key": "VARCHAR", "seed": "BIGINT", "terrain_height_m": "DOUBLE", "climbed": "BOOLEAN"}
     expected |= {"control_policy": "VARCHAR", "crossing_s": "DOUBLE", "verdict": "VARCHAR", "error": "VARCHAR"}
     assert expected.items() <= types.items()
-    counted = "count(*), count(distinct key), count(error), count(isnan(slip_rms) or null), list_sort(list(distinct seed))"
-    assert rows.aggregate(counted).fetchone() == (24, 24, 12, 0, [1, 5])
+    counted = (
+        "count(*), count(distinct key), count(error), count(isnan(slip_rms) or null), list_sort(list(distinct seed))"
+    )
+    assert rows.aggregate(counted).fetchall() == [(24, 24, 12, 0, [1, 5])]
     assert rows.filter("error is not null and verdict is distinct from 'diverged'").fetchall() == []
     for cell in cells:
         where = f"terrain_height_m = {cell['terrain_height_m']} and control_policy = '{cell['control_policy']}'"
         where += f" and physics_gravity_m_s2 = {cell['physics_gravity_m_s2']}"
         figures = "count(*), count(error), avg(climbed::int) filter (error is null)"
-        assert rows.filter(where).aggregate(figures).fetchone() == (cell["runs"], cell["errors"], cell["climbed"])
+        assert rows.filter(where).aggregate(figures).fetchall() == [(cell["runs"], cell["errors"], cell["climbed"])]
