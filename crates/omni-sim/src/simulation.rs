@@ -157,6 +157,13 @@ impl Simulation {
         Ok(())
     }
 
+    /// The physics of one control period and nothing else: no control, no observation, no books. What a benchmark measures
+    /// all the rest against.
+    #[doc(hidden)]
+    pub fn advance_physics(&mut self, torques_n_m: &[f64]) {
+        self.world.advance(torques_n_m);
+    }
+
     /// Actuator velocities as the encoders see them now \[rad/s\], one a wheel: what the next step's controller measures.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {

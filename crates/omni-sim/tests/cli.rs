@@ -9,13 +9,21 @@ use assert_cmd::Command;
 use serde_json::Value;
 
 /// Keys that are null where the riser was never reached.
-const FIGURES: [&str; 6] = [
+const FIGURES: [&str; 14] = [
     "crossing_s",
     "pitch_peak_deg",
     "slip_rms",
     "disturbed_rms",
     "spread_rms",
     "heat_n2m2s",
+    "stalled_at_m",
+    "stalled_row",
+    "yaw_error_deg",
+    "shape_error_rms_rad_s",
+    "work_j",
+    "cost_of_transport",
+    "e_over_mgh",
+    "required_friction",
 ];
 
 /// Runs `omnistep` in a folder.
@@ -59,7 +67,15 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
     let rows = rows(&output);
     let policies: Vec<_> = rows.iter().map(|row| row["policy"].as_str().unwrap()).collect();
     assert_eq!(policies, ["independent", "paper", "synchronised", "load_sharing"]);
-    let others = ["policy", "climbed", "steps_per_s", "realtime_factor", "mcap"];
+    let others = [
+        "policy",
+        "verdict",
+        "climbed",
+        "energy_residual",
+        "steps_per_s",
+        "realtime_factor",
+        "mcap",
+    ];
     let keys = [&FIGURES[..], &others].concat();
     for row in &rows {
         let object = row.as_object().unwrap();
@@ -262,7 +278,7 @@ fn a_wrong_type_is_named_with_its_key() {
         "s.toml",
         "kind = \"step\"",
         "kind = \"steps\"",
-        "unknown variant `steps`, expected `flat` or `step`",
+        "unknown variant `steps`, expected one of `flat`, `step`,",
     );
     refused_file("s.toml", "kind = \"step\"", "", "missing field `kind`");
     refused_file(
@@ -314,7 +330,7 @@ fn values_out_of_range_are_named_with_the_range() {
         "s.toml",
         "vx_m_s = 0.3",
         "vx_m_s = inf",
-        "command.vx_m_s: inf, allowed: finite",
+        "command.vx_m_s: inf, allowed: -100 to 100",
     );
     refused_file(
         "s.toml",
@@ -362,6 +378,55 @@ fn figures_are_null_where_the_riser_was_never_reached() {
     }
     let table = stdout(&omnistep(folder.path(), &["run", "--set", "duration_s=0.5"]));
     assert!(!table.contains("NaN") && !table.contains("0.000"), "{table}");
+}
+
+#[test]
+fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
+    // A step of 100 ms and a vehicle that drops off an edge: no solver holds the joints.
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "run",
+        "step_down",
+        "--json",
+        "--set",
+        "physics.step_us=50000",
+        "--set",
+        "control.period_us=50000",
+        "--set",
+        "terrain.height_m=2",
+        "--set",
+        "duration_s=20",
+    ];
+    let output = omnistep(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let row: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(row["verdict"], "diverged");
+    assert!(folder.path().join(row["mcap"].as_str().unwrap()).is_file());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.starts_with("error: the vehicle fell apart at t = ") && said.contains(" parted by "),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_run_ends_with_an_error_when_its_time_on_the_clock_is_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "run",
+        "flat",
+        "--set",
+        "duration_s=3600",
+        "--set",
+        "wall_clock_s=0.2",
+    ];
+    let output = omnistep(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("the run took longer than wall_clock_s, 0.2 s"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -428,7 +493,7 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     let folder = tempfile::tempdir().unwrap();
     let said = refused(folder.path(), &["compare", "stairway"]);
     assert!(
-        said.contains("unknown scenario \"stairway\", allowed: step, flat, or the path of a .toml file"),
+        said.contains("unknown scenario \"stairway\", allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, or the path"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);

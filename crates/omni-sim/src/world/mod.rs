@@ -164,6 +164,17 @@ impl World {
         self.check()
     }
 
+    /// The physics alone: see [`crate::Simulation::advance_physics`].
+    pub(crate) fn advance(&mut self, torques_n_m: &[f64]) {
+        for _ in 0..self.steps_per_period {
+            self.vehicle.reset(&mut self.physics);
+            for (wheel, torque) in self.vehicle.wheels.iter().zip(torques_n_m) {
+                wheel.apply(&mut self.physics, *torque);
+            }
+            self.physics.step();
+        }
+    }
+
     /// Puts masses on bodies when their time has come: at rest with the body, so nothing jumps.
     fn add_loads(&mut self) {
         let Self {

@@ -1,0 +1,95 @@
+//! What a simulated climb costs beside its physics.
+//!
+//! Every line is a ratio of shortest times, measured in turns in one run: machines are noisy, ratios less so.
+#![expect(clippy::print_stdout, reason = "a benchmark's output")]
+
+use std::time::Instant;
+
+use omni_sim::config::{Override, Scenario};
+use omni_sim::log::RunLog;
+use omni_sim::{Error, Simulation, Trace, record, run};
+
+/// Rounds of which the shortest time counts.
+const ROUNDS: usize = 7;
+
+fn seconds<O>(work: impl FnOnce() -> O) -> f64 {
+    let start = Instant::now();
+    std::hint::black_box(work());
+    start.elapsed().as_secs_f64()
+}
+
+/// Shortest times of several pieces of work, made in turns.
+fn shortest<const N: usize>(mut work: [&mut dyn FnMut(); N]) -> [f64; N] {
+    let mut best = [f64::INFINITY; N];
+    for _ in 0..ROUNDS {
+        for (best, work) in best.iter_mut().zip(&mut work) {
+            *best = best.min(seconds(work));
+        }
+    }
+    best
+}
+
+/// The same physics as the run of the trace, without all else: its torques, period by period.
+fn bare(scenario: &Scenario, torques: &[Vec<f64>]) {
+    let mut simulation = Simulation::new(scenario).expect("valid");
+    for torques in torques {
+        simulation.advance_physics(torques);
+    }
+}
+
+fn torques(trace: &Trace) -> Vec<Vec<f64>> {
+    let wheels = trace.wheel_names().len();
+    let of = |row: usize| (0..wheels).map(move |w| trace.wheel("applied_n_m", w).expect("a signal")[row]);
+    (0..trace.rows()).map(|row| of(row).collect()).collect()
+}
+
+fn main() {
+    let scenario = Scenario::load("step", &[Override::new("duration_s", 3.0)]).expect("built in");
+    let trace = run(&scenario).expect("runs");
+    let torques = torques(&trace);
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = || {
+        let log = RunLog::create(folder.path().join("x.mcap"), &scenario).expect("writable");
+        record::<Error>(&scenario, Some(log), |_, _| Ok(())).expect("runs");
+    };
+    let [physics, traced, metered, logged] = shortest([
+        &mut || bare(&scenario, &torques),
+        &mut || drop(run(&scenario).expect("runs")),
+        &mut || drop(record::<Error>(&scenario, None, |_, _| Ok(())).expect("runs")),
+        &mut || log(),
+    ]);
+    let one = || drop(run(&scenario).expect("runs"));
+    let [alone, pair] = shortest([&mut || one(), &mut || {
+        std::thread::scope(|scope| {
+            scope.spawn(one);
+            scope.spawn(one);
+        });
+    }]);
+    let simulated = scenario.duration_s;
+    let steps = simulated * 1e6 / scenario.physics.step_us as f64;
+    println!(
+        "physics alone:                        {:8.0} steps/s",
+        steps / physics
+    );
+    println!(
+        "with control, observation and trace:  {:8.0} steps/s, {:.1} times real time",
+        steps / traced,
+        simulated / traced
+    );
+    println!(
+        "control, observation and trace cost {:+.1} % of the physics (at most 10)",
+        100.0 * (traced / physics - 1.0)
+    );
+    println!(
+        "figures without a trace cost        {:+.1} % of the physics",
+        100.0 * (metered / physics - 1.0)
+    );
+    println!(
+        "an MCAP log costs                   {:+.1} % more (at most 10)",
+        100.0 * (logged / metered - 1.0)
+    );
+    println!(
+        "two worlds on two threads are worth {:.2} of one (at least 1.8)",
+        2.0 * alone / pair
+    );
+}
