@@ -3,8 +3,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
+results=$(mktemp -d) # a new folder: results that are there are not computed again
+trap 'rm -rf "$results"' EXIT
 for torque in 1.0 1.4 1.8 2.0; do
     echo "torque limit $torque N.m"
-    cargo run --release --quiet --example ensemble -- 24 "vehicle.motor.stall_torque_n_m=$torque"
+    cargo run --release --quiet -- study ensemble --set "vehicle.motor.stall_torque_n_m=$torque" --out "$results/$torque"
 done
 cargo bench

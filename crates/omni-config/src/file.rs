@@ -1,7 +1,7 @@
 //! A file of any kind.
 
-use crate::load::{Builtin, EXPERIMENTS, SCENARIOS, VEHICLES};
-use crate::{Error, Scenario, Source, Vehicle, WheelsExperiment};
+use crate::load::{Builtin, EXPERIMENTS, SCENARIOS, STUDIES, VEHICLES};
+use crate::{Error, Scenario, Source, Study, Vehicle, WheelsExperiment};
 
 /// Kinds of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,8 @@ pub enum FileKind {
     Scenario,
     /// An experiment of section 3.3.
     Experiment,
+    /// A study.
+    Study,
 }
 
 impl FileKind {
@@ -30,6 +32,7 @@ impl FileKind {
             Self::Vehicle => ("vehicle", VEHICLES),
             Self::Scenario => ("scenario", SCENARIOS),
             Self::Experiment => ("wheels experiment", EXPERIMENTS),
+            Self::Study => ("study", STUDIES),
         };
         let found = builtin.iter().find(|(known, _)| *known == name);
         found.map(|(_, text)| *text).ok_or_else(|| Error::UnknownName {
@@ -53,11 +56,13 @@ pub enum File {
     Scenario(Box<Scenario>),
     /// An experiment of section 3.3.
     Experiment(Box<WheelsExperiment>),
+    /// A study; its scenarios are checked by [`Study::points`].
+    Study(Box<Study>),
 }
 
 impl File {
-    /// The file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, anything
-    /// else is taken for a scenario.
+    /// The file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, a study
+    /// has seeds or axes, anything else is taken for a scenario.
     ///
     /// # Errors
     /// What is wrong with it, in one line.
@@ -73,6 +78,8 @@ impl File {
             Self::Vehicle(Box::new(Vehicle::from_source(&source, &[])?))
         } else if table.contains_key("load") {
             Self::Experiment(Box::new(WheelsExperiment::from_source(&source, &[])?))
+        } else if table.contains_key("seeds") || table.contains_key("axis") {
+            Self::Study(Box::new(Study::from_source(&source)?))
         } else {
             Self::Scenario(Box::new(Scenario::from_source(&source, &[])?))
         })

@@ -32,6 +32,11 @@ pub(crate) const SCENARIOS: Builtin = &[
 ];
 pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 
+pub(crate) const STUDIES: Builtin = &[
+    ("climb_map", include_str!("../assets/studies/climb_map.toml")),
+    ("ensemble", include_str!("../assets/studies/ensemble.toml")),
+];
+
 /// Names of the built-in vehicles.
 #[must_use]
 pub fn builtin_vehicles() -> Vec<&'static str> {
@@ -42,6 +47,12 @@ pub fn builtin_vehicles() -> Vec<&'static str> {
 #[must_use]
 pub fn builtin_scenarios() -> Vec<&'static str> {
     SCENARIOS.iter().map(|(name, _)| *name).collect()
+}
+
+/// Names of the built-in studies.
+#[must_use]
+pub fn builtin_studies() -> Vec<&'static str> {
+    STUDIES.iter().map(|(name, _)| *name).collect()
 }
 
 /// A text and where it came from.
@@ -69,7 +80,19 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn scenario(name: &str) -> Result<Self, Error> {
-        Self::find("scenario", SCENARIOS, name, None)
+        Self::scenario_in(name, None)
+    }
+
+    pub(crate) fn scenario_in(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
+        Self::find("scenario", SCENARIOS, name, relative_to)
+    }
+
+    /// A study by built-in name or path.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::Io`].
+    pub fn study(name: &str) -> Result<Self, Error> {
+        Self::find("study", STUDIES, name, None)
     }
 
     /// The experiment of section 3.3 by built-in name (`wheels`) or path.
@@ -200,7 +223,7 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
 }
 
 /// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.
-fn dotted(key: &str) -> String {
+pub(crate) fn dotted(key: &str) -> String {
     key.replace('[', ".").replace(']', "")
 }
 
@@ -259,6 +282,14 @@ impl Override {
         })
     }
 
+    pub(crate) fn key(&self) -> &str {
+        &self.key
+    }
+
+    pub(crate) fn value(&self) -> &Value {
+        &self.value
+    }
+
     /// The override without its leading `vehicle.`, if it has one and is not the vehicle's name itself.
     pub(crate) fn of_vehicle(&self) -> Option<Self> {
         self.key.strip_prefix("vehicle.").map(|key| Self {
@@ -291,6 +322,15 @@ impl Override {
             Some(value) => *child(value, last).map_err(refuse)? = self.value.clone(),
         }
         Ok(())
+    }
+}
+
+impl std::fmt::Display for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.value {
+            Value::String(text) => write!(f, "{}={text}", self.key),
+            value => write!(f, "{}={value}", self.key),
+        }
     }
 }
 

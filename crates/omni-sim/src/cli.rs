@@ -1,21 +1,23 @@
 //! The command line `omnistep`, also behind the Python package's console script.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
-//! request was wrong.
+//! request was wrong, 130 stopped by Ctrl-C.
 
 mod compare;
 mod files;
+mod study;
 mod wheels;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use omni_core::Coordination;
 
 use crate::Error;
-use crate::config::{Language, Override, Scenario, builtin_scenarios, builtin_vehicles};
+use crate::config::{Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
 /// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
@@ -58,6 +60,9 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Runs a grid of scenarios with many seeds on all cores, writes one row a run as Parquet, prints a map. Started again,
+    /// it goes on where it was stopped.
+    Study(StudyArgs),
     /// Prints a scenario's controller as constants for firmware: Rust to include, or a C header.
     Constants {
         /// A built-in scenario or a .toml file: its vehicle, policy and control period.
@@ -70,7 +75,7 @@ enum Command {
         #[arg(long, value_enum, default_value = "rust")]
         language: ConstantsLanguage,
     },
-    /// Checks a vehicle, scenario or experiment file without running it, and says what it describes.
+    /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
         /// The files.
         #[arg(required = true)]
@@ -82,11 +87,11 @@ enum Command {
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
-        /// The built-in one to start from; chugo7 or step if left out.
+        /// The built-in one to start from; chugo7, step or climb_map if left out.
         #[arg(long)]
         like: Option<String>,
     },
-    /// Lists the built-in scenarios, vehicles and policies.
+    /// Lists the built-in scenarios, vehicles, policies and studies.
     List,
 }
 
@@ -100,6 +105,7 @@ enum ConstantsLanguage {
 enum NewKind {
     Vehicle,
     Scenario,
+    Study,
 }
 
 /// Where the controller of a run is.
@@ -125,6 +131,34 @@ struct RunArgs {
     #[arg(long, default_value = "out")]
     out: PathBuf,
     /// Prints one JSON object a policy a line and nothing else.
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress bar.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct StudyArgs {
+    /// A built-in study or a .toml file.
+    #[arg(default_value = "climb_map")]
+    study: String,
+    /// Replaces a key of the scenario in every run, as duration_s=4 or vehicle=omni3; repeat for more.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Seeds 0 to N - 1 instead of the study's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    seeds: Option<u32>,
+    /// Folder for the results; out/NAME if left out. Runs whose results are there are not run again.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Runs at a time; as many as there are cores if left out.
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Runs those again that failed before.
+    #[arg(long)]
+    retry_errors: bool,
+    /// Prints one JSON object a cell of the map a line and nothing else.
     #[arg(long)]
     json: bool,
     /// Shows no progress bar.
@@ -164,6 +198,10 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     let mut out = std::io::stdout().lock();
     match run(cli, &mut out) {
         Ok(()) => 0,
+        Err(error @ Error::Interrupted { .. }) => {
+            let _ = writeln!(std::io::stderr(), "stopped: {error}");
+            130
+        }
         Err(error) => {
             let _ = writeln!(std::io::stderr(), "error: {error}");
             if error.is_bad_input() { 2 } else { 1 }
@@ -198,6 +236,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             overrides,
             json,
         } => wheels::wheels(&experiment, &overrides, json, out),
+        Command::Study(args) => study::study(&args, out),
         Command::Constants {
             scenario,
             overrides,
@@ -217,6 +256,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
                 ("scenarios:  ", builtin_scenarios()),
                 ("vehicles:   ", builtin_vehicles()),
                 ("policies:   ", Coordination::<f64>::PRESETS.to_vec()),
+                ("studies:    ", builtin_studies()),
                 ("experiments:", vec!["wheels (run by `omnistep wheels`)"]),
             ];
             for (kind, names) in lists {

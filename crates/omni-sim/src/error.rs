@@ -48,6 +48,24 @@ pub enum Error {
         /// What was lost until then.
         counters: crate::controller::LinkCounters,
     },
+    /// A folder of results cannot be used for this study.
+    #[error("{}: {reason}", folder.display())]
+    Study {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// Ctrl-C ended a study before its end.
+    #[error("{done} of {runs} runs are done and kept in {}; the same command goes on", folder.display())]
+    Interrupted {
+        /// Runs whose rows are written.
+        done: usize,
+        /// Runs of the study.
+        runs: usize,
+        /// The folder of results.
+        folder: PathBuf,
+    },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
     Diverged {
@@ -88,9 +106,11 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Log(error) => matches!(error, crate::log::LogError::Create { .. }),
-            Self::Diverged { .. } | Self::FellApart { .. } | Self::OutOfTime { .. } | Self::Link { .. } => {
-                false
-            }
+            Self::Diverged { .. }
+            | Self::FellApart { .. }
+            | Self::OutOfTime { .. }
+            | Self::Interrupted { .. }
+            | Self::Link { .. } => false,
             _ => true,
         }
     }

@@ -11,6 +11,7 @@ mod run;
 mod sensing;
 mod simulation;
 mod snapshot;
+pub mod study;
 mod trace;
 mod wheels;
 mod world;

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use super::{NewKind, print};
 use crate::Error;
-use crate::config::{File, FileKind, Scenario, Source, Vehicle};
+use crate::config::{File, FileKind, Scenario, Source, Study, Vehicle};
+use crate::study::Plan;
 
 /// Says what each file describes, or what is wrong with the first that is wrong.
 pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> {
@@ -23,6 +24,7 @@ pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> 
             File::Experiment(experiment) => {
                 format!("experiment {}, {} s", experiment.name, experiment.duration_s)
             }
+            File::Study(study) => format!("study {}", super::study::described(&Plan::new(&study, &[])?)),
         };
         print(out, &format!("{file}: {said}\n"))?;
     }
@@ -52,6 +54,7 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
     let (kind, like) = match kind {
         NewKind::Vehicle => (FileKind::Vehicle, like.unwrap_or("chugo7")),
         NewKind::Scenario => (FileKind::Scenario, like.unwrap_or("step")),
+        NewKind::Study => (FileKind::Study, like.unwrap_or("climb_map")),
     };
     let text = kind
         .template(like)?
@@ -62,6 +65,10 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
         FileKind::Vehicle => {
             Vehicle::from_source(&source, &[])?;
             format!("omnistep run flat --set vehicle={name}.toml")
+        }
+        FileKind::Study => {
+            Study::from_source(&source)?;
+            format!("omnistep study {name}.toml")
         }
         _ => {
             Scenario::from_source(&source, &[])?;

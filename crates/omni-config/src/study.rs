@@ -1,0 +1,341 @@
+//! A study: a scenario, axes of keys and values, seeds. Every combination is a run.
+
+mod points;
+
+use std::path::PathBuf;
+
+use garde::Validate;
+use serde::de::{Deserializer, Error as _};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::Error;
+use crate::check::{is_name, is_schema_version};
+use crate::load::{Override, Source, dotted, read};
+pub use points::Point;
+
+/// Combinations of a study at most: each is held in memory, checked.
+const MOST_POINTS: usize = 100_000;
+/// Seeds of a study at most.
+const MOST_SEEDS: usize = 100_000;
+
+/// A study file: a grid of scenarios, each run with every seed.
+///
+/// ```
+/// use omni_config::Study;
+/// let study = Study::load("climb_map")?;
+/// assert_eq!(study.axis[1].values(), [0.03, 0.04, 0.05, 0.06].map(toml::Value::from));
+/// assert_eq!((study.points(&[])?.len(), study.seeds.list().len()), (4 * 4 * 4, 5));
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// Version of the file format, [`crate::SCHEMA_VERSION`].
+    #[garde(custom(is_schema_version))]
+    pub schema_version: u32,
+    /// Name of the folder of results.
+    #[garde(custom(is_name))]
+    pub name: String,
+    /// A built-in scenario, or a path relative to the study's file.
+    #[garde(skip)] // checked when it is read
+    pub scenario: String,
+    /// Keys of the scenario that are replaced in every run: `"vehicle.motor.stall_torque_n_m" = 1.0`. A table inside replaces the
+    /// keys it names.
+    #[serde(default)]
+    #[garde(skip)]
+    pub set: Table,
+    /// Keys that vary; every combination of their values is run.
+    #[serde(default)]
+    #[garde(dive)]
+    pub axis: Vec<Axis>,
+    /// Seeds that each combination is run with.
+    #[garde(skip)] // checked when it is read
+    pub seeds: Seeds,
+    /// What is shown of the results.
+    #[serde(default)]
+    #[garde(dive)]
+    pub map: MapAxes,
+    /// Where it was read.
+    #[serde(skip)]
+    #[garde(skip)]
+    origin: Origin,
+}
+
+/// What messages call the file, and the folder that names inside are relative to.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Origin {
+    file: String,
+    folder: Option<PathBuf>,
+}
+
+/// A key of the scenario and the values it takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// The key, as after `--set`: `terrain.friction`, `vehicle.motor.stall_torque_n_m`, `control.policy`, `vehicle`.
+    #[garde(custom(is_key))]
+    pub key: String,
+    /// The values, one or more; or else `from`, `to` and `count`.
+    #[garde(custom(one_way(self.range())))]
+    values: Option<Vec<Value>>,
+    /// First of `count` evenly spaced values.
+    #[garde(custom(is_finite))]
+    from: Option<f64>,
+    /// Last of them.
+    #[garde(custom(is_finite))]
+    to: Option<f64>,
+    /// How many, 2 to 10000.
+    #[garde(range(min = 2, max = 10_000))]
+    count: Option<u32>,
+}
+
+/// Seeds: how many, counted from 0, or which.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum Seeds {
+    /// 0 to one less than this.
+    Count(u32),
+    /// These, each once.
+    List(Vec<u64>),
+}
+
+/// Which axes are the map's, and which figures of the outcome it shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[serde(deny_unknown_fields, default)]
+pub struct MapAxes {
+    /// Key of the axis along the columns; the first axis by default.
+    #[garde(skip)] // checked with the axes
+    pub x: Option<String>,
+    /// Key of the axis along the rows; the next axis by default. Without one, figures are the rows.
+    #[garde(skip)]
+    pub y: Option<String>,
+    /// Figures of the outcome; `climbed` by default.
+    #[garde(length(min = 1))]
+    pub figures: Vec<String>,
+}
+
+impl Default for MapAxes {
+    fn default() -> Self {
+        Self {
+            x: None,
+            y: None,
+            figures: vec!["climbed".into()],
+        }
+    }
+}
+
+fn is_key(key: &str, _: &()) -> garde::Result {
+    match key {
+        "" => Err(garde::Error::new("\"\", allowed: a key of the scenario")),
+        "seed" => Err(garde::Error::new(
+            "\"seed\", allowed: any other key; seeds are given by `seeds`",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn is_finite(value: &Option<f64>, _: &()) -> garde::Result {
+    match value {
+        Some(value) if !value.is_finite() => Err(garde::Error::new(format!("{value}, allowed: finite"))),
+        _ => Ok(()),
+    }
+}
+
+/// What is given of `from`, `to` and `count`.
+enum Range {
+    Nothing,
+    Part,
+    Whole { from: f64, to: f64, count: u32 },
+}
+
+fn one_way(range: Range) -> impl FnOnce(&Option<Vec<Value>>, &()) -> garde::Result {
+    move |values, _| match (values, range) {
+        (Some(values), Range::Nothing) if values.is_empty() => {
+            Err(garde::Error::new("[], allowed: one value or more"))
+        }
+        (Some(_), Range::Nothing) | (None, Range::Whole { .. }) => Ok(()),
+        _ => Err(garde::Error::new(
+            "allowed: either `values`, or `from`, `to` and `count`",
+        )),
+    }
+}
+
+impl Axis {
+    /// An axis of values.
+    pub fn new(key: impl Into<String>, values: Vec<Value>) -> Self {
+        Self {
+            key: dotted(&key.into()),
+            values: Some(values),
+            from: None,
+            to: None,
+            count: None,
+        }
+    }
+
+    fn range(&self) -> Range {
+        match (self.from, self.to, self.count) {
+            (None, None, None) => Range::Nothing,
+            (Some(from), Some(to), Some(count)) => Range::Whole { from, to, count },
+            _ => Range::Part,
+        }
+    }
+
+    /// The values in order. Those of a range are rounded to 12 digits; they are integers if all of them are whole.
+    #[must_use]
+    pub fn values(&self) -> Vec<Value> {
+        let Range::Whole { from, to, count } = self.range() else {
+            return self.values.clone().unwrap_or_default();
+        };
+        let at = |k: u32| {
+            let exact = from + (to - from) * f64::from(k) / f64::from(count.max(2) - 1);
+            format!("{exact:.11e}").parse().unwrap_or(exact)
+        };
+        let all: Vec<f64> = (0..count).map(at).collect();
+        // Whole numbers fit keys of either type.
+        if all.iter().all(|v| v.fract() == 0.0 && v.abs() < 1e15) {
+            all.into_iter().map(|v| Value::Integer(v as i64)).collect()
+        } else {
+            all.into_iter().map(Value::Float).collect()
+        }
+    }
+}
+
+impl Seeds {
+    /// The seeds in order.
+    #[must_use]
+    pub fn list(&self) -> Vec<u64> {
+        match self {
+            Self::Count(count) => (0..u64::from(*count)).collect(),
+            Self::List(list) => list.clone(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Seeds {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let refuse = |value: &dyn std::fmt::Display| {
+            D::Error::custom(format!(
+                "{value}, allowed: how many, 1 to {MOST_SEEDS}, or a list of seeds, each once and >= 0"
+            ))
+        };
+        match Value::deserialize(deserializer)? {
+            Value::Integer(count) if (1..=MOST_SEEDS as i64).contains(&count) => {
+                u32::try_from(count).map(Self::Count).map_err(|_| refuse(&count))
+            }
+            Value::Array(items) if (1..=MOST_SEEDS).contains(&items.len()) => {
+                let seed = |item: &Value| item.as_integer().and_then(|seed| u64::try_from(seed).ok());
+                let mut known = std::collections::BTreeSet::new();
+                let list = items.iter().map(|item| {
+                    seed(item)
+                        .filter(|seed| known.insert(*seed))
+                        .ok_or_else(|| refuse(item))
+                });
+                Ok(Self::List(list.collect::<Result<_, _>>()?))
+            }
+            other => Err(refuse(&other)),
+        }
+    }
+}
+
+impl Study {
+    /// The built-in study or the file of that name.
+    ///
+    /// # Errors
+    /// What is wrong with it, in one line that names file, key, value and what is allowed. The scenarios are not read yet:
+    /// [`Study::points`] does that.
+    pub fn load(name: &str) -> Result<Self, Error> {
+        Self::from_source(&Source::study(name)?)
+    }
+
+    /// The study that a source describes.
+    ///
+    /// # Errors
+    /// As [`Study::load`].
+    pub fn from_source(source: &Source) -> Result<Self, Error> {
+        let mut study: Self = read(source, source.table()?)?;
+        study.origin = Origin {
+            file: source.file.clone(),
+            folder: source.folder().map(PathBuf::from),
+        };
+        for axis in &mut study.axis {
+            axis.key = dotted(&axis.key);
+        }
+        let settings = study.settings();
+        for (i, axis) in study.axis.iter().enumerate() {
+            if study.axis[..i].iter().any(|other| other.key == axis.key) {
+                return Err(source.refuse(format!("axis[{i}].key"), format!("{:?} twice", axis.key)));
+            }
+            if settings.iter().any(|set| set.key() == axis.key) {
+                let message = "is an axis too; allowed: one of the two";
+                return Err(source.refuse(format!("set.{}", axis.key), message));
+            }
+        }
+        for (name, key) in [("map.x", &mut study.map.x), ("map.y", &mut study.map.y)] {
+            let Some(key) = key else { continue };
+            *key = dotted(key);
+            if !study.axis.iter().any(|axis| axis.key == *key) {
+                let known: Vec<_> = study.axis.iter().map(|axis| axis.key.as_str()).collect();
+                return Err(source.refuse(name, format!("{key:?}, allowed: {}", known.join(", "))));
+            }
+        }
+        if study.map.x.is_some() && study.map.x == study.map.y {
+            return Err(source.refuse("map.y", "allowed: another axis than map.x"));
+        }
+        Ok(study)
+    }
+
+    /// The axes along the map's columns and rows, as indices into `axis`.
+    ///
+    /// ```
+    /// let study = omni_config::Study::load("climb_map")?;
+    /// assert_eq!(study.map_axes(), (Some(0), Some(1)));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn map_axes(&self) -> (Option<usize>, Option<usize>) {
+        let find = |key: &Option<String>| {
+            key.as_ref()
+                .and_then(|key| self.axis.iter().position(|axis| axis.key == *key))
+        };
+        let other = |than: Option<usize>| (0..self.axis.len()).find(|i| Some(*i) != than);
+        let (x, y) = (find(&self.map.x), find(&self.map.y));
+        let x = x.or_else(|| other(y));
+        (x, y.or_else(|| other(x)))
+    }
+
+    /// What messages call the file.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.origin.file
+    }
+
+    /// The overrides of `set`, tables inside taken apart.
+    fn settings(&self) -> Vec<Override> {
+        let mut all = Vec::new();
+        flatten("", &self.set, &mut all);
+        all
+    }
+
+    fn refuse(&self, key: impl Into<String>, message: impl Into<String>) -> Error {
+        Error::Key {
+            file: self.origin.file.clone(),
+            key: key.into(),
+            message: message.into(),
+        }
+    }
+}
+
+fn flatten(above: &str, table: &Table, into: &mut Vec<Override>) {
+    for (key, value) in table {
+        let key = if above.is_empty() {
+            key.clone()
+        } else {
+            format!("{above}.{key}")
+        };
+        match value {
+            Value::Table(inner) => flatten(&key, inner, into),
+            value => into.push(Override::new(key, value.clone())),
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! From a study to its scenarios, each checked; what is wrong with one is said of the axis that it came from.
+
+use toml::Value;
+
+use super::{MOST_POINTS, Study};
+use crate::load::{Override, Source, VEHICLES, dotted};
+use crate::{Error, Scenario};
+
+/// A combination of the axes' values, and the scenario it makes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The value of each axis, in the axes' order.
+    pub values: Vec<Value>,
+    /// The scenario, checked; each run gives it another seed.
+    pub scenario: Scenario,
+}
+
+impl Study {
+    /// Every combination of the axes' values, the last axis fastest, with some more keys replaced.
+    ///
+    /// # Errors
+    /// What is wrong with the first that is wrong, in one line that names the study's file, the axis, the value and what is
+    /// allowed.
+    ///
+    /// ```
+    /// use omni_config::{Source, Study};
+    /// let text = "schema_version = 1\nname = 'slip'\nscenario = 'step'\nseeds = 3\n
+    ///     [[axis]]\nkey = 'terrain.friction'\nvalues = [0.5, -1.0]";
+    /// let error = Study::from_source(&Source::text("slip.toml", text))?.points(&[]).unwrap_err();
+    /// assert_eq!(error.to_string(), "slip.toml: axis[0]: terrain.friction = -1.0: -1, allowed: 0 to 2");
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn points(&self, overrides: &[Override]) -> Result<Vec<Point>, Error> {
+        for each in overrides {
+            if self.axis.iter().any(|axis| axis.key == each.key()) {
+                return Err(Error::Override {
+                    text: each.to_string(),
+                    message: format!("is an axis of {}, allowed: any other key", self.origin.file),
+                });
+            }
+        }
+        let values: Vec<Vec<Value>> = self.axis.iter().map(super::Axis::values).collect();
+        let count = values
+            .iter()
+            .try_fold(1_usize, |product, values| product.checked_mul(values.len()))
+            .filter(|count| *count <= MOST_POINTS);
+        let Some(count) = count else {
+            let message = format!("too many combinations, allowed: {MOST_POINTS} at most");
+            return Err(self.refuse("axis", message));
+        };
+        let source = self.scenario_source()?;
+        let settings = self.settings();
+        let mut points = Vec::with_capacity(count);
+        for index in 0..count {
+            let chosen = combination(&values, index);
+            let own = settings.iter().map(|set| self.located(set.key(), set.value()));
+            let varied = self.axis.iter().zip(&chosen);
+            let varied = varied.map(|(axis, value)| self.located(&axis.key, value));
+            let all: Vec<_> = own.chain(overrides.iter().cloned()).chain(varied).collect();
+            let scenario = Scenario::from_source(&source, &all)
+                .map_err(|error| self.explained(error, &settings, overrides, &chosen))?;
+            points.push(Point {
+                values: chosen,
+                scenario,
+            });
+        }
+        Ok(points)
+    }
+
+    fn scenario_source(&self) -> Result<Source, Error> {
+        Source::scenario_in(&self.scenario, self.origin.folder.as_deref()).map_err(|error| match error {
+            Error::UnknownName { name, known, .. } => {
+                self.refuse("scenario", format!("{name:?}, allowed: {known}"))
+            }
+            other => other,
+        })
+    }
+
+    /// An override; the path of a vehicle or a picture, relative to the study's file, made absolute.
+    fn located(&self, key: &str, value: &Value) -> Override {
+        if let (Some(folder), "vehicle" | "terrain.image", Value::String(name)) =
+            (&self.origin.folder, key, value)
+            && !VEHICLES.iter().any(|(known, _)| known == name)
+            && (name.ends_with(".toml") || folder.join(name).is_file())
+            && let Ok(path) = std::path::absolute(folder.join(name))
+        {
+            return Override::new(key, path.display().to_string());
+        }
+        Override::new(key, value.clone())
+    }
+
+    /// What is wrong with a combination, said of the axis or the setting that it came from.
+    fn explained(
+        &self,
+        error: Error,
+        settings: &[Override],
+        overrides: &[Override],
+        chosen: &[Value],
+    ) -> Error {
+        let Error::Key { key, message, .. } = &error else {
+            return self.of_combination(&error, chosen);
+        };
+        let key = dotted(key);
+        let best = |keys: &mut dyn Iterator<Item = &str>| {
+            keys.enumerate()
+                .map(|(i, own)| (shared(own, &key), i))
+                .filter(|(length, _)| *length > 0)
+                .max_by_key(|(length, i)| (*length, std::cmp::Reverse(*i)))
+        };
+        let axis = best(&mut self.axis.iter().map(|axis| axis.key.as_str()));
+        let set = best(&mut settings.iter().map(Override::key));
+        let flag = best(&mut overrides.iter().map(Override::key));
+        match [axis, set, flag]
+            .into_iter()
+            .flatten()
+            .max_by_key(|(length, _)| *length)
+        {
+            None => self.of_combination(&error, chosen),
+            found if found == axis => {
+                let i = axis.map_or(0, |(_, i)| i);
+                let message = format!("{} = {}: {message}", self.axis[i].key, chosen[i]);
+                self.refuse(format!("axis[{i}]"), message)
+            }
+            found if found == set => {
+                let i = set.map_or(0, |(_, i)| i);
+                let message = format!("{} = {}: {message}", settings[i].key(), settings[i].value());
+                self.refuse("set", message)
+            }
+            _ => error, // of --set, in the words that it is refused with elsewhere
+        }
+    }
+
+    fn of_combination(&self, error: &Error, chosen: &[Value]) -> Error {
+        self.refuse(
+            if chosen.is_empty() {
+                "scenario".into()
+            } else {
+                self.named(chosen)
+            },
+            error.to_string(),
+        )
+    }
+
+    /// `terrain.height_m = 0.03, control.policy = "paper"`.
+    #[must_use]
+    pub fn named(&self, values: &[Value]) -> String {
+        let pairs = self.axis.iter().zip(values);
+        let pairs: Vec<_> = pairs
+            .map(|(axis, value)| format!("{} = {value}", axis.key))
+            .collect();
+        pairs.join(", ")
+    }
+}
+
+/// The combination of that index, the last axis fastest.
+fn combination(values: &[Vec<Value>], mut index: usize) -> Vec<Value> {
+    let mut chosen: Vec<Value> = values
+        .iter()
+        .rev()
+        .map(|values| {
+            let value = values[index % values.len()].clone();
+            index /= values.len();
+            value
+        })
+        .collect();
+    chosen.reverse();
+    chosen
+}
+
+/// How much of a key that is refused is this key's: its length where one is the other or within it, with `vehicle.` or
+/// without, as messages about vehicles are; 0 otherwise.
+fn shared(own: &str, refused: &str) -> usize {
+    let within = |a: &str, b: &str| {
+        b.strip_prefix(a)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    [own, own.strip_prefix("vehicle.").unwrap_or(own)]
+        .into_iter()
+        .filter(|own| within(own, refused) || within(refused, own))
+        .map(|own| own.len().min(refused.len()))
+        .max()
+        .unwrap_or(0)
+}

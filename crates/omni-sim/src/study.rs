@@ -1,0 +1,20 @@
+//! Ensembles: a grid of scenarios times seeds, one row a run, in Parquet.
+//!
+//! A [`Plan`] lists the runs of a [`Study`](crate::config::Study), each with its key. [`row`] computes the row of one run, whatever
+//! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
+//! [`cells`] sums rows up. A program that spreads runs over machines needs the first three only.
+
+mod cell;
+mod map;
+mod plan;
+mod row;
+mod run;
+mod store;
+mod table;
+
+pub use cell::{Cell, Column, Columns, Kind};
+pub use map::{MapCell, cells};
+pub use plan::{Plan, Run, key};
+pub use row::{Ended, Row, row, row_with, rows};
+pub use run::{Computed, compute};
+pub use store::{Found, Store};
