@@ -12,7 +12,8 @@ use crate::{BodyTwist, ConfigError, Real};
 /// ```
 /// use omni_core::{HeadingHold, HeadingHoldConfig};
 /// let config = HeadingHoldConfig { gain_per_s: 3.0, limit_rad_s: 0.5, period_s: 0.0 };
-/// assert_eq!(HeadingHold::new(config).unwrap_err().parameter, "period_s");
+/// let error = HeadingHold::new(config).unwrap_err();
+/// assert_eq!((error.parameter, error.value), ("period_s", 0.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

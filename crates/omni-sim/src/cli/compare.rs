@@ -159,7 +159,7 @@ fn table(rows: &[Row]) -> Table {
         "verdict",
         "crossing [s]",
         "pitch [deg]",
-        "yaw error [deg]",
+        "yaw [deg]",
         "slip rms",
         "disturbed rms",
         "spread rms",
