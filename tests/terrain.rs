@@ -185,7 +185,72 @@ fn friction_patches_take_the_grip_where_they_lie_and_nowhere_else() {
 }
 
 #[test]
-fn rough_ground_has_the_height_asked_for_and_another_seed_is_another_ground() {
+fn every_kind_of_ground_is_as_high_as_its_keys_say() {
+    let at = |name: &str, overrides: &[&str], x: f64, y: f64| {
+        omni_sim::ground_heights_m(&scenario(name, overrides), &[[x, y]])[0]
+    };
+    let slope = 0.175_f64.tan();
+    let round = |off: f64| (0.02_f64.powi(2) - off * off).sqrt(); // half a bar of 2 cm
+    for (name, x, y, height) in [
+        ("flat", 3.0, -2.0, 0.0),
+        ("step", 0.699, 0.0, 0.0),
+        ("step", 0.701, 0.0, 0.05),
+        ("step_down", 0.699, 0.0, 0.0),
+        ("step_down", 0.701, 0.0, -0.05),
+        ("stairs", 1.09, 0.3, 0.03),
+        ("stairs", 1.11, 0.3, 0.06),
+        ("ramp", 0.7, 0.0, 0.0),
+        ("ramp", 0.9, 1.0, 0.2 * slope),
+        ("ramp", 1.69, 1.0, 0.99 * slope),
+        ("ramp", 2.5, 1.0, slope),
+        ("half_step", 1.0, 0.11, 0.03),
+        ("half_step", 1.0, 0.09, 0.0),
+        ("ditch", 0.73, 0.0, -0.05),
+        ("ditch", 0.77, 0.0, 0.0),
+        ("bumps", 0.72, 0.0, 0.02),
+        ("bumps", 0.73, 0.0, round(0.01)),
+        ("bumps", 0.72 + 0.45, 0.0, 0.02),
+        ("bumps", 0.9, 0.0, 0.0),
+    ] {
+        let got = at(name, &[], x, y);
+        assert!(
+            (got - height).abs() < 1e-9,
+            "{name} at ({x}, {y}): {got} m, {height} m"
+        );
+    }
+    // Flatter bars are parts of larger circles: 1 cm high and 8 cm wide, of radius 8.5 cm.
+    let flat = ["terrain.height_m=0.01", "terrain.width_m=0.08"];
+    assert!((at("bumps", &flat, 0.74, 0.0) - 0.01).abs() < 1e-9);
+    let side = (0.085_f64.powi(2) - 0.02_f64.powi(2)).sqrt() - 0.075;
+    let got = at("bumps", &flat, 0.76, 0.0);
+    // A ray finds a cylinder's side by iteration, to some micrometres.
+    assert!((got - side).abs() < 1e-5, "{got} m, {side} m");
+}
+
+#[test]
+fn rough_ground_has_the_deviation_asked_for_inside_and_none_at_its_borders() {
+    let wide = ["terrain.length_m=20", "terrain.width_m=20", "terrain.rms_m=0.02"];
+    let scenario = scenario("rough", &wide);
+    let places: Vec<[f64; 2]> = (0..10_000)
+        .map(|k| [2.0 + 0.17 * f64::from(k % 100), -8.5 + 0.17 * f64::from(k / 100)])
+        .collect();
+    let heights = omni_sim::ground_heights_m(&scenario, &places);
+    let square: f64 = heights.iter().map(|h| h * h).sum::<f64>() / heights.len() as f64;
+    // 17 m hold some 20 of the longest waves each way, some 400 patches that vary by themselves: 1 / sqrt(800), three times.
+    assert!(
+        (square.sqrt() / 0.02 - 1.0).abs() < 0.11,
+        "{} m rms",
+        square.sqrt()
+    );
+    let border = omni_sim::ground_heights_m(
+        &scenario,
+        &[[0.7, 3.0], [20.7, -4.0], [5.0, 10.0], [5.0, -10.0], [0.3, 0.0]],
+    );
+    assert!(border.iter().all(|h| h.abs() < 1e-9), "{border:?}");
+}
+
+#[test]
+fn another_seed_is_another_ground_and_the_runs_own_seed_is_not() {
     let heights = |seed: &str| {
         let trace = drive("rough", &[seed, "duration_s=6.0"]);
         trace.column("wheel_4_z_m").expect("a column").to_vec()
@@ -231,6 +296,14 @@ fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
         (image.level(0, 0), image.level(0, 2), image.level(2, 0)),
         (1.0, 0.0, 0.0)
     );
+    // White is 8 cm: at the far left of the upper edge, 2 m from the lower one.
+    let heights = omni_sim::ground_heights_m(
+        &scenario,
+        &[[2.699, 0.999], [2.699, -0.999], [0.701, 0.999], [1.7, 0.0]],
+    );
+    for (height, expected) in heights.iter().zip([0.08, 0.0, 0.0, 0.0]) {
+        assert!((height - expected).abs() < 5e-4, "{heights:?}");
+    }
     // The vehicle at the far left is lifted there, at the far right it is not.
     for (y, raised) in [("0.9", true), ("-0.9", false)] {
         let overrides = [format!("start.y_m={y}"), "duration_s=8.5".into()];

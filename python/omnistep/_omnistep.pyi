@@ -402,6 +402,8 @@ class Trace:
     @property
     def terrain(self) -> dict[str, str | float]:
         """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``."""
+    def ground_m(self, x_m: Sequence[float] | _Floats, *, y_m: float = ...) -> _Floats:
+        """Height of the ground [m] at places x_m [m], (M,), along the line y_m [m]."""
     @property
     def scenario(self) -> str:
         """Name of the scenario."""

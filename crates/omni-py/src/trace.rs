@@ -7,6 +7,8 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arrays::numbers;
+
 /// A finished run.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Trace {
@@ -85,6 +87,20 @@ impl Trace {
             }
         }
         Ok(dict)
+    }
+
+    /// Height of the ground [m] at places x [m], (M,), of the world, along the line y [m].
+    #[pyo3(signature = (x_m, *, y_m = 0.0))]
+    fn ground_m<'py>(
+        &self,
+        py: Python<'py>,
+        x_m: &Bound<'py, PyAny>,
+        y_m: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let x_m = numbers("x_m", x_m, "numbers")?;
+        let places: Vec<[f64; 2]> = x_m.into_iter().map(|x| [x, y_m]).collect();
+        let heights = py.detach(|| omni_sim::ground_heights_m(&self.scenario, &places));
+        Ok(PyArray1::from_vec(py, heights))
     }
 
     /// Name of the scenario.

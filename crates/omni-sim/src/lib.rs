@@ -25,3 +25,4 @@ pub use run::{Record, control_periods, record, record_with, run, run_logged, run
 pub use simulation::Simulation;
 pub use trace::Trace;
 pub use wheels::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
+pub use world::ground_heights_m;

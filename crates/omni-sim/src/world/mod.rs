@@ -19,6 +19,7 @@ use actuation::Actuation;
 use books::Books;
 pub(crate) use snapshot::{WorldSnapshot, WorldView};
 use terrain::Patches;
+pub use terrain::ground_heights_m;
 use vehicle::VehicleBodies;
 
 /// A vehicle on the ground, without a controller.

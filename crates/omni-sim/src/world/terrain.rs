@@ -137,6 +137,32 @@ pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) {
     }
 }
 
+/// Height of the ground \[m\] at places x, y \[m\] of the world.
+///
+/// ```
+/// use omni_sim::config::Scenario;
+/// let stairs = Scenario::load("stairs", &[])?; // of 3 cm, from x = 0.7 m on, every 0.4 m
+/// let heights = omni_sim::ground_heights_m(&stairs, &[[0.0, 0.0], [0.9, 0.0], [1.2, 0.5], [9.0, 0.0]]);
+/// for (height, expected) in heights.iter().zip([0.0, 0.03, 0.06, 0.09]) {
+///     assert!((height - expected).abs() < 1e-9);
+/// }
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[must_use]
+pub fn ground_heights_m(scenario: &Scenario, places_m: &[[f64; 2]]) -> Vec<f64> {
+    let mut physics = PhysicsWorld::new();
+    insert(&mut physics, scenario);
+    // Puts the colliders where rays look for them.
+    physics.detect_collisions(&(), &());
+    let above = 100.0; // obstacles are at most 10 m high
+    let height = |[x, y]: [f64; 2]| {
+        let ray = Ray::new(Vector::new(x, y, above), Vector::new(0.0, 0.0, -1.0));
+        let hit = physics.cast_ray(&ray, 2.0 * above, true, QueryFilter::default());
+        hit.map_or(f64::NAN, |(_, fall)| above - fall)
+    };
+    places_m.iter().copied().map(height).collect()
+}
+
 struct Ground<'a> {
     physics: &'a mut PhysicsWorld,
     friction: f64,
