@@ -11,9 +11,12 @@ mod check;
 mod constants;
 mod control;
 mod error;
+mod facts;
 mod file;
+mod gains;
 mod load;
 mod scenario;
+mod schema;
 mod tagged;
 mod vehicle;
 mod wheels;
@@ -22,9 +25,10 @@ pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use file::{File, FileKind};
+pub use gains::DerivedGains;
 pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
 pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
-pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
+pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

@@ -4,30 +4,39 @@ use std::path::PathBuf;
 
 use garde::Validate;
 use omni_core::{BodyTwist, Coordination};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::Error;
-use crate::check::{between, finite, is_name, is_schema_version, not_negative, positive};
-use crate::load::{Override, Source, read};
+use crate::check::{
+    CONTACT_DAMPING, CONTACT_HZ, DURATION_S, FRICTION, GRAVITY_M_S2, HEADING_RAD, ITERATIONS, NAME, OFFSET_M,
+    PERIOD_US, RISER_M, STEP_HEIGHT_M, TIME_S, VELOCITY_M_S, VELOCITY_RAD_S, is_name, within,
+};
+use crate::load::{Override, Source, check_version, read};
 use crate::tagged::deserialize_by_kind;
+use crate::gains::DerivedGains;
 use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Version of the file format, [`crate::SCHEMA_VERSION`].
-    #[garde(custom(is_schema_version))]
+    #[garde(skip)] // checked before anything else is read
+    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
     /// Name in logs and file names.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
     #[garde(skip)] // checked with its own source, before it is put here
+    #[schemars(with = "VehicleChoice")]
     vehicle: Vehicle,
     /// Simulated time \[s\], 0.01 to 3600.
-    #[garde(custom(between(0.01, 3600.0)))]
+    #[garde(custom(within(DURATION_S)))]
+    #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
     /// Seed of the perturbation.
     #[serde(default)]
@@ -49,28 +58,47 @@ pub struct Scenario {
     /// How finely to simulate.
     #[garde(dive)]
     pub physics: Physics,
+    /// Where the vehicle's gains come from, if not from its file.
+    #[serde(skip)]
+    #[garde(skip)]
+    derived_gains: Option<DerivedGains>,
+}
+
+/// What a file may say of its vehicle.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum VehicleChoice {
+    /// The name of a built-in vehicle, or the path of a vehicle file relative to this one.
+    Name(String),
+    /// The vehicle itself.
+    Table(Box<Vehicle>),
 }
 
 /// The ground under the vehicle, which starts at x = 0 facing +x.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Terrain {
     /// A plane.
     Flat {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(between(0.0, 2.0)))]
+        #[garde(custom(within(FRICTION)))]
+        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
     },
     /// A plane and, from `at_m` on, a higher one.
     Step {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(between(0.0, 2.0)))]
+        #[garde(custom(within(FRICTION)))]
+        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
-        /// Height of the step \[m\], > 0.
-        #[garde(custom(positive))]
+        /// Height of the step \[m\], 0.0001 to 10.
+        #[garde(custom(within(STEP_HEIGHT_M)))]
+        #[schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
-        /// World x of the riser \[m\], > 0.
-        #[garde(custom(positive))]
+        /// World x of the riser \[m\], 0.001 to 190, ahead of the wheels at the start.
+        #[garde(custom(within(RISER_M)))]
+        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
         at_m: f64,
     },
 }
@@ -84,20 +112,24 @@ enum TerrainByKind {
 deserialize_by_kind!(Terrain, TerrainByKind);
 
 /// A constant body twist, reached on a ramp.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Command {
-    /// Forward \[m/s\].
-    #[garde(custom(finite))]
+    /// Forward \[m/s\], -100 to 100.
+    #[garde(custom(within(VELOCITY_M_S)))]
+    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vx_m_s: f64,
-    /// Left \[m/s\].
-    #[garde(custom(finite))]
+    /// Left \[m/s\], -100 to 100.
+    #[garde(custom(within(VELOCITY_M_S)))]
+    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vy_m_s: f64,
-    /// Counter-clockwise \[rad/s\].
-    #[garde(custom(finite))]
+    /// Counter-clockwise \[rad/s\], -1000 to 1000.
+    #[garde(custom(within(VELOCITY_RAD_S)))]
+    #[schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max))]
     pub wz_rad_s: f64,
-    /// Time from rest to the whole twist \[s\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Time from rest to the whole twist \[s\], 0 to 3600.
+    #[garde(custom(within(TIME_S)))]
+    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
     pub ramp_s: f64,
 }
 
@@ -119,7 +151,7 @@ impl Command {
 }
 
 /// The scalar that the controller computes in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// `f32`, as in firmware.
@@ -130,14 +162,16 @@ pub enum Precision {
 }
 
 /// The controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Control {
     /// Name of a coordination preset.
     #[garde(custom(known_policy))]
+    #[schemars(extend("enum" = Coordination::<f64>::PRESETS))]
     pub policy: String,
     /// Control period \[us\], a multiple of the physics step, 1 to 100000.
-    #[garde(custom(microseconds))]
+    #[garde(custom(within(PERIOD_US)))]
+    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[serde(default)]
@@ -146,52 +180,43 @@ pub struct Control {
 }
 
 /// Uniform random differences, plus or minus the amplitude given; all zero by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Perturbation {
-    /// Heading at the start \[rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Heading at the start \[rad\], 0 to 3.2.
+    #[garde(custom(within(HEADING_RAD)))]
+    #[schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max))]
     pub yaw_rad: f64,
-    /// Place along x at the start \[m\], >= 0: the phase at which wheels meet the step.
-    #[garde(custom(not_negative))]
+    /// Place along x at the start \[m\], 0 to 100: the phase at which wheels meet the step.
+    #[garde(custom(within(OFFSET_M)))]
+    #[schemars(range(min = OFFSET_M.min, max = OFFSET_M.max))]
     pub start_m: f64,
 }
 
 /// How finely to simulate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Physics {
     /// Physics step \[us\], 1 to 100000.
-    #[garde(custom(microseconds))]
+    #[garde(custom(within(PERIOD_US)))]
+    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
     pub step_us: u64,
     /// Solver iterations a step, 1 to 100; fewer than 8 change outcomes near the torque threshold.
-    #[garde(custom(iterations))]
+    #[garde(custom(within(ITERATIONS)))]
+    #[schemars(range(min = ITERATIONS.min, max = ITERATIONS.max))]
     pub solver_iterations: usize,
-    /// Natural frequency of contacts \[Hz\], > 0.
-    #[garde(custom(positive))]
+    /// Natural frequency of contacts \[Hz\], 1 to 100000.
+    #[garde(custom(within(CONTACT_HZ)))]
+    #[schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max))]
     pub contact_hz: f64,
-    /// Damping ratio of contacts, > 0.
-    #[garde(custom(positive))]
+    /// Damping ratio of contacts, 0.001 to 1000.
+    #[garde(custom(within(CONTACT_DAMPING)))]
+    #[schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max))]
     pub contact_damping: f64,
-    /// Gravity \[m/s^2\], downwards, >= 0.
-    #[garde(custom(not_negative))]
+    /// Gravity \[m/s^2\], downwards, 0 to 100.
+    #[garde(custom(within(GRAVITY_M_S2)))]
+    #[schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
-}
-
-fn microseconds(value: &u64, _: &()) -> garde::Result {
-    if (1..=100_000).contains(value) {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!("{value}, allowed: 1 to 100000")))
-    }
-}
-
-fn iterations(value: &usize, _: &()) -> garde::Result {
-    if (1..=100).contains(value) {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!("{value}, allowed: 1 to 100")))
-    }
 }
 
 fn known_policy(value: &str, _: &()) -> garde::Result {
@@ -257,6 +282,7 @@ impl Scenario {
         for each in own {
             each.apply(source, &mut table)?;
         }
+        check_version(source, &table)?;
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
                 let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
@@ -267,7 +293,9 @@ impl Scenario {
                 })?;
                 Vehicle::from_source(&vehicle, &for_vehicle)?
             }
-            Some(Value::Table(inline)) => Vehicle::from_table(source, inline, &for_vehicle)?,
+            Some(Value::Table(inline)) => {
+                Vehicle::from_table(source, inline, &for_vehicle).map_err(|error| error.inside("vehicle"))?
+            }
             Some(other) => {
                 return Err(source.refuse("vehicle", format!("{other}, allowed: a name, a path or a table")));
             }
@@ -277,7 +305,7 @@ impl Scenario {
         let inline =
             Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
         table.insert("vehicle".into(), inline);
-        let scenario: Self = read(source, table)?;
+        let mut scenario: Self = read(source, table)?;
         let Physics { step_us, .. } = scenario.physics;
         if !scenario.control.period_us.is_multiple_of(step_us) {
             let message = format!(
@@ -287,6 +315,8 @@ impl Scenario {
             return Err(source.refuse("control.period_us", message));
         }
         scenario.check_start(source)?;
+        scenario.check_couplings(source)?;
+        scenario.derive_gains()?;
         Ok(scenario)
     }
 
@@ -316,7 +346,44 @@ impl Scenario {
         Ok(())
     }
 
-    /// The vehicle.
+    /// The physics step resolves every coupling's spring.
+    fn check_couplings(&self, source: &Source) -> Result<(), Error> {
+        let longest = |coupling| self.vehicle.coupling_spring(coupling).longest_step_s();
+        for coupling in &self.vehicle.coupling {
+            let longest_us = 1e6 * longest(coupling);
+            if self.physics.step_us as f64 > longest_us {
+                let message = format!(
+                    "{}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
+                    self.physics.step_us, coupling.name, self.vehicle.name
+                );
+                return Err(source.refuse("physics.step_us", message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gains that the vehicle's file leaves out. What runs and what a log records are then the derived ones.
+    fn derive_gains(&mut self) -> Result<(), Error> {
+        if self.vehicle.gains.is_none() {
+            let derived = self.vehicle.derived_gains(self.period_s())?;
+            self.vehicle.gains = Some(derived.gains);
+            self.derived_gains = Some(derived);
+        }
+        Ok(())
+    }
+
+    /// Gains that the vehicle's file left out and how they were found; none where the file gives them.
+    ///
+    /// ```
+    /// assert!(omni_config::Scenario::load("step", &[])?.derived_gains().is_none()); // chugo7 has its own
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn derived_gains(&self) -> Option<&DerivedGains> {
+        self.derived_gains.as_ref()
+    }
+
+    /// The vehicle, its gains resolved.
     #[must_use]
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle
