@@ -123,7 +123,10 @@ impl<const N: usize> Bounded for [f64; N] {
 pub(crate) fn within<T: Bounded>(range: Range) -> impl FnOnce(&T, &()) -> garde::Result {
     move |value, _| {
         if value.outside(range) {
-            refuse(value.shown(), &format!("{} to {}", range.min.shown(), range.max.shown()))
+            refuse(
+                value.shown(),
+                &format!("{} to {}", range.min.shown(), range.max.shown()),
+            )
         } else {
             Ok(())
         }
@@ -136,7 +139,10 @@ pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> gard
     if values.iter().any(|v| v.abs() >= 1e-3) {
         Ok(())
     } else {
-        refuse(values.shown(), "a direction, some component at least 0.001 or at most -0.001")
+        refuse(
+            values.shown(),
+            "a direction, some component at least 0.001 or at most -0.001",
+        )
     }
 }
 

@@ -77,7 +77,10 @@ impl Scenario {
     /// ```
     pub fn wheel_control<R: Real, const N: usize>(&self) -> Result<WheelControlConfig<R, N>, Error> {
         let vehicle = self.vehicle();
-        let limit = vehicle.motor.limit().map_err(|error| self.vehicle().refuse(&error))?;
+        let limit = vehicle
+            .motor
+            .limit()
+            .map_err(|error| self.vehicle().refuse(&error))?;
         let gains = vehicle.gains_at(self.period_s())?;
         Ok(WheelControlConfig {
             pid: PidConfig::new(gains.pid(), R::of(self.period_s())),

@@ -138,8 +138,14 @@ impl Vehicle {
         // of each wheel, then the torque of each coupling.
         let mut balance = DMatrix::zeros(3 + hinges, wheels + self.coupling.len());
         let mut weight = DVector::zeros(3 + hinges);
-        let bodies = self.body.iter().map(|body| (body.name.as_str(), body.mass_kg, [body.com_m[0], body.com_m[1]]));
-        let carried = self.wheel.iter().map(|wheel| (wheel.body.as_str(), wheel.mass_kg, wheel.position_m));
+        let bodies = self
+            .body
+            .iter()
+            .map(|body| (body.name.as_str(), body.mass_kg, [body.com_m[0], body.com_m[1]]));
+        let carried = self
+            .wheel
+            .iter()
+            .map(|wheel| (wheel.body.as_str(), wheel.mass_kg, wheel.position_m));
         for (body, mass, place) in bodies.chain(carried) {
             for (row, lever) in self.levers(body, place) {
                 weight[row] += mass * gravity_m_s2 * lever;
@@ -162,7 +168,8 @@ impl Vehicle {
         let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
         let solved = balance.clone().svd(true, true).solve(&weight, 1e-9 * free).ok()?;
         let whole = weight[0];
-        let stands = residual(&solved) <= 1e-6 * whole && solved.iter().take(wheels).all(|n| *n >= -1e-9 * whole);
+        let stands =
+            residual(&solved) <= 1e-6 * whole && solved.iter().take(wheels).all(|n| *n >= -1e-9 * whole);
         stands.then(|| solved.iter().take(wheels).copied().collect())
     }
 
@@ -186,5 +193,8 @@ impl Vehicle {
 
 fn actuators<const N: usize>(vehicle: &Vehicle) -> Result<(Vec<[f64; 3]>, f64), ConfigError> {
     let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
-    Ok((kinematics.inverse_matrix().to_vec(), kinematics.condition_number()))
+    Ok((
+        kinematics.inverse_matrix().to_vec(),
+        kinematics.condition_number(),
+    ))
 }

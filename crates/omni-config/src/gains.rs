@@ -126,7 +126,10 @@ impl Vehicle {
             return f64::NAN; // a layout that was accepted has rank 3
         };
         let half = cholesky.l().solve_lower_triangular(&mass).unwrap_or(mass);
-        let whole = cholesky.l().solve_lower_triangular(&half.transpose()).unwrap_or(mass);
+        let whole = cholesky
+            .l()
+            .solve_lower_triangular(&half.transpose())
+            .unwrap_or(mass);
         whole.symmetric_eigenvalues().max()
     }
 

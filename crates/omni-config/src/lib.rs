@@ -28,7 +28,9 @@ pub use file::{File, FileKind};
 pub use gains::DerivedGains;
 pub use load::{Override, Source, builtin_scenarios, builtin_vehicles};
 pub use scenario::{Command, Control, Perturbation, Physics, Precision, Scenario, Terrain};
-pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec};
+pub use vehicle::{
+    Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Vehicle, WheelContact, WheelSpec,
+};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

@@ -6,8 +6,8 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use crate::{Error, SCHEMA_VERSION};
 use crate::tagged::INNER_KEY;
+use crate::{Error, SCHEMA_VERSION};
 
 /// Built-in files by name, in the order they are listed.
 pub(crate) type Builtin = &'static [(&'static str, &'static str)];
@@ -16,7 +16,10 @@ pub(crate) const VEHICLES: Builtin = &[
     ("chugo7", include_str!("../assets/vehicles/chugo7.toml")),
     ("omni3", include_str!("../assets/vehicles/omni3.toml")),
     ("mecanum4", include_str!("../assets/vehicles/mecanum4.toml")),
-    ("rocker_bogie6", include_str!("../assets/vehicles/rocker_bogie6.toml")),
+    (
+        "rocker_bogie6",
+        include_str!("../assets/vehicles/rocker_bogie6.toml"),
+    ),
 ];
 pub(crate) const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
@@ -166,7 +169,9 @@ pub(crate) fn check_version(source: &Source, table: &Table) -> Result<(), Error>
         Some(Value::Integer(found)) if *found > reads => {
             format!("{found}, this program reads version {reads}: update omnistep")
         }
-        Some(Value::Integer(found)) => format!("{found}, the first version is {reads}: write schema_version = {reads}"),
+        Some(Value::Integer(found)) => {
+            format!("{found}, the first version is {reads}: write schema_version = {reads}")
+        }
         Some(other) => format!("{other}, allowed: a whole number: write schema_version = {reads}"),
         None => format!("missing: write schema_version = {reads} at the top of the file"),
     };

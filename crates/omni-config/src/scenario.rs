@@ -13,16 +13,16 @@ use crate::check::{
     CONTACT_DAMPING, CONTACT_HZ, DURATION_S, FRICTION, GRAVITY_M_S2, HEADING_RAD, ITERATIONS, NAME, OFFSET_M,
     PERIOD_US, RISER_M, STEP_HEIGHT_M, TIME_S, VELOCITY_M_S, VELOCITY_RAD_S, is_name, within,
 };
+use crate::gains::DerivedGains;
 use crate::load::{Override, Source, check_version, read};
 use crate::tagged::deserialize_by_kind;
-use crate::gains::DerivedGains;
 use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
     #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,

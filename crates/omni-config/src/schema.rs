@@ -35,7 +35,8 @@ fn of<T: JsonSchema>() -> Value {
         .into()
 }
 
-/// What is Rust's own leaves the schema: links in descriptions, `null` (TOML has none), formats of numbers.
+/// What is Rust's own leaves the schema: links in descriptions, `null` (TOML has none), formats of numbers. No table takes keys
+/// that it does not know (the kinds of a tagged enum read theirs by way of a mirror, which the derive does not see).
 #[derive(Clone)]
 struct Plain;
 
@@ -46,6 +47,9 @@ impl Transform for Plain {
             *text = plain(text);
         }
         schema.remove("format");
+        if schema.get("properties").is_some() {
+            schema.insert("additionalProperties".into(), false.into());
+        }
         if schema.get("default").is_some_and(Value::is_null) {
             schema.remove("default");
         }
@@ -70,13 +74,18 @@ impl Transform for Plain {
     }
 }
 
-/// A doc comment as plain text, in one line.
+/// A doc comment as plain text, in one line: brackets of units as they are, links by their names.
 fn plain(text: &str) -> String {
-    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    words
-        .replace("[`", "`")
-        .replace("`]", "`")
-        .replace("\\[", "[")
-        .replace("\\]", "]")
-        .replace("crate::", "")
+    let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    while let Some((before, link)) = words.split_once("[`") {
+        let Some((name, after)) = link.split_once("`]") else {
+            break;
+        };
+        let after = match after.split_once(')') {
+            Some((_, rest)) if after.starts_with('(') => rest,
+            _ => after,
+        };
+        words = format!("{before}{}{after}", name.rsplit("::").next().unwrap_or(name));
+    }
+    words.replace("\\[", "[").replace("\\]", "]")
 }

@@ -25,7 +25,7 @@ pub use coupling::CouplingSpring;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
     #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
@@ -39,7 +39,8 @@ pub struct Vehicle {
     pub body: Vec<Body>,
     /// Passive hinges that join the bodies into a tree.
     #[serde(default)]
-    #[garde(dive)]
+    #[garde(custom(counted(0, 15)), dive)]
+    #[schemars(length(max = 15))]
     pub hinge: Vec<Hinge>,
     /// Hinges that turn together, as a differential makes them.
     #[serde(default)]
@@ -53,8 +54,7 @@ pub struct Vehicle {
     /// The actuator of every wheel.
     #[garde(dive)]
     pub motor: Motor,
-    /// Gains of every wheel's loop; left out: derived from masses, motor and control period
-    /// ([`Vehicle::derived_gains`]).
+    /// Gains of every wheel's loop; left out: derived from masses, motor and control period.
     #[serde(default)]
     #[garde(dive)]
     pub gains: Option<Gains>,

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::check::{
-    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name, within,
+    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name,
+    within,
 };
 use crate::load::{Override, Source, read};
 use crate::vehicle::Gains;
@@ -15,7 +16,7 @@ use crate::vehicle::Gains;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelsExperiment {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
     #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,

@@ -221,7 +221,11 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
                 ConstantsLanguage::C => Language::C,
             };
             let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)?;
-            announce_gains(&scenario.vehicle().name, scenario.period_s(), scenario.derived_gains());
+            announce_gains(
+                &scenario.vehicle().name,
+                scenario.period_s(),
+                scenario.derived_gains(),
+            );
             print(out, &scenario.constants(language)?)
         }
         Command::Check { files } => files::check(&files, out),

@@ -37,7 +37,10 @@ impl Vehicle {
             let [x, y] = w.position_m;
             ([x, y, w.radius_m], [w.radius_m; 3])
         });
-        let bodies = self.body.iter().map(|b| (b.com_m, b.box_m.map(|edge| edge / 2.0)));
+        let bodies = self
+            .body
+            .iter()
+            .map(|b| (b.com_m, b.box_m.map(|edge| edge / 2.0)));
         for (centre, reach) in wheels.chain(bodies) {
             for axis in 0..3 {
                 low[axis] = low[axis].min(centre[axis] - reach[axis]);

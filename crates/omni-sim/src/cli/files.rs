@@ -34,7 +34,12 @@ pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> 
                     scenario.duration_s,
                     scenario.control.policy,
                     described(vehicle),
-                    facts(vehicle, scenario.period_s(), scenario.physics.gravity_m_s2, derived)?
+                    facts(
+                        vehicle,
+                        scenario.period_s(),
+                        scenario.physics.gravity_m_s2,
+                        derived
+                    )?
                 )
             }
             File::Experiment(experiment) => {
@@ -59,7 +64,12 @@ fn described(vehicle: &Vehicle) -> String {
         parts.push(count(vehicle.coupling.len(), "coupling"));
     }
     parts.push(count(vehicle.wheel.len(), "wheel"));
-    format!("{}: {}, {:.3} kg", vehicle.name, parts.join(", "), vehicle.mass_kg())
+    format!(
+        "{}: {}, {:.3} kg",
+        vehicle.name,
+        parts.join(", "),
+        vehicle.mass_kg()
+    )
 }
 
 /// What follows from the vehicle's numbers, one indented line each.
@@ -71,12 +81,27 @@ fn facts(
 ) -> Result<String, Error> {
     let mut lines = String::new();
     let mut say = |what: &str, text: String| lines.push_str(&format!("\n  {what:<8} {text}"));
-    say("layout", format!("condition number {:.2} (1 is best)", vehicle.condition_number()?));
-    let [x, y, z] = vehicle.centre_of_mass_m().map(|at| if at.abs() < 5e-5 { 0.0 } else { at });
+    say(
+        "layout",
+        format!("condition number {:.2} (1 is best)", vehicle.condition_number()?),
+    );
+    let [x, y, z] = vehicle
+        .centre_of_mass_m()
+        .map(|at| if at.abs() < 5e-5 { 0.0 } else { at });
     say("weight", format!("centre of mass at ({x:.3}, {y:.3}, {z:.3}) m"));
     if let Some(loads) = vehicle.static_loads_n(gravity_m_s2) {
-        let loads = vehicle.wheel.iter().zip(loads).map(|(wheel, load)| format!("{} {load:.1}", wheel.name));
-        say("loads", format!("at rest on flat ground [N]: {}", loads.collect::<Vec<_>>().join(", ")));
+        let loads = vehicle
+            .wheel
+            .iter()
+            .zip(loads)
+            .map(|(wheel, load)| format!("{} {load:.1}", wheel.name));
+        say(
+            "loads",
+            format!(
+                "at rest on flat ground [N]: {}",
+                loads.collect::<Vec<_>>().join(", ")
+            ),
+        );
     }
     if let Some(no_load) = vehicle.no_load_rad_s() {
         let [vx, vy, wz] = vehicle.speeds_at(no_load)?;
@@ -135,7 +160,7 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
     let path = PathBuf::from(format!("{name}.toml"));
     let written = OpenOptions::new().write(true).create_new(true).open(&path);
     written
-        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .and_then(|mut file| file.write_all(format!("{}{text}", schema_line(kind)).as_bytes()))
         .map_err(|source| Error::Io {
             path: path.clone(),
             source,
@@ -144,4 +169,22 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
         out,
         &format!("{}: started from {like}; run it with: {hint}\n", path.display()),
     )
+}
+
+/// The first line of a new file: its schema, for editors, where it lies beside it; else how to get it. (A file whose schema is
+/// missing is an error for some of them.)
+fn schema_line(kind: FileKind) -> String {
+    let kind = match kind {
+        FileKind::Vehicle => "vehicle",
+        FileKind::Scenario => "scenario",
+        FileKind::Experiment => "experiment",
+    };
+    let schema = format!("{kind}.schema.json");
+    if PathBuf::from(&schema).is_file() {
+        format!("#:schema ./{schema}\n")
+    } else {
+        format!(
+            "# For completion in an editor: omnistep schema {kind} > {schema}, and \"#:schema ./{schema}\" as the first line.\n"
+        )
+    }
 }
