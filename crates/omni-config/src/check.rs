@@ -7,71 +7,198 @@ fn refuse(value: impl std::fmt::Display, allowed: &str) -> garde::Result {
     Err(Error::new(format!("{value}, allowed: {allowed}")))
 }
 
-/// Finite and above zero.
-pub(crate) fn positive(value: &f64, _: &()) -> garde::Result {
-    if value.is_finite() && *value > 0.0 {
-        Ok(())
-    } else {
-        refuse(value, "finite and > 0")
-    }
+/// Bounds of a number, both included: what the checks and the JSON Schemas say, so that they say the same.
+#[derive(Clone, Copy)]
+pub(crate) struct Range {
+    pub(crate) min: f64,
+    pub(crate) max: f64,
 }
 
-/// Finite and not below zero.
-pub(crate) fn not_negative(value: &f64, _: &()) -> garde::Result {
-    if value.is_finite() && *value >= 0.0 {
-        Ok(())
-    } else {
-        refuse(value, "finite and >= 0")
-    }
+const fn range(min: f64, max: f64) -> Range {
+    Range { min, max }
 }
 
-/// Neither infinite nor NaN.
-pub(crate) fn finite(value: &f64, _: &()) -> garde::Result {
-    if value.is_finite() {
-        Ok(())
-    } else {
-        refuse(value, "finite")
-    }
+// From a toy to a heavy truck; each range has room beyond what is built, and ends before what is a slip of the keyboard
+// (grams for kilograms, millimetres for metres) makes physics fail.
+pub(crate) const MASS_KG: Range = range(1e-3, 1e4);
+pub(crate) const RADIUS_M: Range = range(1e-3, 10.0);
+/// From 1 g at 1 mm to 10 t at 10 m.
+pub(crate) const INERTIA_KG_M2: Range = range(1e-10, 1e6);
+/// Edges of boxes.
+pub(crate) const EDGE_M: Range = range(1e-3, 100.0);
+/// Places in the vehicle's frame, and where it starts in the world's.
+pub(crate) const PLACE_M: Range = range(-100.0, 100.0);
+/// Components of directions, whose length does not matter.
+pub(crate) const DIRECTION: Range = range(-1e3, 1e3);
+/// As omni-core has it.
+pub(crate) const GEAR: Range = range(1e-6, 1e3);
+/// As omni-core has it.
+pub(crate) const GAIN: Range = range(0.0, 1e6);
+pub(crate) const STALL_TORQUE_N_M: Range = range(1e-6, 1e6);
+/// Friction of a bearing or a motor, torque that a motor loses per speed.
+pub(crate) const DAMPING_N_M_S_RAD: Range = range(0.0, 1e6);
+pub(crate) const STIFFNESS_N_M_RAD: Range = range(1e-3, 1e9);
+pub(crate) const RATIO: Range = range(-1e3, 1e3);
+/// Stops of a hinge: short of a whole turn to either side, where the angle would jump.
+pub(crate) const STOP_RAD: Range = range(0.0, 3.0);
+/// Past 1.5 a wheel pushes hardly anything.
+pub(crate) const ROLLER_ANGLE_RAD: Range = range(-1.5, 1.5);
+/// Limits of speeds.
+pub(crate) const SPEED_M_S: Range = range(1e-3, 100.0);
+pub(crate) const SPEED_RAD_S: Range = range(1e-3, 1e3);
+pub(crate) const ACCELERATION_M_S2: Range = range(1e-3, 1e4);
+pub(crate) const ACCELERATION_RAD_S2: Range = range(1e-3, 1e5);
+pub(crate) const VELOCITY_M_S: Range = range(-100.0, 100.0);
+pub(crate) const VELOCITY_RAD_S: Range = range(-1e3, 1e3);
+/// What a run may last.
+pub(crate) const DURATION_S: Range = range(0.01, 3600.0);
+/// A time within a run.
+pub(crate) const TIME_S: Range = range(0.0, 3600.0);
+pub(crate) const FRICTION: Range = range(0.0, 2.0);
+pub(crate) const STEP_HEIGHT_M: Range = range(1e-4, 10.0);
+/// Well inside the 200 m of ground ahead.
+pub(crate) const RISER_M: Range = range(1e-3, 190.0);
+/// Places in the world.
+pub(crate) const WORLD_M: Range = range(-1e4, 1e4);
+/// Whole numbers of 32 bits.
+pub(crate) const SEED: Range = range(0.0, 4_294_967_295.0);
+/// Treads of stairs.
+pub(crate) const TREAD_M: Range = range(0.01, 10.0);
+pub(crate) const SLOPE_RAD: Range = range(1e-3, 1.2);
+/// Extents of obstacles along the way.
+pub(crate) const LENGTH_M: Range = range(0.01, 100.0);
+pub(crate) const WIDTH_M: Range = range(1e-3, 10.0);
+pub(crate) const BUMP_M: Range = range(1e-4, 1.0);
+pub(crate) const RMS_M: Range = range(0.0, 1.0);
+pub(crate) const WAVELENGTH_M: Range = range(0.02, 10.0);
+/// Extents of a random surface: a million cells at most.
+pub(crate) const FIELD_M: Range = range(0.1, 50.0);
+pub(crate) const PIXEL_M: Range = range(1e-4, 10.0);
+pub(crate) const LEVEL_M: Range = range(-10.0, 10.0);
+/// Steps of stairs, bumps.
+pub(crate) const COUNT: Range = range(1.0, 100.0);
+/// Half a turn either way.
+pub(crate) const TURN_RAD: Range = range(-3.2, 3.2);
+pub(crate) const ENCODER_COUNTS: Range = range(0.0, 1e7);
+pub(crate) const ENCODER_NOISE_RAD_S: Range = range(0.0, 100.0);
+pub(crate) const GYRO_NOISE_RAD_S: Range = range(0.0, 10.0);
+pub(crate) const BIAS_RAD_S: Range = range(-1.0, 1.0);
+pub(crate) const DELAY_US: Range = range(0.0, 1e5);
+pub(crate) const LAG_S: Range = range(0.0, 1.0);
+pub(crate) const SAG: Range = range(0.0, 0.9);
+/// Gain of the heading loop.
+pub(crate) const HOLD_PER_S: Range = range(1e-3, 100.0);
+pub(crate) const WALL_CLOCK_S: Range = range(0.01, 1e6);
+pub(crate) const HEADING_RAD: Range = range(0.0, 3.2);
+pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
+/// A period in whole microseconds.
+pub(crate) const PERIOD_US: Range = range(1.0, 1e5);
+pub(crate) const ITERATIONS: Range = range(1.0, 100.0);
+pub(crate) const CONTACT_HZ: Range = range(1.0, 1e5);
+pub(crate) const CONTACT_DAMPING: Range = range(1e-3, 1e3);
+/// From free fall to far more than on any planet.
+pub(crate) const GRAVITY_M_S2: Range = range(0.0, 100.0);
+/// A reference of the experiment of section 3.3.
+pub(crate) const SPEED_RPM: Range = range(1e-3, 1e5);
+
+/// A number or numbers, every one of them within bounds.
+pub(crate) trait Bounded {
+    /// Some number outside the bounds, or not a number.
+    fn outside(&self, range: Range) -> bool;
+    /// As messages show it.
+    fn shown(&self) -> String;
 }
 
-/// Between two bounds, both included.
-pub(crate) fn between(lower: f64, upper: f64) -> impl FnOnce(&f64, &()) -> garde::Result {
-    move |value, _| {
-        if *value >= lower && *value <= upper {
-            Ok(())
+impl Bounded for f64 {
+    fn outside(&self, range: Range) -> bool {
+        !(range.min..=range.max).contains(self)
+    }
+    fn shown(&self) -> String {
+        // As one writes it: 1e300, not a one with three hundred zeros.
+        if *self != 0.0 && !(1e-6..1e9).contains(&self.abs()) && self.is_finite() {
+            format!("{self:e}")
         } else {
-            refuse(value, &format!("{lower} to {upper}"))
+            self.to_string()
         }
     }
 }
 
-/// Every component finite.
-pub(crate) fn finite_all<const N: usize>(values: &[f64; N], _: &()) -> garde::Result {
-    if values.iter().all(|v| v.is_finite()) {
-        Ok(())
-    } else {
-        refuse(format!("{values:?}"), "finite components")
+impl Bounded for u32 {
+    fn outside(&self, range: Range) -> bool {
+        f64::from(*self).outside(range)
+    }
+    fn shown(&self) -> String {
+        self.to_string()
     }
 }
 
-/// Every component finite and above zero.
-pub(crate) fn positive_all<const N: usize>(values: &[f64; N], _: &()) -> garde::Result {
-    if values.iter().all(|v| v.is_finite() && *v > 0.0) {
-        Ok(())
-    } else {
-        refuse(format!("{values:?}"), "finite components > 0")
+impl Bounded for u64 {
+    fn outside(&self, range: Range) -> bool {
+        (*self as f64).outside(range)
+    }
+    fn shown(&self) -> String {
+        self.to_string()
     }
 }
 
-/// A direction: finite and not the zero vector.
+impl Bounded for usize {
+    fn outside(&self, range: Range) -> bool {
+        (*self as f64).outside(range)
+    }
+    fn shown(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl<const N: usize> Bounded for [f64; N] {
+    fn outside(&self, range: Range) -> bool {
+        self.iter().any(|v| v.outside(range))
+    }
+    fn shown(&self) -> String {
+        format!("[{}]", self.map(|v| v.shown()).join(", "))
+    }
+}
+
+/// Within a range, both ends included.
+pub(crate) fn within<T: Bounded>(range: Range) -> impl FnOnce(&T, &()) -> garde::Result {
+    move |value, _| {
+        if value.outside(range) {
+            refuse(
+                value.shown(),
+                &format!("{} to {}", range.min.shown(), range.max.shown()),
+            )
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// A direction: components within [`DIRECTION`], and long enough to point somewhere.
 pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> garde::Result {
-    finite_all(values, context)?;
-    if values.iter().any(|v| *v != 0.0) {
+    within(DIRECTION)(values, context)?;
+    if values.iter().any(|v| v.abs() >= 1e-3) {
         Ok(())
     } else {
-        refuse(format!("{values:?}"), "a direction of non-zero length")
+        refuse(
+            values.shown(),
+            "a direction, some component at least 0.001 or at most -0.001",
+        )
     }
 }
+
+/// A list of so many elements.
+pub(crate) fn counted<T>(min: usize, max: usize) -> impl FnOnce(&Vec<T>, &()) -> garde::Result {
+    move |list, _| {
+        if (min..=max).contains(&list.len()) {
+            Ok(())
+        } else {
+            refuse(format!("{} of them", list.len()), &format!("{min} to {max}"))
+        }
+    }
+}
+
+/// What [`is_name`] accepts, as a regular expression.
+pub(crate) const NAME: &str = "^[A-Za-z0-9_-]{1,40}$";
 
 /// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them.
 pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
@@ -84,14 +211,5 @@ pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
         Ok(())
     } else {
         refuse(format!("{value:?}"), "1 to 40 letters, digits, '_' or '-'")
-    }
-}
-
-/// The version of the file format.
-pub(crate) fn is_schema_version(value: &u32, _: &()) -> garde::Result {
-    if *value == crate::SCHEMA_VERSION {
-        Ok(())
-    } else {
-        refuse(value, &format!("{}", crate::SCHEMA_VERSION))
     }
 }

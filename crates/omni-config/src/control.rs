@@ -62,7 +62,7 @@ impl Scenario {
     pub fn controller<R: Real, const N: usize>(&self) -> Result<Controller<R, N>, Error> {
         let config = self.wheel_control()?;
         let build = || Controller::new(&self.vehicle().layout()?, config);
-        build().map_err(|error| self.refuse(&error))
+        build().map_err(|error| self.vehicle().refuse(&error))
     }
 
     /// What a controller of the scenario's vehicle is configured with, to be put into a [`omni_core::DriveConfig`], say.
@@ -77,20 +77,16 @@ impl Scenario {
     /// ```
     pub fn wheel_control<R: Real, const N: usize>(&self) -> Result<WheelControlConfig<R, N>, Error> {
         let vehicle = self.vehicle();
-        let limit = vehicle.motor.limit().map_err(|error| self.refuse(&error))?;
+        let limit = vehicle
+            .motor
+            .limit()
+            .map_err(|error| self.vehicle().refuse(&error))?;
+        let gains = vehicle.gains_at(self.period_s())?;
         Ok(WheelControlConfig {
-            pid: PidConfig::new(vehicle.gains.pid(), R::of(self.period_s())),
+            pid: PidConfig::new(gains.pid(), R::of(self.period_s())),
             limits: [limit; N],
             coordination: self.coordination()?,
         })
-    }
-
-    fn refuse(&self, error: &ConfigError) -> Error {
-        Error::Key {
-            file: format!("vehicle {}", self.vehicle().name),
-            key: error.parameter.into(),
-            message: error.to_string(),
-        }
     }
 
     /// What the command goes through before the controller: the vehicle's limits, in the scalar `R`.

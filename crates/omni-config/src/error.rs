@@ -54,6 +54,20 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// The error of a table that stands inside another one, under this key.
+    pub(crate) fn inside(self, table: &str) -> Self {
+        match self {
+            Self::Key { file, key, message } => Self::Key {
+                file,
+                key: format!("{table}.{key}"),
+                message,
+            },
+            other => other,
+        }
+    }
+}
+
 impl std::fmt::Debug for Error {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         std::fmt::Display::fmt(self, f)

@@ -12,11 +12,14 @@ mod command;
 mod constants;
 mod control;
 mod error;
+mod facts;
 mod file;
+mod gains;
 mod height_map;
 mod imperfections;
 mod load;
 mod scenario;
+mod schema;
 mod study;
 mod tagged;
 mod terrain;
@@ -28,13 +31,16 @@ pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
 pub use error::Error;
 pub use file::{File, FileKind};
+pub use gains::DerivedGains;
 pub use height_map::HeightMap;
 pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use scenario::{Control, Perturbation, Physics, Precision, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
-pub use vehicle::{Body, Gains, Hinge, Limits, Motor, Row, Vehicle, WheelContact, WheelSpec};
+pub use vehicle::{
+    Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle, WheelContact, WheelSpec,
+};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

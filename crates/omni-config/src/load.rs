@@ -6,8 +6,8 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use crate::Error;
 use crate::tagged::INNER_KEY;
+use crate::{Error, SCHEMA_VERSION};
 
 /// Built-in files by name, in the order they are listed.
 pub(crate) type Builtin = &'static [(&'static str, &'static str)];
@@ -16,6 +16,10 @@ pub(crate) const VEHICLES: Builtin = &[
     ("chugo7", include_str!("../assets/vehicles/chugo7.toml")),
     ("omni3", include_str!("../assets/vehicles/omni3.toml")),
     ("mecanum4", include_str!("../assets/vehicles/mecanum4.toml")),
+    (
+        "rocker_bogie6",
+        include_str!("../assets/vehicles/rocker_bogie6.toml"),
+    ),
 ];
 pub(crate) const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
@@ -189,11 +193,29 @@ impl Source {
     }
 }
 
+/// Comes before everything else: what the keys of another version mean is not for this program to say.
+pub(crate) fn check_version(source: &Source, table: &Table) -> Result<(), Error> {
+    let reads = i64::from(SCHEMA_VERSION);
+    let message = match table.get("schema_version") {
+        Some(Value::Integer(found)) if *found == reads => return Ok(()),
+        Some(Value::Integer(found)) if *found > reads => {
+            format!("{found}, this program reads version {reads}: update omnistep")
+        }
+        Some(Value::Integer(found)) => {
+            format!("{found}, the first version is {reads}: write schema_version = {reads}")
+        }
+        Some(other) => format!("{other}, allowed: a whole number: write schema_version = {reads}"),
+        None => format!("missing: write schema_version = {reads} at the top of the file"),
+    };
+    Err(source.refuse("schema_version", message))
+}
+
 /// The value that a table describes, every range checked.
 pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     source: &Source,
     table: Table,
 ) -> Result<T, Error> {
+    check_version(source, &table)?;
     let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
         let path = error.path().to_string();
         let message = one_line(error.inner().message());

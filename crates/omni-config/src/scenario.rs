@@ -4,37 +4,47 @@ use std::path::PathBuf;
 
 use garde::Validate;
 use omni_core::Coordination;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::Error;
-use crate::check::{between, is_name, is_schema_version, not_negative, positive};
+use crate::check::{
+    CONTACT_DAMPING, CONTACT_HZ, DURATION_S, GRAVITY_M_S2, HEADING_RAD, ITERATIONS, NAME, OFFSET_M,
+    PERIOD_US, WALL_CLOCK_S, counted, is_name, within,
+};
 use crate::command::{Command, Start};
+use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
-use crate::load::{Override, Source, read};
+use crate::load::{Override, Source, check_version, read};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
-    #[garde(custom(is_schema_version))]
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    #[garde(skip)] // checked before anything else is read
+    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
     /// Name in logs and file names.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
     #[garde(skip)] // checked with its own source, before it is put here
+    #[schemars(with = "VehicleChoice")]
     vehicle: Vehicle,
     /// Simulated time \[s\], 0.01 to 3600.
-    #[garde(custom(between(0.01, 3600.0)))]
+    #[garde(custom(within(DURATION_S)))]
+    #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
     /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error.
     #[serde(default = "an_hour")]
-    #[garde(custom(between(0.01, 1e6)))]
+    #[garde(custom(within(WALL_CLOCK_S)))]
+    #[schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max))]
     pub wall_clock_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
     #[serde(default)]
@@ -45,7 +55,8 @@ pub struct Scenario {
     pub terrain: Terrain,
     /// Parts of the ground with a friction of their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(length(max = 1000), dive)]
+    #[garde(custom(counted(0, 1000)), dive)]
+    #[schemars(length(max = 1000))]
     pub friction_patch: Vec<FrictionPatch>,
     /// Where the vehicle stands at the start.
     #[serde(default)]
@@ -71,7 +82,8 @@ pub struct Scenario {
     pub actuators: Actuators,
     /// What goes wrong on the way.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(length(max = 100), dive)]
+    #[garde(custom(counted(0, 100)), dive)]
+    #[schemars(length(max = 100))]
     pub fault: Vec<Fault>,
     /// Random differences between runs of different seeds; none by default.
     #[serde(default)]
@@ -80,6 +92,21 @@ pub struct Scenario {
     /// How finely to simulate.
     #[garde(dive)]
     pub physics: Physics,
+    /// Where the vehicle's gains come from, if not from its file.
+    #[serde(skip)]
+    #[garde(skip)]
+    derived_gains: Option<DerivedGains>,
+}
+
+/// What a file may say of its vehicle.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum VehicleChoice {
+    /// The name of a built-in vehicle, or the path of a vehicle file relative to this one.
+    Name(String),
+    /// The vehicle itself.
+    Table(Box<Vehicle>),
 }
 
 fn an_hour() -> f64 {
@@ -87,7 +114,7 @@ fn an_hour() -> f64 {
 }
 
 /// The scalar that the controller computes in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// `f32`, as in firmware.
@@ -98,14 +125,16 @@ pub enum Precision {
 }
 
 /// The controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Control {
     /// Name of a coordination preset.
     #[garde(custom(known_policy))]
+    #[schemars(extend("enum" = Coordination::<f64>::PRESETS))]
     pub policy: String,
     /// Control period \[us\], a multiple of the physics step, 1 to 100000.
-    #[garde(custom(microseconds))]
+    #[garde(custom(within(PERIOD_US)))]
+    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[serde(default)]
@@ -114,52 +143,43 @@ pub struct Control {
 }
 
 /// Uniform random differences, plus or minus the amplitude given; all zero by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Perturbation {
-    /// Heading at the start \[rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Heading at the start \[rad\], 0 to 3.2.
+    #[garde(custom(within(HEADING_RAD)))]
+    #[schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max))]
     pub yaw_rad: f64,
-    /// Place along x at the start \[m\], >= 0: the phase at which wheels meet the step.
-    #[garde(custom(not_negative))]
+    /// Place along x at the start \[m\], 0 to 100: the phase at which wheels meet the step.
+    #[garde(custom(within(OFFSET_M)))]
+    #[schemars(range(min = OFFSET_M.min, max = OFFSET_M.max))]
     pub start_m: f64,
 }
 
 /// How finely to simulate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Physics {
     /// Physics step \[us\], 1 to 100000.
-    #[garde(custom(microseconds))]
+    #[garde(custom(within(PERIOD_US)))]
+    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
     pub step_us: u64,
     /// Solver iterations a step, 1 to 100; fewer than 8 change outcomes near the torque threshold.
-    #[garde(custom(iterations))]
+    #[garde(custom(within(ITERATIONS)))]
+    #[schemars(range(min = ITERATIONS.min, max = ITERATIONS.max))]
     pub solver_iterations: usize,
-    /// Natural frequency of contacts \[Hz\], > 0.
-    #[garde(custom(positive))]
+    /// Natural frequency of contacts \[Hz\], 1 to 100000.
+    #[garde(custom(within(CONTACT_HZ)))]
+    #[schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max))]
     pub contact_hz: f64,
-    /// Damping ratio of contacts, > 0.
-    #[garde(custom(positive))]
+    /// Damping ratio of contacts, 0.001 to 1000.
+    #[garde(custom(within(CONTACT_DAMPING)))]
+    #[schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max))]
     pub contact_damping: f64,
-    /// Gravity \[m/s^2\], downwards, >= 0.
-    #[garde(custom(not_negative))]
+    /// Gravity \[m/s^2\], downwards, 0 to 100.
+    #[garde(custom(within(GRAVITY_M_S2)))]
+    #[schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
-}
-
-fn microseconds(value: &u64, _: &()) -> garde::Result {
-    if (1..=100_000).contains(value) {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!("{value}, allowed: 1 to 100000")))
-    }
-}
-
-fn iterations(value: &usize, _: &()) -> garde::Result {
-    if (1..=100).contains(value) {
-        Ok(())
-    } else {
-        Err(garde::Error::new(format!("{value}, allowed: 1 to 100")))
-    }
 }
 
 fn known_policy(value: &str, _: &()) -> garde::Result {
@@ -225,6 +245,7 @@ impl Scenario {
         for each in own {
             each.apply(source, &mut table)?;
         }
+        check_version(source, &table)?;
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
                 let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
@@ -235,7 +256,9 @@ impl Scenario {
                 })?;
                 Vehicle::from_source(&vehicle, &for_vehicle)?
             }
-            Some(Value::Table(inline)) => Vehicle::from_table(source, inline, &for_vehicle)?,
+            Some(Value::Table(inline)) => {
+                Vehicle::from_table(source, inline, &for_vehicle).map_err(|error| error.inside("vehicle"))?
+            }
             Some(other) => {
                 return Err(source.refuse("vehicle", format!("{other}, allowed: a name, a path or a table")));
             }
@@ -246,8 +269,10 @@ impl Scenario {
             Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
         table.insert("vehicle".into(), inline);
         HeightMap::embed(source, &mut table)?;
-        let scenario: Self = read(source, table)?;
+        let mut scenario: Self = read(source, table)?;
         scenario.check(source)?;
+        scenario.check_couplings(source)?;
+        scenario.derive_gains()?;
         Ok(scenario)
     }
 
@@ -313,7 +338,44 @@ impl Scenario {
         Ok(())
     }
 
-    /// The vehicle.
+    /// The physics step resolves every coupling's spring.
+    fn check_couplings(&self, source: &Source) -> Result<(), Error> {
+        let longest = |coupling| self.vehicle.coupling_spring(coupling).longest_step_s();
+        for coupling in &self.vehicle.coupling {
+            let longest_us = 1e6 * longest(coupling);
+            if self.physics.step_us as f64 > longest_us {
+                let message = format!(
+                    "{}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
+                    self.physics.step_us, coupling.name, self.vehicle.name
+                );
+                return Err(source.refuse("physics.step_us", message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gains that the vehicle's file leaves out. What runs and what a log records are then the derived ones.
+    fn derive_gains(&mut self) -> Result<(), Error> {
+        if self.vehicle.gains.is_none() {
+            let derived = self.vehicle.derived_gains(self.period_s())?;
+            self.vehicle.gains = Some(derived.gains);
+            self.derived_gains = Some(derived);
+        }
+        Ok(())
+    }
+
+    /// Gains that the vehicle's file left out and how they were found; none where the file gives them.
+    ///
+    /// ```
+    /// assert!(omni_config::Scenario::load("step", &[])?.derived_gains().is_none()); // chugo7 has its own
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn derived_gains(&self) -> Option<&DerivedGains> {
+        self.derived_gains.as_ref()
+    }
+
+    /// The vehicle, its gains resolved.
     #[must_use]
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle

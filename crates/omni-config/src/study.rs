@@ -5,12 +5,13 @@ mod points;
 use std::path::PathBuf;
 
 use garde::Validate;
+use schemars::JsonSchema;
 use serde::de::{Deserializer, Error as _};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::Error;
-use crate::check::{is_name, is_schema_version};
+use crate::check::{NAME, is_name};
 use crate::load::{Override, Source, dotted, read};
 pub use points::Point;
 
@@ -28,14 +29,16 @@ const MOST_SEEDS: usize = 100_000;
 /// assert_eq!((study.points(&[])?.len(), study.seeds.list().len()), (4 * 4 * 4, 5));
 /// # Ok::<(), omni_config::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
-    #[garde(custom(is_schema_version))]
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    #[garde(skip)] // checked before anything else is read
+    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
     /// Name of the folder of results.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// A built-in scenario, or a path relative to the study's file.
     #[garde(skip)] // checked when it is read
@@ -44,6 +47,7 @@ pub struct Study {
     /// keys it names.
     #[serde(default)]
     #[garde(skip)]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub set: Table,
     /// Keys that vary; every combination of their values is run.
     #[serde(default)]
@@ -70,7 +74,7 @@ struct Origin {
 }
 
 /// A key of the scenario and the values it takes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The key, as after `--set`: `terrain.friction`, `vehicle.motor.stall_torque_n_m`, `control.policy`, `vehicle`.
@@ -78,6 +82,7 @@ pub struct Axis {
     pub key: String,
     /// The values, one or more; or else `from`, `to` and `count`.
     #[garde(custom(one_way(self.range())))]
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     values: Option<Vec<Value>>,
     /// First of `count` evenly spaced values.
     #[garde(custom(is_finite))]
@@ -91,7 +96,7 @@ pub struct Axis {
 }
 
 /// Seeds: how many, counted from 0, or which.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Seeds {
     /// 0 to one less than this.
@@ -101,7 +106,7 @@ pub enum Seeds {
 }
 
 /// Which axes are the map's, and which figures of the outcome it shows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapAxes {
     /// Key of the axis along the columns; the first axis by default.

@@ -1,44 +1,63 @@
-//! A vehicle: bodies, passive hinges, wheels, motors, gains.
+//! A vehicle: bodies, passive hinges, couplings, wheels, motors, gains.
+
+mod check;
+mod coupling;
+mod shape;
 
 use garde::Validate;
 use omni_core::{AxisLimits, PidGains, TorqueLimit, TwistLimits, Wheel, WheelLayout};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use crate::Error;
 use crate::check::{
-    between, direction, finite_all, is_name, is_schema_version, not_negative, positive, positive_all,
+    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, GEAR, INERTIA_KG_M2,
+    MASS_KG, NAME, PLACE_M, RADIUS_M, RATIO, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M,
+    STIFFNESS_N_M_RAD, STOP_RAD, counted, direction, is_name, within,
 };
 use crate::load::{Override, Source, read};
 use crate::tagged::deserialize_by_kind;
+pub use coupling::CouplingSpring;
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
 /// ground, the origin under the point that the kinematics refer to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
-    #[garde(custom(is_schema_version))]
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    #[garde(skip)] // checked before anything else is read
+    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
     /// Name in logs.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// Rigid bodies; the first one is the base, whose pose is the vehicle's.
-    #[garde(length(min = 1, max = 16), dive)]
+    #[garde(custom(counted(1, 16)), dive)]
+    #[schemars(length(min = 1, max = 16))]
     pub body: Vec<Body>,
     /// Passive hinges that join the bodies into a tree.
     #[serde(default)]
-    #[garde(dive)]
+    #[garde(custom(counted(0, 15)), dive)]
+    #[schemars(length(max = 15))]
     pub hinge: Vec<Hinge>,
+    /// Hinges that turn together, as a differential makes them.
+    #[serde(default)]
+    #[garde(custom(counted(0, 15)), dive)]
+    #[schemars(length(max = 15))]
+    pub coupling: Vec<Coupling>,
     /// Wheels, in the controller's order.
-    #[garde(length(min = 3, max = 8), dive)]
+    #[garde(custom(counted(3, 8)), dive)]
+    #[schemars(length(min = 3, max = 8))]
     pub wheel: Vec<WheelSpec>,
     /// The actuator of every wheel.
     #[garde(dive)]
     pub motor: Motor,
-    /// Gains of every wheel's loop.
+    /// Gains of every wheel's loop; left out: derived from masses, motor and control period.
+    #[serde(default)]
     #[garde(dive)]
-    pub gains: Gains,
+    pub gains: Option<Gains>,
     /// What the vehicle may be commanded to do; anything if left out.
     #[serde(default)]
     #[garde(dive)]
@@ -46,52 +65,99 @@ pub struct Vehicle {
 }
 
 /// A rigid body without its wheels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name, unique among bodies.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
-    /// Mass \[kg\], > 0.
-    #[garde(custom(positive))]
+    /// Mass \[kg\], 0.001 to 10000.
+    #[garde(custom(within(MASS_KG)))]
+    #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
-    /// Centre of mass \[m\].
-    #[garde(custom(finite_all))]
+    /// Centre of mass \[m\], each within 100.
+    #[garde(custom(within(PLACE_M)))]
+    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub com_m: [f64; 3],
-    /// Edge lengths \[m\], > 0, of the solid box that has this body's inertia. It collides with nothing.
-    #[garde(custom(positive_all))]
+    /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It collides with nothing.
+    #[garde(custom(within(EDGE_M)))]
+    #[schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max)))]
     pub box_m: [f64; 3],
 }
 
 /// A passive hinge between two bodies: no motor, no sensor in the controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hinge {
     /// Name, unique among hinges.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// Body on the side of the base.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub parent: String,
     /// Body that the hinge carries.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub child: String,
     /// Axis; a positive angle turns the child about it by the right-hand rule.
     #[garde(custom(direction))]
+    #[schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max)))]
     pub axis: [f64; 3],
-    /// A point of the axis \[m\].
-    #[garde(custom(finite_all))]
+    /// A point of the axis \[m\], within or near the vehicle.
+    #[garde(custom(within(PLACE_M)))]
+    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub anchor_m: [f64; 3],
     /// The angle stays within plus and minus this \[rad\], 0 to 3.
-    #[garde(custom(between(0.0, 3.0)))]
+    #[garde(custom(within(STOP_RAD)))]
+    #[schemars(range(min = STOP_RAD.min, max = STOP_RAD.max))]
     pub limit_rad: f64,
-    /// Viscous damping \[N.m.s/rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Viscous damping \[N.m.s/rad\], 0 to 1e6.
+    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damping_n_m_s_rad: f64,
 }
 
+/// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a damper whose torques on the
+/// hinges are equal and opposite. With ratio 1 on the hinges of two rockers it is a differential: the angle of the body that
+/// carries both is the mean of theirs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Coupling {
+    /// Name, unique among couplings.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub name: String,
+    /// The one hinge.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub hinge_a: String,
+    /// The other.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub hinge_b: String,
+    /// What the angle of `hinge_b` counts, -1000 to 1000 and not 0; 1 if left out.
+    #[serde(default = "one")]
+    #[garde(custom(within(RATIO)))]
+    #[schemars(range(min = RATIO.min, max = RATIO.max))]
+    pub ratio: f64,
+    /// Torque on hinge a per angle by which the coupling is off \[N.m/rad\], 0.001 to 1e9; left out: what makes the coupled bodies swing
+    /// with 100 Hz if nothing else held them.
+    #[serde(default)]
+    #[garde(inner(custom(within(STIFFNESS_N_M_RAD))))]
+    #[schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max))]
+    pub stiffness_n_m_rad: Option<f64>,
+    /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for the same swing.
+    #[serde(default)]
+    #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    pub damping_n_m_s_rad: Option<f64>,
+}
+
 /// What of a wheel touches the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum WheelContact {
     /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
@@ -99,8 +165,9 @@ pub enum WheelContact {
     /// A ball of the rollers' radius under the axle, geared so that the wheel's rim and inertia are right: for wheels
     /// that meet obstacles sideways, with a roller.
     Roller {
-        /// Radius of the rollers \[m\], > 0, less than the wheel's.
-        #[garde(custom(positive))]
+        /// Radius of the rollers \[m\], 0.001 to 10, less than the wheel's.
+        #[garde(custom(within(RADIUS_M)))]
+        #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
         radius_m: f64,
     },
 }
@@ -114,38 +181,47 @@ enum ContactByKind {
 deserialize_by_kind!(WheelContact, ContactByKind);
 
 /// A driven wheel with free rollers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSpec {
     /// Name, unique among wheels.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// The body that carries it.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub body: String,
-    /// Place on the ground plane \[m\]: x forward, y left. The axle is `radius_m` above.
-    #[garde(custom(finite_all))]
+    /// Place on the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
+    #[garde(custom(within(PLACE_M)))]
+    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub position_m: [f64; 2],
     /// The way the vehicle moves when this wheel alone turns positively.
     #[garde(custom(direction))]
+    #[schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max)))]
     pub rolling_direction: [f64; 2],
     /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
     /// wheel, usually +-pi/4 for a mecanum wheel.
     #[serde(default)]
-    #[garde(custom(between(-1.5, 1.5)))]
+    #[garde(custom(within(ROLLER_ANGLE_RAD)))]
+    #[schemars(range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max))]
     pub roller_angle_rad: f64,
-    /// Rolling radius \[m\], > 0.
-    #[garde(custom(positive))]
+    /// Rolling radius \[m\], 0.001 to 10.
+    #[garde(custom(within(RADIUS_M)))]
+    #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
     pub radius_m: f64,
-    /// Mass \[kg\], > 0.
-    #[garde(custom(positive))]
+    /// Mass \[kg\], 0.001 to 10000.
+    #[garde(custom(within(MASS_KG)))]
+    #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
-    /// Moment of inertia about the axle \[kg.m^2\], rotor included, > 0.
-    #[garde(custom(positive))]
+    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6.
+    #[garde(custom(within(INERTIA_KG_M2)))]
+    #[schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
-    /// Wheel velocity over actuator velocity, k of eq. (1), > 0; 1 for direct drive.
+    /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
     #[serde(default = "one")]
-    #[garde(custom(positive))]
+    #[garde(custom(within(GEAR)))]
+    #[schemars(range(min = GEAR.min, max = GEAR.max))]
     pub gear: f64,
     /// What touches the ground.
     #[garde(dive)]
@@ -157,14 +233,16 @@ fn one() -> f64 {
 }
 
 /// Torque-speed line of every actuator, four-quadrant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motor {
-    /// Torque at rest \[N.m\], > 0.
-    #[garde(custom(positive))]
+    /// Torque at rest \[N.m\], 1e-6 to 1e6.
+    #[garde(custom(within(STALL_TORQUE_N_M)))]
+    #[schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stall_torque_n_m: f64,
-    /// Torque lost per speed while driving \[N.m per rad/s\], >= 0; 0 for a constant limit.
-    #[garde(custom(not_negative))]
+    /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit.
+    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub slope_n_m_s_rad: f64,
 }
 
@@ -179,25 +257,30 @@ impl Motor {
 }
 
 /// Limits of the commanded twist, the same forward and in reverse.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Speed forward \[m/s\], > 0.
-    #[garde(custom(positive))]
+    /// Speed forward \[m/s\], 0.001 to 100.
+    #[garde(custom(within(SPEED_M_S)))]
+    #[schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vx_m_s: f64,
-    /// Speed sideways \[m/s\], > 0.
-    #[garde(custom(positive))]
+    /// Speed sideways \[m/s\], 0.001 to 100.
+    #[garde(custom(within(SPEED_M_S)))]
+    #[schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vy_m_s: f64,
-    /// Yaw rate \[rad/s\], > 0.
-    #[garde(custom(positive))]
+    /// Yaw rate \[rad/s\], 0.001 to 1000.
+    #[garde(custom(within(SPEED_RAD_S)))]
+    #[schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub wz_rad_s: f64,
-    /// Speeding up and braking, forward and sideways \[m/s^2\], > 0; left out: at once.
+    /// Speeding up and braking, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: at once.
     #[serde(default)]
-    #[garde(inner(custom(positive)))]
+    #[garde(inner(custom(within(ACCELERATION_M_S2))))]
+    #[schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub linear_m_s2: Option<f64>,
-    /// The same of the yaw rate \[rad/s^2\], > 0; left out: at once.
+    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: at once.
     #[serde(default)]
-    #[garde(inner(custom(positive)))]
+    #[garde(inner(custom(within(ACCELERATION_RAD_S2))))]
+    #[schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub yaw_rad_s2: Option<f64>,
 }
 
@@ -218,18 +301,21 @@ impl Limits {
 }
 
 /// Gains of eq. (10).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gains {
-    /// k_p \[N.m per rad/s\], >= 0.
-    #[garde(custom(not_negative))]
+    /// k_p \[N.m per rad/s\], 0 to 1e6.
+    #[garde(custom(within(GAIN)))]
+    #[schemars(range(min = GAIN.min, max = GAIN.max))]
     pub kp_n_m_s_rad: f64,
-    /// k_i \[N.m per rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// k_i \[N.m per rad\], 0 to 1e6.
+    #[garde(custom(within(GAIN)))]
+    #[schemars(range(min = GAIN.min, max = GAIN.max))]
     pub ki_n_m_rad: f64,
-    /// k_d \[N.m per rad/s^2\], >= 0.
+    /// k_d \[N.m per rad/s^2\], 0 to 1e6; 0 if left out.
     #[serde(default)]
-    #[garde(custom(not_negative))]
+    #[garde(custom(within(GAIN)))]
+    #[schemars(range(min = GAIN.min, max = GAIN.max))]
     pub kd_n_m_s2_rad: f64,
 }
 
@@ -322,18 +408,6 @@ impl Vehicle {
         rows
     }
 
-    /// Mass of all bodies and wheels \[kg\].
-    ///
-    /// ```
-    /// assert_eq!(omni_config::Vehicle::load("chugo7")?.mass_kg(), 20.0);
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn mass_kg(&self) -> f64 {
-        let bodies = self.body.iter().map(|body| body.mass_kg);
-        bodies.chain(self.wheel.iter().map(|wheel| wheel.mass_kg)).sum()
-    }
-
     /// The wheels as the controller knows them.
     ///
     /// # Errors
@@ -362,83 +436,4 @@ impl Vehicle {
             }
         }))
     }
-
-    /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        unique(source, "body", self.body.iter().map(|b| &b.name))?;
-        unique(source, "hinge", self.hinge.iter().map(|h| &h.name))?;
-        unique(source, "wheel", self.wheel.iter().map(|w| &w.name))?;
-        let bodies = self.body.iter().map(|b| b.name.as_str()).collect::<Vec<_>>();
-        let known = |key: String, name: &str| {
-            if bodies.contains(&name) {
-                Ok(())
-            } else {
-                Err(source.refuse(key, format!("{name:?}, allowed: {}", bodies.join(", "))))
-            }
-        };
-        // Hinges in file order grow the tree from the base: each parent is there already, each child is new.
-        let mut joined = vec![bodies[0]];
-        for (i, hinge) in self.hinge.iter().enumerate() {
-            known(format!("hinge[{i}].parent"), &hinge.parent)?;
-            known(format!("hinge[{i}].child"), &hinge.child)?;
-            if !joined.contains(&hinge.parent.as_str()) {
-                let allowed = joined.join(", ");
-                let message = format!(
-                    "{:?}, allowed: a body already joined to the base ({allowed})",
-                    hinge.parent
-                );
-                return Err(source.refuse(format!("hinge[{i}].parent"), message));
-            }
-            if joined.contains(&hinge.child.as_str()) {
-                let message = format!("{:?}, allowed: a body not yet joined to the base", hinge.child);
-                return Err(source.refuse(format!("hinge[{i}].child"), message));
-            }
-            joined.push(&hinge.child);
-        }
-        if let Some(i) = bodies.iter().position(|b| !joined.contains(b)) {
-            let message = format!(
-                "{:?} hangs on no hinge; allowed: every body but the first is some hinge's child",
-                bodies[i]
-            );
-            return Err(source.refuse(format!("body[{i}].name"), message));
-        }
-        for (i, wheel) in self.wheel.iter().enumerate() {
-            known(format!("wheel[{i}].body"), &wheel.body)?;
-            if let WheelContact::Roller { radius_m } = wheel.contact
-                && radius_m >= wheel.radius_m
-            {
-                let message = format!(
-                    "{radius_m}, allowed: less than the wheel's radius_m, {}",
-                    wheel.radius_m
-                );
-                return Err(source.refuse(format!("wheel[{i}].contact.radius_m"), message));
-            }
-        }
-        crate::control::check_layout(self).map_err(|error| {
-            let key = error
-                .index
-                .map_or_else(|| "wheel".to_owned(), |i| format!("wheel[{i}]"));
-            source.refuse(
-                key,
-                format!(
-                    "{} = {}, allowed: {}",
-                    error.parameter, error.value, error.allowed
-                ),
-            )
-        })
-    }
-}
-
-fn unique<'a>(source: &Source, list: &str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {
-    let mut seen = Vec::new();
-    for (i, name) in names.enumerate() {
-        if seen.contains(&name) {
-            return Err(source.refuse(
-                format!("{list}[{i}].name"),
-                format!("{name:?} twice, allowed: each name once"),
-            ));
-        }
-        seen.push(name);
-    }
-    Ok(())
 }

@@ -1,61 +1,77 @@
 //! The experiment of section 3.3: motors on dampers, no vehicle. Keys keep the units of the paper's tables.
 
 use garde::Validate;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::check::{between, is_name, is_schema_version, not_negative, positive};
+use crate::check::{
+    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name,
+    within,
+};
 use crate::load::{Override, Source, read};
 use crate::vehicle::Gains;
 
 /// Three motors, each with an inertia, a friction and dampers that come and go.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelsExperiment {
-    /// Version of the file format, [`crate::SCHEMA_VERSION`].
-    #[garde(custom(is_schema_version))]
+    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    #[garde(skip)] // checked before anything else is read
+    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
     pub schema_version: u32,
     /// Name in messages.
     #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
-    /// Reference and initial velocity of every wheel \[rpm\], > 0.
-    #[garde(custom(positive))]
+    /// Reference and initial velocity of every wheel \[rpm\], 0.001 to 100000.
+    #[garde(custom(within(SPEED_RPM)))]
+    #[schemars(range(min = SPEED_RPM.min, max = SPEED_RPM.max))]
     pub speed_rpm: f64,
     /// Simulated time \[s\], 0.01 to 3600.
-    #[garde(custom(between(0.01, 3600.0)))]
+    #[garde(custom(within(DURATION_S)))]
+    #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
     /// Control period \[us\], 1 to 100000.
-    #[garde(range(min = 1, max = 100_000))]
+    #[garde(custom(within(PERIOD_US)))]
+    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
     pub period_us: u64,
-    /// Inertia of a wheel \[kg.m^2\], > 0.
-    #[garde(custom(positive))]
+    /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
+    #[garde(custom(within(INERTIA_KG_M2)))]
+    #[schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
-    /// Viscous friction of every wheel besides the loads \[N.m.s/rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Viscous friction of every wheel besides the loads \[N.m.s/rad\], 0 to 1e6.
+    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub friction_n_m_s_rad: f64,
     /// Gains of every wheel's loop.
     #[garde(dive)]
     pub gains: Gains,
     /// The dampers.
-    #[garde(dive)]
+    #[garde(custom(counted(0, 1000)), dive)]
+    #[schemars(length(max = 1000))]
     pub load: Vec<DamperLoad>,
 }
 
 /// A damper on one wheel for a while.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamperLoad {
     /// `A`, `B` or `C`.
     #[garde(custom(wheel_letter))]
+    #[schemars(extend("enum" = LETTERS))]
     pub wheel: String,
-    /// Coefficient \[N.m.s/rad\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Coefficient \[N.m.s/rad\], 0 to 1e6.
+    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damper_n_m_s_rad: f64,
-    /// Applied from this time \[s\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Applied from this time \[s\], 0 to 3600.
+    #[garde(custom(within(TIME_S)))]
+    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
     pub from_s: f64,
-    /// Until this time \[s\], >= 0.
-    #[garde(custom(not_negative))]
+    /// Until this time \[s\], 0 to 3600.
+    #[garde(custom(within(TIME_S)))]
+    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
     pub until_s: f64,
 }
 

@@ -17,7 +17,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use omni_core::Coordination;
 
 use crate::Error;
-use crate::config::{Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
+use crate::config::{
+    DerivedGains, Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles,
+};
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
 /// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
@@ -91,8 +93,22 @@ enum Command {
         #[arg(long)]
         like: Option<String>,
     },
+    /// Prints the JSON Schema of a kind of file, for completion in editors:
+    /// omnistep schema vehicle > vehicle.schema.json, and "#:schema ./vehicle.schema.json" as the file's first line.
+    Schema {
+        /// What the files describe.
+        kind: FileKindArg,
+    },
     /// Lists the built-in scenarios, vehicles, policies and studies.
     List,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FileKindArg {
+    Vehicle,
+    Scenario,
+    Experiment,
+    Study,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -247,10 +263,16 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
                 ConstantsLanguage::C => Language::C,
             };
             let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)?;
+            announce_gains(
+                &scenario.vehicle().name,
+                scenario.period_s(),
+                scenario.derived_gains(),
+            );
             print(out, &scenario.constants(language)?)
         }
         Command::Check { files } => files::check(&files, out),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
+        Command::Schema { kind } => files::schema(kind, out),
         Command::List => {
             let lists = [
                 ("scenarios:  ", builtin_scenarios()),
@@ -264,6 +286,18 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             }
             Ok(())
         }
+    }
+}
+
+/// Says on standard error which gains a vehicle got whose file gives none.
+fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) {
+    if let Some(derived) = derived {
+        let period_ms = 1e3 * period_s;
+        // Nobody listening is no reason to fail.
+        let _ = writeln!(
+            std::io::stderr(),
+            "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
+        );
     }
 }
 

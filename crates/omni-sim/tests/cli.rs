@@ -183,8 +183,17 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let said = omnistep(folder.path(), &["check", "rover.toml", "kerb.toml"]);
     assert_eq!(
         stdout(&said),
-        "rover.toml: vehicle rover: 1 body, 0 hinges, 3 wheels, 7.200 kg\n\
-         kerb.toml: scenario kerb, 6 s, policy synchronised; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n"
+        "rover.toml: vehicle rover: 1 body, 0 hinges, 3 wheels, 7.200 kg\n  \
+         layout   condition number 1.00 (1 is best)\n  \
+         weight   centre of mass at (0.017, 0.000, 0.075) m\n  \
+         loads    at rest on flat ground [N]: 1 27.9, 2 21.4, 3 21.4\n  \
+         speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s about\n  \
+         gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n\
+         kerb.toml: scenario kerb, 6 s, policy synchronised; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
+         layout   condition number 1.58 (1 is best)\n  \
+         weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
+         loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
+         gains    kp 0.3000 N.m.s/rad, ki 2.0000 N.m/rad, kd 0 N.m.s2/rad, given\n"
     );
     let run = [
         "run",
@@ -207,7 +216,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let said = refused(folder.path(), &["check", "rover.toml"]);
     assert_eq!(
         said,
-        "error: rover.toml: body[0].mass_kg: -6, allowed: finite and > 0\n"
+        "error: rover.toml: body[0].mass_kg: -6, allowed: 0.001 to 10000\n"
     );
     let said = refused(folder.path(), &["new", "vehicle", "my robot"]);
     assert_eq!(
@@ -217,7 +226,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
     assert_eq!(
         said,
-        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4\n"
+        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4, rocker_bogie6\n"
     );
 }
 
@@ -300,19 +309,19 @@ fn values_out_of_range_are_named_with_the_range() {
         "v.toml",
         "mass_kg = 6.0",
         "mass_kg = nan",
-        "body[1].mass_kg: NaN, allowed: finite and > 0",
+        "body[1].mass_kg: NaN, allowed: 0.001 to 10000",
     );
     refused_file(
         "v.toml",
         "mass_kg = 6.0",
         "mass_kg = -6.0",
-        "body[1].mass_kg: -6, allowed: finite and > 0",
+        "body[1].mass_kg: -6, allowed: 0.001 to 10000",
     );
     refused_file(
         "v.toml",
         "radius_m = 0.066",
         "radius_m = 0.0",
-        "wheel[0].radius_m: 0, allowed: finite and > 0",
+        "wheel[0].radius_m: 0, allowed: 0.001 to 10",
     );
     refused_file(
         "v.toml",
@@ -339,10 +348,185 @@ fn values_out_of_range_are_named_with_the_range() {
         "control.period_us: 750, allowed: a multiple of physics.step_us, 500",
     );
     refused_file(
-        "s.toml",
-        "schema_version = 1",
-        "schema_version = 2",
-        "schema_version: 2, allowed: 1",
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = 1e300",
+        "body[1].mass_kg: 1e300, allowed: 0.001 to 10000",
+    );
+    refused_file(
+        "v.toml",
+        "com_m = [0.18, 0.0, 0.18]",
+        "com_m = [180, 0.0, 180]",
+        "body[1].com_m: [180, 0, 180], allowed: -100 to 100",
+    );
+}
+
+#[test]
+fn another_version_of_a_file_says_what_to_do_whatever_else_is_in_it() {
+    for file in ["s.toml", "v.toml"] {
+        // Keys that a later version may have are no reason to speak of keys.
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = 2\nfrom_the_future = true",
+            "schema_version: 2, this program reads version 1: update omnistep",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = 0",
+            "schema_version: 0, the first version is 1: write schema_version = 1",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "",
+            "schema_version: missing: write schema_version = 1 at the top of the file",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = \"1\"",
+            "schema_version: \"1\", allowed: a whole number: write schema_version = 1",
+        );
+    }
+}
+
+#[test]
+fn a_shape_that_cannot_be_or_cannot_stand_is_refused() {
+    refused_file(
+        "v.toml",
+        "position_m = [-0.30, 0.23]",
+        "position_m = [-0.30, -0.11]",
+        "wheel[2].position_m: [-0.3, -0.11], allowed: clear of other wheels: wheels \"1\" and \"3\" intersect",
+    );
+    // As balls on the ground they are clear of each other, the rollers being small; their rims cross.
+    refused_file(
+        "v.toml",
+        "position_m = [-0.30, 0.00]",
+        "position_m = [-0.24, -0.17]",
+        "wheels \"1\" and \"2\" intersect",
+    );
+    // Millimetres for metres.
+    refused_file(
+        "v.toml",
+        "anchor_m = [0.0, 0.0, 0.066] ",
+        "anchor_m = [0.0, 0.0, 66] ",
+        "hinge[0].anchor_m: [0.0, 0.0, 66.0], allowed: ",
+    );
+    refused_file(
+        "v.toml",
+        "com_m = [0.18, 0.0, 0.18]",
+        "com_m = [1.8, 0.0, 0.18]",
+        "body[1].com_m: [1.8, 0.0, 0.18] puts the vehicle's centre of mass at (0.486, 0.000), where it tips at rest; \
+         allowed: over the wheels, whose polygon is within x -0.300 to 0.300, y -0.230 to 0.230",
+    );
+}
+
+#[test]
+fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves() {
+    let coupling = |rest: &str| format!("[[coupling]]\nname = \"c\"\nhinge_a = \"pitch\"\n{rest}\n\n[motor]");
+    for (rest, expected) in [
+        (
+            "hinge_b = \"yaw\"",
+            "coupling[0].hinge_b: \"yaw\", allowed: pitch, roll",
+        ),
+        (
+            "hinge_b = \"pitch\"",
+            "coupling[0].hinge_b: \"pitch\", allowed: another hinge than hinge_a",
+        ),
+        (
+            "hinge_b = \"roll\"\nratio = 0.0",
+            "coupling[0].ratio: 0, allowed: at least 0.001 or at most -0.001",
+        ),
+    ] {
+        refused_file("v.toml", "[motor]", &coupling(rest), expected);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "vehicle=rocker_bogie6",
+        "physics.step_us=2000",
+        "control.period_us=2000",
+    ];
+    let args = ["run", "flat"]
+        .into_iter()
+        .chain(sets.iter().flat_map(|s| ["--set", s]));
+    let said = refused(folder.path(), &args.collect::<Vec<_>>());
+    assert!(
+        said.contains("physics.step_us: 2000, allowed: up to 1165 with the stiffness and damping of the coupling \"differential\""),
+        "{said}"
+    );
+}
+
+#[test]
+fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let expected = "rocker_bogie6: no [gains]; derived for a control period of 1 ms: kp 0.412 N.m.s/rad, ki 1.03 N.m/rad, \
+                    from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
+    let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
+    for command in ["run", "compare"] {
+        let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
+        let output = omnistep(folder.path(), &args);
+        assert!(output.status.success());
+        assert_eq!(String::from_utf8(output.stderr.clone()).unwrap(), expected);
+        assert_eq!(rows(&output).len(), if command == "run" { 1 } else { 4 });
+    }
+    assert!(
+        omnistep(folder.path(), &["new", "vehicle", "r", "--like", "rocker_bogie6"])
+            .status
+            .success()
+    );
+    let output = omnistep(folder.path(), &["check", "r.toml"]);
+    assert_eq!(
+        String::from_utf8(output.stderr.clone()).unwrap(),
+        expected.replace("rocker_bogie6", "r")
+    );
+    assert!(
+        stdout(&output).contains("r.toml: vehicle r: 5 bodies, 4 hinges, 1 coupling, 6 wheels, 16.000 kg\n")
+    );
+    assert!(
+        stdout(&output)
+            .ends_with("gains    kp 0.4121 N.m.s/rad, ki 1.0301 N.m/rad, kd 0 N.m.s2/rad, derived\n")
+    );
+    // A file that gives them is not spoken of.
+    let output = omnistep(
+        folder.path(),
+        &["run", "flat", "--quiet", "--set", "duration_s=0.05"],
+    );
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn schemas_are_printed_and_a_new_file_names_the_one_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = |name: &str| {
+        let text = fs::read_to_string(folder.path().join(name)).unwrap();
+        text.lines().next().unwrap().to_owned()
+    };
+    assert!(omnistep(folder.path(), &["new", "vehicle", "a"]).status.success());
+    assert!(
+        first("a.toml")
+            .starts_with("# For completion in an editor: omnistep schema vehicle > vehicle.schema.json")
+    );
+    for kind in ["vehicle", "scenario", "experiment"] {
+        let text = stdout(&omnistep(folder.path(), &["schema", kind]));
+        let schema: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+        assert_eq!(schema["properties"]["schema_version"]["maximum"], 1);
+        fs::write(folder.path().join(format!("{kind}.schema.json")), text).unwrap();
+    }
+    assert!(omnistep(folder.path(), &["new", "vehicle", "b"]).status.success());
+    assert_eq!(first("b.toml"), "#:schema ./vehicle.schema.json");
+    assert!(
+        omnistep(folder.path(), &["new", "scenario", "c"])
+            .status
+            .success()
+    );
+    assert_eq!(first("c.toml"), "#:schema ./scenario.schema.json");
+    assert!(
+        omnistep(folder.path(), &["check", "a.toml", "b.toml", "c.toml"])
+            .status
+            .success()
     );
 }
 

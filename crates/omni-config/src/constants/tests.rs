@@ -68,7 +68,7 @@ fn a_gain_a_policy_and_a_limit_each_change_the_digest() {
 #[test]
 fn a_wheel_count_without_a_c_type_is_refused_by_name() {
     let mut text = include_str!("../../assets/vehicles/chugo7.toml").to_owned();
-    let extra = "\n[[wheel]]\nname = \"8\"\nbody = \"middle\"\nposition_m = [0.0, 0.1]\nrolling_direction = [1.0, 0.0]\n\
+    let extra = "\n[[wheel]]\nname = \"8\"\nbody = \"middle\"\nposition_m = [0.0, 0.15]\nrolling_direction = [1.0, 0.0]\n\
                  radius_m = 0.066\nmass_kg = 1.0\ninertia_kg_m2 = 0.002\ncontact = { kind = \"ball\" }\n";
     text.push_str(extra);
     let vehicle: toml::Table = text.parse().expect("valid");

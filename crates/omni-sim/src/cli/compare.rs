@@ -8,7 +8,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::{RunArgs, print};
+use super::{RunArgs, announce_gains, print};
 use crate::config::{Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::RunLog;
@@ -36,6 +36,11 @@ pub(super) fn compare(
     if firmware.is_some() {
         in_f32(args, &mut scenario)?;
     }
+    announce_gains(
+        &scenario.vehicle().name,
+        scenario.period_s(),
+        scenario.derived_gains(),
+    );
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),

@@ -4,7 +4,7 @@ use rapier3d_f64::prelude::*;
 
 use super::pose3;
 use super::wheel::BallWheel;
-use crate::config::{Body, Vehicle};
+use crate::config::{Body, CouplingSpring, Vehicle};
 use crate::observation::Observation;
 
 struct HingeBodies {
@@ -20,6 +20,43 @@ impl HingeBodies {
     fn axis_world(&self, physics: &PhysicsWorld) -> Vector {
         physics.bodies[self.parent].rotation() * self.axis
     }
+
+    /// Angle of the child against the parent \[rad\] and its rate \[rad/s\].
+    fn angle_and_rate(&self, physics: &PhysicsWorld) -> (f64, f64) {
+        let (parent, child) = (&physics.bodies[self.parent], &physics.bodies[self.child]);
+        let relative = parent.rotation().inverse() * *child.rotation();
+        let along = Vector::new(relative.x, relative.y, relative.z).dot(self.axis);
+        let angle = 2.0 * libm::atan2(along, relative.w);
+        let rate = (child.angvel() - parent.angvel()).dot(self.axis_world(physics));
+        (angle, rate)
+    }
+
+    /// Adds a torque \[N.m\] on the child about the axis, and the opposite one on the parent.
+    fn add_torque(&self, physics: &mut PhysicsWorld, torque: f64) {
+        let torque = self.axis_world(physics) * torque;
+        physics.bodies[self.child].add_torque(torque, true);
+        physics.bodies[self.parent].add_torque(-torque, true);
+    }
+}
+
+/// Two hinges held at `angle_a + ratio * angle_b = 0` by a spring and a damper. rapier has no joint between joints.
+struct CoupledHinges {
+    a: usize,
+    b: usize,
+    ratio: f64,
+    spring: CouplingSpring,
+}
+
+impl CoupledHinges {
+    /// Adds the torques of this step. As much work is done on hinge b as the coupling's angle moves with it: hence the ratio.
+    fn apply(&self, physics: &mut PhysicsWorld, hinges: &[HingeBodies]) {
+        let (angle_a, rate_a) = hinges[self.a].angle_and_rate(physics);
+        let (angle_b, rate_b) = hinges[self.b].angle_and_rate(physics);
+        let (off, rate) = (angle_a + self.ratio * angle_b, rate_a + self.ratio * rate_b);
+        let torque = -self.spring.stiffness_n_m_rad * off - self.spring.damping_n_m_s_rad * rate;
+        hinges[self.a].add_torque(physics, torque);
+        hinges[self.b].add_torque(physics, self.ratio * torque);
+    }
 }
 
 /// Handles of a vehicle in a world. Every body's local frame is the vehicle's frame as it stands on flat ground.
@@ -30,6 +67,7 @@ pub(super) struct VehicleBodies {
     rows: Vec<Vec<usize>>,
     /// What a joint may part by before the vehicle counts as broken \[m\].
     most_gap_m: f64,
+    couplings: Vec<CoupledHinges>,
     pub(super) wheels: Vec<BallWheel>,
 }
 
@@ -69,6 +107,13 @@ impl VehicleBodies {
                 anchor,
             });
         }
+        let hinge = |name: &str| vehicle.hinge.iter().position(|h| h.name == name).unwrap_or(0);
+        let couplings = vehicle.coupling.iter().map(|c| CoupledHinges {
+            a: hinge(&c.hinge_a),
+            b: hinge(&c.hinge_b),
+            ratio: c.ratio,
+            spring: vehicle.coupling_spring(c),
+        });
         let wheels = vehicle
             .wheel
             .iter()
@@ -84,6 +129,7 @@ impl VehicleBodies {
                 .fold(f64::INFINITY, f64::min),
             bodies,
             hinges,
+            couplings: couplings.collect(),
             wheels,
         }
     }
@@ -114,10 +160,13 @@ impl VehicleBodies {
             .map(|(kind, name, gap_m)| (format!("{kind} {name}"), gap_m))
     }
 
-    /// Takes the torques of the last step off.
+    /// Takes the torques of the last step off and puts on those that hinges hold each other with.
     pub(super) fn reset(&self, physics: &mut PhysicsWorld) {
         for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.ball)) {
             physics.bodies[*handle].reset_torques(false);
+        }
+        for coupling in &self.couplings {
+            coupling.apply(physics, &self.hinges);
         }
     }
 
@@ -149,11 +198,7 @@ impl VehicleBodies {
             );
         }
         for (hinge, seen) in self.hinges.iter().zip(&mut observation.hinges) {
-            let (parent, child) = (&physics.bodies[hinge.parent], &physics.bodies[hinge.child]);
-            let relative = parent.rotation().inverse() * *child.rotation();
-            let along = Vector::new(relative.x, relative.y, relative.z).dot(hinge.axis);
-            seen.angle_rad = 2.0 * libm::atan2(along, relative.w);
-            seen.rate_rad_s = (child.angvel() - parent.angvel()).dot(hinge.axis_world(physics));
+            (seen.angle_rad, seen.rate_rad_s) = hinge.angle_and_rate(physics);
         }
         for (wheel, seen) in self.wheels.iter().zip(&mut observation.wheels) {
             let (centre, velocity) = wheel.centre_world(physics);
@@ -175,8 +220,7 @@ impl VehicleBodies {
 }
 
 fn rigid_body(body: &Body, start: Pose) -> RigidBodyBuilder {
-    let [a, b, c] = body.box_m.map(|edge| edge * edge);
-    let inertia = AngVector::new(b + c, a + c, a + b) * (body.mass_kg / 12.0);
+    let inertia = AngVector::from(body.inertia_kg_m2());
     RigidBodyBuilder::dynamic()
         .pose(start)
         .can_sleep(false)

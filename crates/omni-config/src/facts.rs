@@ -1,0 +1,200 @@
+//! What follows from a vehicle's numbers: its mass, where its weight is, what each wheel carries, how fast it goes.
+
+use nalgebra::{DMatrix, DVector};
+use omni_core::{ConfigError, Kinematics};
+
+use crate::{Body, Error, Vehicle, for_wheel_count, wheel_count_refused};
+
+impl Body {
+    /// Moments of inertia of its box about the centre of mass, along x, y, z \[kg.m^2\].
+    ///
+    /// ```
+    /// let platform = &omni_config::Vehicle::load("mecanum4")?.body[0]; // 20 kg, 0.60 x 0.40 x 0.20 m
+    /// assert!((platform.inertia_kg_m2()[2] - 20.0 * (0.36 + 0.16) / 12.0).abs() < 1e-12);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn inertia_kg_m2(&self) -> [f64; 3] {
+        let [a, b, c] = self.box_m.map(|edge| edge * edge);
+        [b + c, a + c, a + b].map(|sum| sum * (self.mass_kg / 12.0))
+    }
+}
+
+impl Vehicle {
+    /// Mass of everything \[kg\].
+    ///
+    /// ```
+    /// assert_eq!(omni_config::Vehicle::load("chugo7")?.mass_kg(), 20.0);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.weights().map(|(mass, _)| mass).sum()
+    }
+
+    /// Centre of mass of everything, as the vehicle stands on flat ground \[m\].
+    ///
+    /// ```
+    /// let [x, y, _] = omni_config::Vehicle::load("omni3")?.centre_of_mass_m();
+    /// assert!((x - 6.0 * 0.02 / 7.2).abs() < 1e-9 && y.abs() < 1e-9); // a base of 6 kg, 2 cm ahead of three wheels
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn centre_of_mass_m(&self) -> [f64; 3] {
+        let total = self.mass_kg();
+        [0, 1, 2].map(|axis| {
+            self.weights()
+                .map(|(mass, place)| mass * place[axis])
+                .sum::<f64>()
+                / total
+        })
+    }
+
+    /// Masses \[kg\] and their places \[m\]: bodies, then wheels.
+    pub(crate) fn weights(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
+        let bodies = self.body.iter().map(|body| (body.mass_kg, body.com_m));
+        let wheels = self.wheel.iter().map(|wheel| {
+            let [x, y] = wheel.position_m;
+            (wheel.mass_kg, [x, y, wheel.radius_m])
+        });
+        bodies.chain(wheels)
+    }
+
+    /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is refused.
+    ///
+    /// # Errors
+    /// [`Error::Key`] for wheels that cannot move it in three directions; a loaded vehicle has been checked.
+    ///
+    /// ```
+    /// let chugo7 = omni_config::Vehicle::load("chugo7")?;
+    /// assert!((chugo7.condition_number()? - 2.5_f64.sqrt()).abs() < 1e-9);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn condition_number(&self) -> Result<f64, Error> {
+        Ok(self.actuators()?.1)
+    }
+
+    /// Actuator velocities per unit of vx, vy and wz, one row a wheel, and the layout's condition number.
+    pub(crate) fn actuators(&self) -> Result<(Vec<[f64; 3]>, f64), Error> {
+        for_wheel_count!(self.wheel.len(), actuators[](self), |count| Err(
+            wheel_count_refused(count)
+        ))
+        .map_err(|error| self.refuse(&error))
+    }
+
+    /// What omni-core refuses of it.
+    pub(crate) fn refuse(&self, error: &ConfigError) -> Error {
+        Error::Key {
+            file: format!("vehicle {}", self.name),
+            key: error.parameter.into(),
+            message: error.to_string(),
+        }
+    }
+
+    /// Velocities along x, y \[m/s\] and about z \[rad/s\] at which the fastest wheel's actuator turns with this velocity
+    /// \[rad/s\], each alone.
+    ///
+    /// # Errors
+    /// As [`Vehicle::condition_number`].
+    ///
+    /// ```
+    /// let omni3 = omni_config::Vehicle::load("omni3")?;
+    /// let [vx, vy, wz] = omni3.speeds_at(10.0)?;
+    /// assert!((vy - 0.5).abs() < 1e-9); // wheel 1, of 50 mm, rolls sideways
+    /// assert!((vx - 0.5 / 0.75_f64.sqrt()).abs() < 1e-6 && (wz - 0.5 / 0.18).abs() < 1e-6);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn speeds_at(&self, actuator_rad_s: f64) -> Result<[f64; 3], Error> {
+        let (rows, _) = self.actuators()?;
+        Ok([0, 1, 2].map(|axis| {
+            let fastest = rows.iter().map(|row| row[axis].abs()).fold(0.0, f64::max);
+            actuator_rad_s / fastest
+        }))
+    }
+
+    /// Velocity at which the motor's line reaches no torque \[rad/s\]; none for a constant limit.
+    #[must_use]
+    pub fn no_load_rad_s(&self) -> Option<f64> {
+        let motor = &self.motor;
+        (motor.slope_n_m_s_rad > 0.0).then(|| motor.stall_torque_n_m / motor.slope_n_m_s_rad)
+    }
+
+    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of equally stiff contacts are in
+    /// balance without one that pulls.
+    ///
+    /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings passing on
+    /// their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the smallest sum of squares:
+    /// those of contacts that give alike.
+    ///
+    /// ```
+    /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");
+    /// assert!((load[0] - (6.0 * 9.81 * (0.02 + 0.09) / 0.27 + 0.4 * 9.81)).abs() < 1e-6); // docs/physics.md
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn static_loads_n(&self, gravity_m_s2: f64) -> Option<Vec<f64>> {
+        let (wheels, hinges) = (self.wheel.len(), self.hinge.len());
+        // Rows: the whole vehicle's force and its moments about x and y; then the moment about each hinge. Columns: the load
+        // of each wheel, then the torque of each coupling.
+        let mut balance = DMatrix::zeros(3 + hinges, wheels + self.coupling.len());
+        let mut weight = DVector::zeros(3 + hinges);
+        let bodies = self
+            .body
+            .iter()
+            .map(|body| (body.name.as_str(), body.mass_kg, [body.com_m[0], body.com_m[1]]));
+        let carried = self
+            .wheel
+            .iter()
+            .map(|wheel| (wheel.body.as_str(), wheel.mass_kg, wheel.position_m));
+        for (body, mass, place) in bodies.chain(carried) {
+            for (row, lever) in self.levers(body, place) {
+                weight[row] += mass * gravity_m_s2 * lever;
+            }
+        }
+        for (column, wheel) in self.wheel.iter().enumerate() {
+            for (row, lever) in self.levers(&wheel.body, wheel.position_m) {
+                balance[(row, column)] += lever;
+            }
+        }
+        // A torque costs next to nothing beside a load, so that it never stands in for one.
+        let free = 1e4 * (1.0 + weight.amax());
+        for (k, coupling) in self.coupling.iter().enumerate() {
+            for (name, factor) in [(&coupling.hinge_a, 1.0), (&coupling.hinge_b, coupling.ratio)] {
+                if let Some(i) = self.hinge.iter().position(|hinge| hinge.name == *name) {
+                    balance[(3 + i, wheels + k)] += factor * free;
+                }
+            }
+        }
+        let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
+        let solved = balance.clone().svd(true, true).solve(&weight, 1e-9 * free).ok()?;
+        let whole = weight[0];
+        let stands =
+            residual(&solved) <= 1e-6 * whole && solved.iter().take(wheels).all(|n| *n >= -1e-9 * whole);
+        stands.then(|| solved.iter().take(wheels).copied().collect())
+    }
+
+    /// Rows of the balance that an upward force at a place on a body enters, and its lever there.
+    fn levers(&self, body: &str, [x, y]: [f64; 2]) -> Vec<(usize, f64)> {
+        let mut rows = vec![(0, 1.0), (1, y), (2, -x)];
+        let mut body = body;
+        // Up the tree: a hinge is listed after the one that carries its parent.
+        for (i, hinge) in self.hinge.iter().enumerate().rev() {
+            if hinge.child == body {
+                let [ax, ay, az] = hinge.axis;
+                let length = (ax * ax + ay * ay + az * az).sqrt();
+                let [px, py, _] = hinge.anchor_m;
+                rows.push((3 + i, (ax * (y - py) - ay * (x - px)) / length));
+                body = &hinge.parent;
+            }
+        }
+        rows
+    }
+}
+
+fn actuators<const N: usize>(vehicle: &Vehicle) -> Result<(Vec<[f64; 3]>, f64), ConfigError> {
+    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
+    Ok((
+        kinematics.inverse_matrix().to_vec(),
+        kinematics.condition_number(),
+    ))
+}

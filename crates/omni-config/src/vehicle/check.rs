@@ -1,0 +1,111 @@
+//! What no single key shows: names that refer to each other, wheels that together move the vehicle, and a shape that can
+//! stand.
+
+use super::{Vehicle, WheelContact};
+use crate::Error;
+use crate::load::Source;
+
+impl Vehicle {
+    /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
+    pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
+        unique(source, "body", self.body.iter().map(|b| &b.name))?;
+        unique(source, "hinge", self.hinge.iter().map(|h| &h.name))?;
+        unique(source, "coupling", self.coupling.iter().map(|c| &c.name))?;
+        unique(source, "wheel", self.wheel.iter().map(|w| &w.name))?;
+        let bodies = self.body.iter().map(|b| b.name.as_str()).collect::<Vec<_>>();
+        let known = |key: String, name: &str| {
+            if bodies.contains(&name) {
+                Ok(())
+            } else {
+                Err(source.refuse(key, format!("{name:?}, allowed: {}", bodies.join(", "))))
+            }
+        };
+        // Hinges in file order grow the tree from the base: each parent is there already, each child is new.
+        let mut joined = vec![bodies[0]];
+        for (i, hinge) in self.hinge.iter().enumerate() {
+            known(format!("hinge[{i}].parent"), &hinge.parent)?;
+            known(format!("hinge[{i}].child"), &hinge.child)?;
+            if !joined.contains(&hinge.parent.as_str()) {
+                let allowed = joined.join(", ");
+                let message = format!(
+                    "{:?}, allowed: a body already joined to the base ({allowed})",
+                    hinge.parent
+                );
+                return Err(source.refuse(format!("hinge[{i}].parent"), message));
+            }
+            if joined.contains(&hinge.child.as_str()) {
+                let message = format!("{:?}, allowed: a body not yet joined to the base", hinge.child);
+                return Err(source.refuse(format!("hinge[{i}].child"), message));
+            }
+            joined.push(&hinge.child);
+        }
+        if let Some(i) = bodies.iter().position(|b| !joined.contains(b)) {
+            let message = format!(
+                "{:?} hangs on no hinge; allowed: every body but the first is some hinge's child",
+                bodies[i]
+            );
+            return Err(source.refuse(format!("body[{i}].name"), message));
+        }
+        for (i, wheel) in self.wheel.iter().enumerate() {
+            known(format!("wheel[{i}].body"), &wheel.body)?;
+            if let WheelContact::Roller { radius_m } = wheel.contact
+                && radius_m >= wheel.radius_m
+            {
+                let message = format!(
+                    "{radius_m}, allowed: less than the wheel's radius_m, {}",
+                    wheel.radius_m
+                );
+                return Err(source.refuse(format!("wheel[{i}].contact.radius_m"), message));
+            }
+        }
+        self.check_couplings(source)?;
+        crate::control::check_layout(self).map_err(|error| {
+            let key = error
+                .index
+                .map_or_else(|| "wheel".to_owned(), |i| format!("wheel[{i}]"));
+            source.refuse(
+                key,
+                format!(
+                    "{} = {}, allowed: {}",
+                    error.parameter, error.value, error.allowed
+                ),
+            )
+        })?;
+        self.check_shape(source)
+    }
+
+    fn check_couplings(&self, source: &Source) -> Result<(), Error> {
+        for (i, coupling) in self.coupling.iter().enumerate() {
+            for (end, name) in [("hinge_a", &coupling.hinge_a), ("hinge_b", &coupling.hinge_b)] {
+                if !self.hinge.iter().any(|hinge| hinge.name == *name) {
+                    let names = self.hinge.iter().map(|h| h.name.as_str()).collect::<Vec<_>>();
+                    let message = format!("{name:?}, allowed: {}", names.join(", "));
+                    return Err(source.refuse(format!("coupling[{i}].{end}"), message));
+                }
+            }
+            if coupling.hinge_a == coupling.hinge_b {
+                let message = format!("{:?}, allowed: another hinge than hinge_a", coupling.hinge_b);
+                return Err(source.refuse(format!("coupling[{i}].hinge_b"), message));
+            }
+            if coupling.ratio.abs() < 1e-3 {
+                let message = format!("{}, allowed: at least 0.001 or at most -0.001", coupling.ratio);
+                return Err(source.refuse(format!("coupling[{i}].ratio"), message));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn unique<'a>(source: &Source, list: &str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {
+    let mut seen = Vec::new();
+    for (i, name) in names.enumerate() {
+        if seen.contains(&name) {
+            return Err(source.refuse(
+                format!("{list}[{i}].name"),
+                format!("{name:?} twice, allowed: each name once"),
+            ));
+        }
+        seen.push(name);
+    }
+    Ok(())
+}

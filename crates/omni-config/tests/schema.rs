@@ -1,0 +1,295 @@
+//! The JSON Schemas say what the loader does, and no more: every bound, every name, every key.
+
+use omni_config::{FileKind, Override, Scenario, Source, Vehicle, WheelsExperiment};
+use serde_json::Value;
+
+/// A file of that kind in which every table there is stands.
+fn whole_file(kind: FileKind) -> String {
+    match kind {
+        FileKind::Vehicle => {
+            // The paper's vehicle has limits and gains; what it lacks is a coupling.
+            let text = FileKind::Vehicle.template("chugo7").expect("built in");
+            let coupling = "[[coupling]]\nname = \"c\"\nhinge_a = \"pitch\"\nhinge_b = \"roll\"\n";
+            format!("{text}\n{coupling}")
+        }
+        FileKind::Scenario => {
+            let text = FileKind::Scenario.template("step").expect("built in");
+            let rest = r#"
+[[command.then]]
+at_s = 1.0
+vx_m_s = 0.0
+vy_m_s = 0.0
+wz_rad_s = 0.0
+
+[heading_hold]
+gain_per_s = 1.0
+limit_rad_s = 1.0
+
+[[friction_patch]]
+x_m = [0.0, 1.0]
+y_m = [0.0, 1.0]
+friction = 0.1
+
+[[fault]]
+kind = "wheel_lost"
+wheel = "1"
+from_s = 0.0
+"#;
+            format!("{text}{rest}")
+        }
+        FileKind::Experiment => FileKind::Experiment
+            .template("wheels")
+            .expect("built in")
+            .to_owned(),
+        FileKind::Study => unreachable!("not among KINDS: most of its values are those of any key"),
+    }
+}
+
+/// What the loader says of the whole file with one key replaced.
+fn load(kind: FileKind, overrides: &[Override]) -> Result<(), String> {
+    let source = Source::text("file", whole_file(kind));
+    match kind {
+        FileKind::Vehicle => Vehicle::from_source(&source, overrides).map(|_| ()),
+        FileKind::Scenario => Scenario::from_source(&source, overrides).map(|_| ()),
+        FileKind::Experiment => WheelsExperiment::from_source(&source, overrides).map(|_| ()),
+        FileKind::Study => unreachable!("not among KINDS"),
+    }
+    .map_err(|error| error.to_string())
+}
+
+/// A place in a file, its schema, and what must be put elsewhere for the place to be there.
+struct Place {
+    key: String,
+    schema: Value,
+    before: Vec<Override>,
+}
+
+/// Every place of the files of a kind, tables and lists included.
+fn places(kind: FileKind) -> Vec<Place> {
+    let root = kind.schema();
+    let mut found = Vec::new();
+    let top = Place {
+        key: String::new(),
+        schema: root.clone(),
+        before: Vec::new(),
+    };
+    visit(&root, top, &mut found);
+    found
+}
+
+fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
+    if let Some(name) = place.schema["$ref"]
+        .as_str()
+        .and_then(|r| r.strip_prefix("#/$defs/"))
+    {
+        place.schema = root["$defs"][name].clone();
+    }
+    let inside = |key: &str, schema: &Value, before: &[Override]| Place {
+        key: if place.key.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", place.key)
+        },
+        schema: schema.clone(),
+        before: before.to_vec(),
+    };
+    if let Some(properties) = place.schema["properties"].as_object() {
+        for (key, schema) in properties {
+            visit(root, inside(key, schema, &place.before), found);
+        }
+    }
+    if place.schema["items"].is_object() {
+        visit(root, inside("0", &place.schema["items"], &place.before), found);
+    }
+    for variant in ["oneOf", "anyOf"]
+        .iter()
+        .filter_map(|key| place.schema[key].as_array())
+        .flatten()
+    {
+        let mut before = place.before.clone();
+        if let Some(properties) = variant["properties"].as_object() {
+            // A kind of its own: the table as that kind has it, every number the least allowed.
+            let mut table = toml::Table::new();
+            for (key, schema) in properties {
+                let value = match (&schema["const"], schema["minimum"].as_f64(), key.as_str()) {
+                    (Value::String(kind), _, _) => toml::Value::from(kind.as_str()),
+                    (_, Some(least), _) if schema["type"] == "integer" => toml::Value::from(least as i64),
+                    (_, Some(least), _) => toml::Value::from(least),
+                    (_, _, "wheel") => toml::Value::from("1"),
+                    (_, _, "body") => toml::Value::from("front"),
+                    (_, _, "image") => toml::Value::from("hills"),
+                    (_, _, "at_m") => toml::Value::from(vec![0.0; 3]),
+                    _ => panic!("{}.{key}: this test cannot make a value for {schema}", place.key),
+                };
+                table.insert(key.clone(), value);
+            }
+            before.push(Override::new(place.key.clone(), table));
+        }
+        let place = Place {
+            key: place.key.clone(),
+            schema: variant.clone(),
+            before,
+        };
+        visit(root, place, found);
+    }
+    found.push(place);
+}
+
+const KINDS: [FileKind; 3] = [FileKind::Vehicle, FileKind::Scenario, FileKind::Experiment];
+
+/// As messages write it: `wheel[0].radius_m`; components of a list of numbers are named by the list.
+fn shown(key: &str) -> String {
+    let mut text = String::new();
+    for part in key.split('.') {
+        if part.bytes().all(|b| b.is_ascii_digit()) {
+            text.push_str(&format!("[{part}]"));
+        } else {
+            text.push_str(if text.is_empty() { "" } else { "." });
+            text.push_str(part);
+        }
+    }
+    text
+}
+
+/// The vehicle inside a scenario is checked with the vehicles.
+fn own(kind: FileKind, place: &Place) -> bool {
+    !(kind == FileKind::Scenario && place.key.starts_with("vehicle"))
+}
+
+#[test]
+fn every_number_of_a_schema_has_bounds_and_the_loader_has_the_same() {
+    let mut numbers = 0;
+    for kind in KINDS {
+        for place in places(kind).into_iter().filter(|p| own(kind, p)) {
+            let whole = place.schema["type"] == "integer";
+            if !whole && place.schema["type"] != "number" {
+                continue;
+            }
+            if place.key.ends_with("seed") {
+                continue; // any whole number of its type
+            }
+            let bound = |name: &str| {
+                place.schema[name]
+                    .as_f64()
+                    .unwrap_or_else(|| panic!("{}: its schema has no {name}: {}", place.key, place.schema))
+            };
+            let (least, most) = (bound("minimum"), bound("maximum"));
+            let with = |value: f64| {
+                let value = if whole {
+                    toml::Value::from(value as i64)
+                } else {
+                    toml::Value::from(value)
+                };
+                let mut overrides = place.before.clone();
+                overrides.push(Override::new(place.key.clone(), value));
+                load(kind, &overrides)
+            };
+            let list = place
+                .key
+                .rsplit_once('.')
+                .filter(|(_, last)| *last == "0")
+                .map(|(list, _)| list);
+            let key = shown(list.unwrap_or(&place.key));
+            let beyond = if whole {
+                [least - 1.0, most + 1.0]
+            } else {
+                [least.next_down(), most.next_up()]
+            };
+            let mut allowed = String::new();
+            for value in beyond.into_iter().chain((!whole).then_some(f64::NAN)) {
+                let said = with(value).expect_err(&format!("{key} = {value} is beyond {least} to {most}"));
+                assert!(said.starts_with(&format!("file: {key}: ")), "{value}: {said}");
+                allowed = said
+                    .rsplit_once("allowed: ")
+                    .map_or(allowed, |(_, range)| range.to_owned());
+            }
+            for value in [least, most] {
+                // Other checks may mind; the range does not.
+                if let Err(said) = with(value) {
+                    assert!(
+                        !said.ends_with(&allowed),
+                        "{key} = {value} is within {least} to {most}: {said}"
+                    );
+                }
+            }
+            numbers += 1;
+        }
+    }
+    assert!(numbers >= 55, "{numbers} numbers"); // that the walk went everywhere
+}
+
+#[test]
+fn every_table_refuses_a_key_that_its_schema_does_not_know() {
+    let mut tables = 0;
+    for kind in KINDS {
+        for place in places(kind).into_iter().filter(|p| own(kind, p)) {
+            if !place.schema["properties"].is_object() {
+                continue;
+            }
+            assert_eq!(place.schema["additionalProperties"], false, "{}", place.key);
+            let dot = if place.key.is_empty() { "" } else { "." };
+            let mut overrides = place.before.clone();
+            overrides.push(Override::new(format!("{}{dot}nonsense", place.key), 1));
+            let said = load(kind, &overrides).expect_err("an unknown key");
+            assert!(said.contains("unknown field `nonsense`"), "{}: {said}", place.key);
+            tables += 1;
+        }
+    }
+    assert!(tables >= 15, "{tables} tables");
+}
+
+#[test]
+fn words_and_lists_that_a_schema_refuses_are_refused_by_the_loader() {
+    let mut words = 0;
+    for kind in KINDS {
+        for place in places(kind).into_iter().filter(|p| own(kind, p)) {
+            let closed = ["pattern", "enum", "const"]
+                .iter()
+                .any(|key| !place.schema[key].is_null());
+            if closed && place.schema["type"] == "string" {
+                let mut overrides = place.before.clone();
+                overrides.push(Override::new(place.key.clone(), "not that!"));
+                let said = load(kind, &overrides).expect_err("a word that is not allowed");
+                assert!(said.contains("not that!"), "{}: {said}", place.key);
+                words += 1;
+            }
+            // Lists of tables; lists of numbers have a length of their own type.
+            let most = place.schema["maxItems"]
+                .as_u64()
+                .filter(|_| place.schema["items"]["$ref"].is_string());
+            if let Some(most) = most {
+                let least = place.schema["minItems"].as_u64().unwrap_or(0);
+                let file = toml::Value::Table(whole_file(kind).parse().expect("TOML"));
+                let list = place.key.split('.').fold(&file, |table, key| &table[key]);
+                let item = list[0].clone();
+                for count in [most + 1].into_iter().chain(least.checked_sub(1)) {
+                    let items = vec![item.clone(); count as usize];
+                    let said = load(kind, &[Override::new(place.key.clone(), items)]).expect_err("so many");
+                    let expected =
+                        format!("file: {}: {count} of them, allowed: {least} to {most}", place.key);
+                    assert!(said.starts_with(&expected), "{said}");
+                }
+            }
+        }
+    }
+    assert!(words >= 15, "{words} words");
+}
+
+#[test]
+fn every_key_is_described_in_plain_words() {
+    for kind in KINDS {
+        for place in places(kind).into_iter().filter(|p| !p.key.is_empty()) {
+            let last = place.key.rsplit('.').next().unwrap_or_default();
+            if last == "kind" || last == "0" || last == "vehicle" {
+                continue; // the kinds are described, the elements by their list
+            }
+            let Some(text) = place.schema["description"].as_str() else {
+                panic!("{} has no description", place.key)
+            };
+            assert!(
+                !text.contains("::") && !text.contains("\\[") && !text.contains('\n'),
+                "{text}"
+            );
+        }
+    }
+}
