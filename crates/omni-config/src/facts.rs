@@ -156,8 +156,8 @@ impl Vehicle {
                 balance[(row, column)] += lever;
             }
         }
-        // A torque costs next to nothing beside a load, so that it never stands in for one.
-        let free = 1e4 * (1.0 + weight.amax());
+        // In units in which a torque costs next to nothing beside a load, so that it never stands in for one.
+        let free = 1e4;
         for (k, coupling) in self.coupling.iter().enumerate() {
             for (name, factor) in [(&coupling.hinge_a, 1.0), (&coupling.hinge_b, coupling.ratio)] {
                 if let Some(i) = self.hinge.iter().position(|hinge| hinge.name == *name) {
@@ -166,7 +166,7 @@ impl Vehicle {
             }
         }
         let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
-        let solved = balance.clone().svd(true, true).solve(&weight, 1e-9 * free).ok()?;
+        let solved = balance.clone().svd(true, true).solve(&weight, 1e-8).ok()?;
         let whole = weight[0];
         let stands =
             residual(&solved) <= 1e-6 * whole && solved.iter().take(wheels).all(|n| *n >= -1e-9 * whole);

@@ -338,22 +338,6 @@ impl Scenario {
         Ok(())
     }
 
-    /// The physics step resolves every coupling's spring.
-    fn check_couplings(&self, source: &Source) -> Result<(), Error> {
-        let longest = |coupling| self.vehicle.coupling_spring(coupling).longest_step_s();
-        for coupling in &self.vehicle.coupling {
-            let longest_us = 1e6 * longest(coupling);
-            if self.physics.step_us as f64 > longest_us {
-                let message = format!(
-                    "{}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
-                    self.physics.step_us, coupling.name, self.vehicle.name
-                );
-                return Err(source.refuse("physics.step_us", message));
-            }
-        }
-        Ok(())
-    }
-
     /// Gains that the vehicle's file leaves out. What runs and what a log records are then the derived ones.
     fn derive_gains(&mut self) -> Result<(), Error> {
         if self.vehicle.gains.is_none() {

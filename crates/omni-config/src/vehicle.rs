@@ -13,12 +13,12 @@ use toml::Table;
 use crate::Error;
 use crate::check::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, GEAR, INERTIA_KG_M2,
-    MASS_KG, NAME, PLACE_M, RADIUS_M, RATIO, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M,
-    STIFFNESS_N_M_RAD, STOP_RAD, counted, direction, is_name, within,
+    MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD,
+    counted, direction, is_name, within,
 };
 use crate::load::{Override, Source, read};
 use crate::tagged::deserialize_by_kind;
-pub use coupling::CouplingSpring;
+pub use coupling::{Coupling, CouplingSpring};
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
 /// ground, the origin under the point that the kinematics refer to.
@@ -118,42 +118,6 @@ pub struct Hinge {
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
     #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damping_n_m_s_rad: f64,
-}
-
-/// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a damper whose torques on the
-/// hinges are equal and opposite. With ratio 1 on the hinges of two rockers it is a differential: the angle of the body that
-/// carries both is the mean of theirs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Coupling {
-    /// Name, unique among couplings.
-    #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
-    pub name: String,
-    /// The one hinge.
-    #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
-    pub hinge_a: String,
-    /// The other.
-    #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
-    pub hinge_b: String,
-    /// What the angle of `hinge_b` counts, -1000 to 1000 and not 0; 1 if left out.
-    #[serde(default = "one")]
-    #[garde(custom(within(RATIO)))]
-    #[schemars(range(min = RATIO.min, max = RATIO.max))]
-    pub ratio: f64,
-    /// Torque on hinge a per angle by which the coupling is off \[N.m/rad\], 0.001 to 1e9; left out: what makes the coupled bodies swing
-    /// with 100 Hz if nothing else held them.
-    #[serde(default)]
-    #[garde(inner(custom(within(STIFFNESS_N_M_RAD))))]
-    #[schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max))]
-    pub stiffness_n_m_rad: Option<f64>,
-    /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for the same swing.
-    #[serde(default)]
-    #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
-    pub damping_n_m_s_rad: Option<f64>,
 }
 
 /// What of a wheel touches the ground.

@@ -1,12 +1,55 @@
-//! The spring and damper of a coupling.
+//! Hinges that turn together: what a file says of them, and the spring and damper that hold them.
 
-use super::{Coupling, Vehicle};
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Vehicle, one};
+use crate::check::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, within};
+use crate::load::Source;
+use crate::{Error, Scenario};
 
 /// Swing of the coupled bodies against each other, were they held by nothing else \[Hz\]: far above what a vehicle does
 /// (some Hz), and still resolved by twenty physics steps of the usual 0.5 ms.
 const DEFAULT_HZ: f64 = 100.0;
 /// Of critical damping: a swing dies within one period.
 const DEFAULT_DAMPING_RATIO: f64 = 0.5;
+
+/// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a damper whose torques on the
+/// hinges are equal and opposite. With ratio 1 on the hinges of two rockers it is a differential: the angle of the body that
+/// carries both is the mean of theirs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Coupling {
+    /// Name, unique among couplings.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub name: String,
+    /// The one hinge.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub hinge_a: String,
+    /// The other.
+    #[garde(custom(is_name))]
+    #[schemars(regex(pattern = NAME))]
+    pub hinge_b: String,
+    /// What the angle of `hinge_b` counts, -1000 to 1000 and not 0; 1 if left out.
+    #[serde(default = "one")]
+    #[garde(custom(within(RATIO)))]
+    #[schemars(range(min = RATIO.min, max = RATIO.max))]
+    pub ratio: f64,
+    /// Torque on hinge a per angle by which the coupling is off \[N.m/rad\], 0.001 to 1e9; left out: what makes the coupled bodies swing
+    /// with 100 Hz if nothing else held them.
+    #[serde(default)]
+    #[garde(inner(custom(within(STIFFNESS_N_M_RAD))))]
+    #[schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max))]
+    pub stiffness_n_m_rad: Option<f64>,
+    /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for the same swing.
+    #[serde(default)]
+    #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
+    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    pub damping_n_m_s_rad: Option<f64>,
+}
 
 /// A coupling's spring and damper, as simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,5 +121,23 @@ impl Vehicle {
                 .damping_n_m_s_rad
                 .unwrap_or(2.0 * DEFAULT_DAMPING_RATIO * inertia_kg_m2 * swing),
         }
+    }
+}
+
+impl Scenario {
+    /// The physics step resolves every coupling's spring.
+    pub(crate) fn check_couplings(&self, source: &Source) -> Result<(), Error> {
+        let (vehicle, step_us) = (self.vehicle(), self.physics.step_us);
+        for coupling in &vehicle.coupling {
+            let longest_us = 1e6 * vehicle.coupling_spring(coupling).longest_step_s();
+            if step_us as f64 > longest_us {
+                let message = format!(
+                    "{step_us}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
+                    coupling.name, vehicle.name
+                );
+                return Err(source.refuse("physics.step_us", message));
+            }
+        }
+        Ok(())
     }
 }
