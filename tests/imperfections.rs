@@ -308,7 +308,7 @@ fn bad_keys_name_themselves() {
         ),
         (
             "heading_hold={ gain_per_s = 0.0, limit_rad_s = 0.5 }",
-            "heading_hold.gain_per_s: 0, allowed: finite and > 0",
+            "heading_hold.gain_per_s: 0, allowed: 0.001 to 100",
         ),
         (
             "friction_patch=[{ x_m = [1.0, 0.0], y_m = [0.0, 1.0], friction = 0.1 }]",

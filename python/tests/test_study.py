@@ -15,6 +15,7 @@ seeds = [1, 5]
 [set]
 duration_s = 0.5
 "perturbation.start_m" = 0.02
+"vehicle.gains.kp_n_m_s_rad" = 1e6
 
 [[axis]]
 key = "terrain.height_m"
@@ -25,8 +26,8 @@ key = "control.policy"
 values = ["paper", "independent"]
 
 [[axis]]
-key = "physics.gravity_m_s2"
-values = [9.81, 1e300]
+key = "vehicle.motor.stall_torque_n_m"
+values = [2.0, 1e6]
 
 [map]
 figures = ["climbed", "required_friction"]
@@ -43,7 +44,7 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
 
     rows = duckdb.read_parquet(str(tmp_path / "out" / "grid" / "*.parquet"))
     types = dict(zip(rows.columns, map(str, rows.types), strict=True))
-    assert list(types)[:5] == ["key", "seed", "terrain_height_m", "control_policy", "physics_gravity_m_s2"]
+    assert list(types)[:5] == ["key", "seed", "terrain_height_m", "control_policy", "vehicle_motor_stall_torque_n_m"]
     assert list(types)[-1] == "error"
     expected = {"key": "VARCHAR", "seed": "BIGINT", "terrain_height_m": "DOUBLE", "climbed": "BOOLEAN"}
     expected |= {"control_policy": "VARCHAR", "crossing_s": "DOUBLE", "verdict": "VARCHAR", "error": "VARCHAR"}
@@ -55,6 +56,6 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
     assert rows.filter("error is not null and verdict is distinct from 'diverged'").fetchall() == []
     for cell in cells:
         where = f"terrain_height_m = {cell['terrain_height_m']} and control_policy = '{cell['control_policy']}'"
-        where += f" and physics_gravity_m_s2 = {cell['physics_gravity_m_s2']}"
+        where += f" and vehicle_motor_stall_torque_n_m = {cell['vehicle_motor_stall_torque_n_m']}"
         figures = "count(*), count(error), avg(climbed::int) filter (error is null)"
         assert rows.filter(where).aggregate(figures).fetchall() == [(cell["runs"], cell["errors"], cell["climbed"])]

@@ -40,7 +40,7 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         (
             "from = 1.0",
             "from = -1.0",
-            "small.toml: axis[1]: vehicle.motor.stall_torque_n_m = -1.0: -1, allowed: finite and > 0",
+            "small.toml: axis[1]: vehicle.motor.stall_torque_n_m = -1.0: -1, allowed: 0.000001 to 1000000",
         ),
         ("count = 3", "count = 1", "small.toml: axis[1].count: "),
         (
@@ -81,7 +81,7 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         (
             "yaw_rad = 0.05",
             "yaw_rad = -0.05",
-            "small.toml: set: perturbation.yaw_rad = -0.05: -0.05, allowed: finite and >= 0",
+            "small.toml: set: perturbation.yaw_rad = -0.05: -0.05, allowed: 0 to 3.2",
         ),
         (
             "seeds = 4",
