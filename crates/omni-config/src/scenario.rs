@@ -10,6 +10,7 @@ use toml::Value;
 use crate::Error;
 use crate::check::{between, finite, is_name, is_schema_version, not_negative, positive};
 use crate::load::{Override, Source, read};
+use crate::rollers::{RollerWheel, WheelModel};
 use crate::tagged::deserialize_by_kind;
 use crate::vehicle::Vehicle;
 
@@ -176,6 +177,26 @@ pub struct Physics {
     /// Gravity \[m/s^2\], downwards, >= 0.
     #[garde(custom(not_negative))]
     pub gravity_m_s2: f64,
+    /// How wheels are simulated.
+    #[serde(default)]
+    #[garde(skip)]
+    pub wheel_model: WheelModel,
+    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16; 2 if left out.
+    #[serde(default = "two")]
+    #[garde(custom(substeps))]
+    pub roller_substeps: u64,
+}
+
+fn two() -> u64 {
+    2
+}
+
+fn substeps(value: &u64, _: &()) -> garde::Result {
+    if (1..=16).contains(value) {
+        Ok(())
+    } else {
+        Err(garde::Error::new(format!("{value}, allowed: 1 to 16")))
+    }
 }
 
 fn microseconds(value: &u64, _: &()) -> garde::Result {
@@ -287,6 +308,7 @@ impl Scenario {
             return Err(source.refuse("control.period_us", message));
         }
         scenario.check_start(source)?;
+        scenario.check_rollers(source)?;
         Ok(scenario)
     }
 
@@ -314,6 +336,32 @@ impl Scenario {
             }
         }
         Ok(())
+    }
+
+    /// Where every wheel shall have rollers, every wheel has some.
+    fn check_rollers(&self, source: &Source) -> Result<(), Error> {
+        if self.physics.wheel_model == WheelModel::Rollers
+            && let Some(i) = (0..self.vehicle.wheel.len()).find(|i| self.rollers(*i).is_none())
+        {
+            let message = format!(
+                "\"rollers\", allowed: \"contact\" or \"ball\" with {}, whose file has neither [rollers] nor rollers of wheel[{i}]",
+                self.vehicle.name
+            );
+            return Err(source.refuse("physics.wheel_model", message));
+        }
+        Ok(())
+    }
+
+    /// The rollers of the wheel with that index, from 0, as `physics.wheel_model` has it; none for a ball.
+    ///
+    /// ```
+    /// let scenario = omni_config::Scenario::load("flat", &[])?;
+    /// assert!(scenario.rollers(0).is_none()); // balls, unless asked for rollers
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rollers(&self, wheel: usize) -> Option<RollerWheel> {
+        self.vehicle.rollers(wheel, self.physics.wheel_model)
     }
 
     /// The vehicle.

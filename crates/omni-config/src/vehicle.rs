@@ -10,6 +10,7 @@ use crate::check::{
     between, direction, finite_all, is_name, is_schema_version, not_negative, positive, positive_all,
 };
 use crate::load::{Override, Source, read};
+use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
 use crate::tagged::deserialize_by_kind;
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
@@ -33,6 +34,11 @@ pub struct Vehicle {
     /// Wheels, in the controller's order.
     #[garde(length(min = 3, max = 8), dive)]
     pub wheel: Vec<WheelSpec>,
+    /// Rollers of the wheels whose `contact` gives none of their own, for
+    /// `physics.wheel_model = "rollers"`.
+    #[serde(default)]
+    #[garde(dive)]
+    pub rollers: Option<Rollers>,
     /// The actuator of every wheel.
     #[garde(dive)]
     pub motor: Motor,
@@ -103,6 +109,8 @@ pub enum WheelContact {
         #[garde(custom(positive))]
         radius_m: f64,
     },
+    /// Rollers, each a body on its own bearing.
+    Rollers(#[garde(dive)] Rollers),
 }
 
 #[derive(Deserialize)]
@@ -110,6 +118,7 @@ pub enum WheelContact {
 enum ContactByKind {
     Ball {},
     Roller { radius_m: f64 },
+    Rollers(Rollers),
 }
 deserialize_by_kind!(WheelContact, ContactByKind);
 
@@ -312,6 +321,40 @@ impl Vehicle {
         }))
     }
 
+    /// The rollers of the wheel with that index, from 0, under a wheel model; none where it is a ball, or the file has no
+    /// rollers for it.
+    ///
+    /// ```
+    /// use omni_config::{Vehicle, WheelModel};
+    /// let vehicle = Vehicle::load("mecanum4")?;
+    /// let rollers = vehicle.rollers(0, WheelModel::Rollers).expect("the file has [rollers]");
+    /// assert_eq!(rollers.places().count(), 9); // nine a wheel
+    /// assert!(vehicle.rollers(0, WheelModel::Contact).is_none()); // unless asked for: balls
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rollers(&self, index: usize, model: WheelModel) -> Option<RollerWheel> {
+        let own = matches!(self.wheel.get(index)?.contact, WheelContact::Rollers(_));
+        match model {
+            WheelModel::Ball => None,
+            WheelModel::Contact if !own => None,
+            _ => self.rollers_of(index)?.ok(),
+        }
+    }
+
+    /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with them; none where there are none.
+    fn rollers_of(&self, index: usize) -> Option<Result<RollerWheel, (String, String)>> {
+        let wheel = self.wheel.get(index)?;
+        let (rollers, table, on) = match wheel.contact {
+            WheelContact::Rollers(own) => (own, format!("wheel[{index}].contact"), String::new()),
+            _ => (self.rollers?, "rollers".into(), format!(" (on wheel {:?})", wheel.name)),
+        };
+        Some(rollers.on(wheel).map_err(|misfit| {
+            let Misfit { key, message } = misfit;
+            (format!("{table}.{key}"), format!("{message}{on}"))
+        }))
+    }
+
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
     fn check(&self, source: &Source) -> Result<(), Error> {
         unique(source, "body", self.body.iter().map(|b| &b.name))?;
@@ -362,6 +405,9 @@ impl Vehicle {
                 );
                 return Err(source.refuse(format!("wheel[{i}].contact.radius_m"), message));
             }
+        }
+        for i in 0..self.wheel.len() {
+            self.rollers_of(i).transpose().map_err(|(key, message)| source.refuse(key, message))?;
         }
         crate::control::check_layout(self).map_err(|error| {
             let key = error

@@ -133,7 +133,7 @@ impl Crossing {
 /// How far ahead of its centre a wheel on the ground meets a riser of a height \[m\].
 fn reach(vehicle: &Vehicle, wheel: usize, height_m: f64) -> f64 {
     let radius = match vehicle.wheel[wheel].contact {
-        crate::config::WheelContact::Ball {} => vehicle.wheel[wheel].radius_m,
+        crate::config::WheelContact::Ball {} | crate::config::WheelContact::Rollers(_) => vehicle.wheel[wheel].radius_m,
         crate::config::WheelContact::Roller { radius_m } => radius_m,
     };
     let above = (radius - height_m).max(0.0);

@@ -19,12 +19,12 @@ pub(super) fn accumulate(
     let per_second = share / physics.integration_parameters.dt;
     for (wheel, seen) in vehicle.wheels.iter().zip(&mut observation.wheels) {
         let (mut force, mut normal) = (Vector::ZERO, Vector::ZERO);
-        for pair in physics.contact_pairs_with(wheel.collider) {
-            let sign = if pair.collider1 == wheel.collider {
-                1.0
-            } else {
-                -1.0
-            };
+        let pairs = wheel
+            .colliders()
+            .iter()
+            .flat_map(|own| physics.contact_pairs_with(*own).map(move |pair| (own, pair)));
+        for (own, pair) in pairs {
+            let sign = if pair.collider1 == *own { 1.0 } else { -1.0 };
             for manifold in pair.solver_manifolds() {
                 // The solver pushes collider 1 along `direction`; its tangents are a fixed basis of that.
                 let direction = -manifold.data.normal;

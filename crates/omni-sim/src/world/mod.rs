@@ -17,6 +17,8 @@ pub(crate) struct World {
     physics: PhysicsWorld,
     vehicle: VehicleBodies,
     steps_per_period: u64,
+    /// Steps of the engine in one of those: more than one where wheels have rollers.
+    substeps: u64,
     time_ns: u64,
     step_ns: u64,
     /// Where the physics left the finite numbers; nothing is simulated after that.
@@ -30,9 +32,12 @@ impl World {
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
         let p = &mut physics.integration_parameters;
-        p.dt = settings.step_us as f64 * 1e-6;
+        let stiffer = stiffer_for_rollers(scenario);
+        let substeps = stiffer.map_or(1, |_| settings.roller_substeps);
+        p.dt = settings.step_us as f64 * 1e-6 / substeps as f64;
         p.num_solver_iterations = settings.solver_iterations;
-        p.contact_softness = SpringCoefficients::new(settings.contact_hz, settings.contact_damping);
+        let hz = settings.contact_hz * stiffer.unwrap_or(1.0);
+        p.contact_softness = SpringCoefficients::new(hz, settings.contact_damping);
         p.static_contact_softness = p.contact_softness;
         p.friction_model = FrictionModel::Coulomb;
         // Without these, joints and contacts lag behind the load: see docs/physics.md.
@@ -41,13 +46,16 @@ impl World {
         p.normalized_prediction_distance = 0.002;
         p.normalized_allowed_linear_error = 0.0005;
         p.max_ccd_substeps = 0;
+        // The push-out of a roller shakes its bearing unless friction acts in the same pass.
+        p.friction_in_bias_pass = stiffer.is_some();
         terrain::insert(&mut physics, &scenario.terrain);
         let start = Pose::new(Vector::new(x_m, 0.0, 0.0), AngVector::new(0.0, 0.0, yaw_rad));
-        let vehicle = VehicleBodies::insert(&mut physics, scenario.vehicle(), start);
+        let vehicle = VehicleBodies::insert(&mut physics, scenario, start);
         Self {
             physics,
             vehicle,
             steps_per_period: scenario.control.period_us / settings.step_us,
+            substeps,
             time_ns: 0,
             step_ns: settings.step_us * 1000,
             diverged: None,
@@ -72,10 +80,12 @@ impl World {
             .wheels
             .iter_mut()
             .for_each(|wheel| wheel.start_period());
-        for _ in 0..self.steps_per_period {
+        let steps = self.steps_per_period * self.substeps;
+        let started_ns = self.time_ns;
+        for k in 1..=steps {
             self.vehicle.apply(&mut self.physics, torques_n_m);
             self.physics.step();
-            self.time_ns += self.step_ns;
+            self.time_ns = started_ns + k * self.step_ns / self.substeps;
             if let Some(handle) = self.physics.quarantine().bodies().first() {
                 let body = self.vehicle.name_of(*handle).to_owned();
                 self.diverged = Some((self.time_ns as f64 * 1e-9, body));
@@ -84,7 +94,7 @@ impl World {
             contact::accumulate(
                 &self.physics,
                 &self.vehicle,
-                1.0 / self.steps_per_period as f64,
+                1.0 / steps as f64,
                 observation,
             );
         }
@@ -113,6 +123,18 @@ impl World {
     pub(crate) fn time_ns(&self) -> u64 {
         self.time_ns
     }
+}
+
+/// What the contacts' frequency is multiplied by so that a light roller's contact is as stiff as that of a whole wheel: the
+/// solver makes a spring of a frequency and the mass that it pushes. None where no wheel has rollers.
+fn stiffer_for_rollers(scenario: &Scenario) -> Option<f64> {
+    let wheels = scenario.vehicle().wheel.iter().enumerate();
+    wheels
+        .filter_map(|(i, wheel)| {
+            let rollers = scenario.rollers(i)?;
+            Some((wheel.mass_kg / rollers.roller_mass_kg).sqrt())
+        })
+        .reduce(f64::max)
 }
 
 fn pose3(pose: &Pose) -> Pose3 {

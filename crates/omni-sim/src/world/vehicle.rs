@@ -3,8 +3,8 @@
 use rapier3d_f64::prelude::*;
 
 use super::pose3;
-use super::wheel::BallWheel;
-use crate::config::{Body, Vehicle};
+use super::wheel::Wheel;
+use crate::config::{Body, Scenario};
 use crate::observation::Observation;
 
 struct HingeBodies {
@@ -18,11 +18,12 @@ pub(super) struct VehicleBodies {
     names: Vec<String>,
     bodies: Vec<RigidBodyHandle>,
     hinges: Vec<HingeBodies>,
-    pub(super) wheels: Vec<BallWheel>,
+    pub(super) wheels: Vec<Wheel>,
 }
 
 impl VehicleBodies {
-    pub(super) fn insert(physics: &mut PhysicsWorld, vehicle: &Vehicle, start: Pose) -> Self {
+    pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario, start: Pose) -> Self {
+        let vehicle = scenario.vehicle();
         let bodies: Vec<_> = vehicle
             .body
             .iter()
@@ -48,7 +49,8 @@ impl VehicleBodies {
         let wheels = vehicle
             .wheel
             .iter()
-            .map(|w| BallWheel::insert(physics, w, find(&w.body), start))
+            .enumerate()
+            .map(|(i, w)| Wheel::insert(physics, w, scenario.rollers(i).as_ref(), find(&w.body), start))
             .collect();
         Self {
             names: vehicle.body.iter().map(|b| b.name.clone()).collect(),
@@ -60,7 +62,7 @@ impl VehicleBodies {
 
     /// Replaces the torques of the last step by these.
     pub(super) fn apply(&self, physics: &mut PhysicsWorld, torques_n_m: &[f64]) {
-        for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.ball)) {
+        for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.driven)) {
             physics.bodies[*handle].reset_torques(false);
         }
         for (wheel, torque) in self.wheels.iter().zip(torques_n_m) {
