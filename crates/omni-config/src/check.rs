@@ -94,6 +94,16 @@ pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
 /// A period in whole microseconds.
 pub(crate) const PERIOD_US: Range = range(1.0, 1e5);
 pub(crate) const ITERATIONS: Range = range(1.0, 100.0);
+/// Parts of a physics step.
+pub(crate) const SUBSTEPS: Range = range(1.0, 16.0);
+pub(crate) const ROLLER_COUNT: Range = range(3.0, 32.0);
+pub(crate) const ROLLER_ROWS: Range = range(1.0, 2.0);
+/// Bearings of rollers.
+pub(crate) const BEARING_N_M_S_RAD: Range = range(0.0, 1.0);
+/// How much thinner a roller is at its ends.
+pub(crate) const CROWN_M: Range = range(0.0, 10.0);
+/// From a bead to a barrel.
+pub(crate) const ROLLER_MASS_KG: Range = range(1e-6, 1e3);
 pub(crate) const CONTACT_HZ: Range = range(1.0, 1e5);
 pub(crate) const CONTACT_DAMPING: Range = range(1e-3, 1e3);
 /// From free fall to far more than on any planet.

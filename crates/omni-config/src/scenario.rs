@@ -11,13 +11,14 @@ use toml::Value;
 use crate::Error;
 use crate::check::{
     CONTACT_DAMPING, CONTACT_HZ, DURATION_S, GRAVITY_M_S2, HEADING_RAD, ITERATIONS, NAME, OFFSET_M,
-    PERIOD_US, WALL_CLOCK_S, counted, is_name, within,
+    PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
 };
 use crate::command::{Command, Start};
 use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
+use crate::rollers::{RollerWheel, WheelModel};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
@@ -180,6 +181,19 @@ pub struct Physics {
     #[garde(custom(within(GRAVITY_M_S2)))]
     #[schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
+    /// How wheels are simulated.
+    #[serde(default)]
+    #[garde(skip)]
+    pub wheel_model: WheelModel,
+    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16; 2 if left out.
+    #[serde(default = "two")]
+    #[garde(custom(within(SUBSTEPS)))]
+    #[schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max))]
+    pub roller_substeps: u64,
+}
+
+fn two() -> u64 {
+    2
 }
 
 fn known_policy(value: &str, _: &()) -> garde::Result {
@@ -272,6 +286,7 @@ impl Scenario {
         let mut scenario: Self = read(source, table)?;
         scenario.check(source)?;
         scenario.check_couplings(source)?;
+        scenario.check_rollers(source)?;
         scenario.derive_gains()?;
         Ok(scenario)
     }
@@ -346,6 +361,32 @@ impl Scenario {
             self.derived_gains = Some(derived);
         }
         Ok(())
+    }
+
+    /// Where every wheel shall have rollers, every wheel has some.
+    fn check_rollers(&self, source: &Source) -> Result<(), Error> {
+        if self.physics.wheel_model == WheelModel::Rollers
+            && let Some(i) = (0..self.vehicle.wheel.len()).find(|i| self.rollers(*i).is_none())
+        {
+            let message = format!(
+                "\"rollers\", allowed: \"contact\" or \"ball\" with {}, whose file has neither [rollers] nor rollers of wheel[{i}]",
+                self.vehicle.name
+            );
+            return Err(source.refuse("physics.wheel_model", message));
+        }
+        Ok(())
+    }
+
+    /// The rollers of the wheel with that index, from 0, as `physics.wheel_model` has it; none for a ball.
+    ///
+    /// ```
+    /// let scenario = omni_config::Scenario::load("flat", &[])?;
+    /// assert!(scenario.rollers(0).is_none()); // balls, unless asked for rollers
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rollers(&self, wheel: usize) -> Option<RollerWheel> {
+        self.vehicle.rollers(wheel, self.physics.wheel_model)
     }
 
     /// Gains that the vehicle's file left out and how they were found; none where the file gives them.

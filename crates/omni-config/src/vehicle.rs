@@ -17,6 +17,7 @@ use crate::check::{
     counted, direction, is_name, within,
 };
 use crate::load::{Override, Source, read};
+use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
 use crate::tagged::deserialize_by_kind;
 pub use coupling::{Coupling, CouplingSpring};
 
@@ -51,6 +52,11 @@ pub struct Vehicle {
     #[garde(custom(counted(3, 8)), dive)]
     #[schemars(length(min = 3, max = 8))]
     pub wheel: Vec<WheelSpec>,
+    /// Rollers of the wheels whose `contact` gives none of their own, for
+    /// `physics.wheel_model = "rollers"`.
+    #[serde(default)]
+    #[garde(dive)]
+    pub rollers: Option<Rollers>,
     /// The actuator of every wheel.
     #[garde(dive)]
     pub motor: Motor,
@@ -134,6 +140,8 @@ pub enum WheelContact {
         #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
         radius_m: f64,
     },
+    /// Rollers, each a body on its own bearing.
+    Rollers(#[garde(dive)] Rollers),
 }
 
 #[derive(Deserialize)]
@@ -141,6 +149,7 @@ pub enum WheelContact {
 enum ContactByKind {
     Ball {},
     Roller { radius_m: f64 },
+    Rollers(Rollers),
 }
 deserialize_by_kind!(WheelContact, ContactByKind);
 
@@ -398,6 +407,44 @@ impl Vehicle {
                 roller_angle_rad,
                 ..omni
             }
+        }))
+    }
+
+    /// The rollers of the wheel with that index, from 0, under a wheel model; none where it is a ball, or the file has no
+    /// rollers for it.
+    ///
+    /// ```
+    /// use omni_config::{Vehicle, WheelModel};
+    /// let vehicle = Vehicle::load("mecanum4")?;
+    /// let rollers = vehicle.rollers(0, WheelModel::Rollers).expect("the file has [rollers]");
+    /// assert_eq!(rollers.places().count(), 9); // nine a wheel
+    /// assert!(vehicle.rollers(0, WheelModel::Contact).is_none()); // unless asked for: balls
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rollers(&self, index: usize, model: WheelModel) -> Option<RollerWheel> {
+        let own = matches!(self.wheel.get(index)?.contact, WheelContact::Rollers(_));
+        match model {
+            WheelModel::Ball => None,
+            WheelModel::Contact if !own => None,
+            _ => self.rollers_of(index)?.ok(),
+        }
+    }
+
+    /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with them; none where there are none.
+    pub(crate) fn rollers_of(&self, index: usize) -> Option<Result<RollerWheel, (String, String)>> {
+        let wheel = self.wheel.get(index)?;
+        let (rollers, table, on) = match wheel.contact {
+            WheelContact::Rollers(own) => (own, format!("wheel[{index}].contact"), String::new()),
+            _ => (
+                self.rollers?,
+                "rollers".into(),
+                format!(" (on wheel {:?})", wheel.name),
+            ),
+        };
+        Some(rollers.on(wheel).map_err(|misfit| {
+            let Misfit { key, message } = misfit;
+            (format!("{table}.{key}"), format!("{message}{on}"))
         }))
     }
 }

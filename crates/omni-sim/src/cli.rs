@@ -5,6 +5,7 @@
 
 mod compare;
 mod files;
+mod ripple;
 mod study;
 mod wheels;
 
@@ -76,6 +77,18 @@ enum Command {
         /// Language of the constants.
         #[arg(long, value_enum, default_value = "rust")]
         language: ConstantsLanguage,
+    },
+    /// Prints how round a vehicle's wheels of rollers are: the height of the axle over a turn, the rolling radius.
+    Ripple {
+        /// A built-in vehicle or a .toml file.
+        #[arg(default_value = "chugo7")]
+        vehicle: String,
+        /// Replaces a key of the vehicle, as rollers.count=8, rollers.crown_m=0; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Prints one JSON object a wheel a line and nothing else.
+        #[arg(long)]
+        json: bool,
     },
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
@@ -270,6 +283,11 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             );
             print(out, &scenario.constants(language)?)
         }
+        Command::Ripple {
+            vehicle,
+            overrides,
+            json,
+        } => ripple::ripple(&vehicle, &overrides, json, out),
         Command::Check { files } => files::check(&files, out),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),

@@ -58,6 +58,11 @@ impl Vehicle {
                 return Err(source.refuse(format!("wheel[{i}].contact.radius_m"), message));
             }
         }
+        for i in 0..self.wheel.len() {
+            self.rollers_of(i)
+                .transpose()
+                .map_err(|(key, message)| source.refuse(key, message))?;
+        }
         self.check_couplings(source)?;
         crate::control::check_layout(self).map_err(|error| {
             let key = error

@@ -124,7 +124,7 @@ impl Vehicle {
 /// The radius of what touches the ground.
 fn contact_radius(wheel: &WheelSpec) -> f64 {
     match wheel.contact {
-        WheelContact::Ball {} => wheel.radius_m,
+        WheelContact::Ball {} | WheelContact::Rollers(_) => wheel.radius_m,
         WheelContact::Roller { radius_m } => radius_m,
     }
 }

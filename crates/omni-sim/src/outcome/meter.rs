@@ -96,7 +96,7 @@ impl Meter {
         let edge_m = scenario.terrain.first_edge_m();
         let reach = |w: &crate::config::WheelSpec| {
             let radius = match w.contact {
-                WheelContact::Ball {} => w.radius_m,
+                WheelContact::Ball {} | WheelContact::Rollers(_) => w.radius_m,
                 WheelContact::Roller { radius_m } => radius_m,
             };
             // How far ahead of its centre a wheel on the ground meets the edge.

@@ -53,10 +53,10 @@ impl Span {
 }
 
 impl Actuation {
-    pub(super) fn new(scenario: &Scenario) -> Self {
+    /// For steps of the engine of `step_s`.
+    pub(super) fn new(scenario: &Scenario, step_s: f64) -> Self {
         let vehicle = scenario.vehicle();
         let wheels = vehicle.wheel.len();
-        let step_s = scenario.physics.step_us as f64 * 1e-6;
         let lag_s = scenario.actuators.torque_lag_s;
         let span = |fault: &Fault, name: &str| {
             let (from_s, until_s) = fault.span_s();

@@ -23,10 +23,17 @@ pub(super) fn accumulate(
     for (wheel, seen) in vehicle.wheels.iter().zip(&mut observation.wheels) {
         let (mut force, mut normal) = (Vector::ZERO, Vector::ZERO);
         let (mut moment, mut size) = (Vector::ZERO, 0.0);
-        let body = &physics.bodies[wheel.ball];
-        for pair in physics.contact_pairs_with(wheel.collider) {
-            let first = pair.collider1 == wheel.collider;
+        let pairs = wheel
+            .colliders()
+            .iter()
+            .flat_map(|own| physics.contact_pairs_with(*own).map(move |pair| (own, pair)));
+        for (own, pair) in pairs {
+            let first = pair.collider1 == *own;
             let sign = if first { 1.0 } else { -1.0 };
+            let Some(handle) = physics.colliders[*own].parent() else {
+                continue; // no part of a wheel is without a body
+            };
+            let body = &physics.bodies[handle];
             for manifold in pair.solver_manifolds() {
                 // The solver pushes collider 1 along `direction`; its tangents are a fixed basis of that.
                 let direction = -manifold.data.normal;
@@ -40,7 +47,7 @@ pub(super) fn accumulate(
                     let push = direction * (data.impulse * sign);
                     let rub = (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
                     let arm = if first { data.solver_dp1 } else { data.solver_dp2 };
-                    books.contact(wheel.ball, body, arm, push, rub);
+                    books.contact(handle, body, arm, push, rub);
                     normal += push;
                     force += push + rub;
                     moment += (body.center_of_mass() + arm) * data.impulse.abs();

@@ -31,6 +31,8 @@ pub(crate) struct World {
     patches: Option<Patches>,
     loads: Vec<Load>,
     steps_per_period: u64,
+    /// Steps of the engine in one of those: more than one where wheels have rollers.
+    substeps: u64,
     time_ns: u64,
     step_ns: u64,
     /// Why nothing is simulated any more.
@@ -59,19 +61,26 @@ impl World {
         let mut physics = PhysicsWorld::new();
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
+        let stiffer = stiffer_for_rollers(scenario);
+        let substeps = stiffer.map_or(1, |_| settings.roller_substeps);
         integrate(
             &mut physics.integration_parameters,
-            settings.step_us as f64 * 1e-6,
+            settings.step_us as f64 * 1e-6 / substeps as f64,
             settings.solver_iterations,
-            [settings.contact_hz, settings.contact_damping],
+            [
+                settings.contact_hz * stiffer.unwrap_or(1.0),
+                settings.contact_damping,
+            ],
         );
+        // The push-out of a roller shakes its bearing unless friction acts in the same pass.
+        physics.integration_parameters.friction_in_bias_pass = stiffer.is_some();
         terrain::insert(&mut physics, scenario);
         let place = &scenario.start;
         let start = Pose::new(
             Vector::new(place.x_m + x_m, place.y_m, 0.0),
             AngVector::new(0.0, 0.0, place.heading_rad + yaw_rad),
         );
-        let vehicle = VehicleBodies::insert(&mut physics, scenario.vehicle(), start);
+        let vehicle = VehicleBodies::insert(&mut physics, scenario, start);
         // Masses are known from here on: the books need them.
         let handles: Vec<_> = physics.bodies.iter().map(|(handle, _)| handle).collect();
         for handle in handles {
@@ -94,13 +103,14 @@ impl World {
             _ => None,
         });
         Self {
-            actuation: Actuation::new(scenario),
+            actuation: Actuation::new(scenario, physics.integration_parameters.dt),
             books: Books::new(&physics),
             patches: patches.map(Patches),
             loads: loads.collect(),
             physics,
             vehicle,
             steps_per_period: scenario.control.period_us / settings.step_us,
+            substeps,
             time_ns: 0,
             step_ns: settings.step_us * 1000,
             failed: None,
@@ -127,8 +137,9 @@ impl World {
     pub(crate) fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
         self.check()?;
         observation.start_period();
-        let share = 1.0 / self.steps_per_period as f64;
-        for _ in 0..self.steps_per_period {
+        let steps = self.steps_per_period * self.substeps;
+        let (share, started_ns) = (1.0 / steps as f64, self.time_ns);
+        for k in 1..=steps {
             let time_s = self.time_ns as f64 * 1e-9;
             self.add_loads();
             self.actuation
@@ -138,7 +149,7 @@ impl World {
                 Some(patches) => self.physics.step_with_events(patches, &()),
                 None => self.physics.step(),
             }
-            self.time_ns += self.step_ns;
+            self.time_ns = started_ns + k * self.step_ns / self.substeps;
             if let Some(handle) = self.physics.quarantine().bodies().first() {
                 self.failed = Some(Failure::Diverged {
                     time_s: self.time_ns as f64 * 1e-9,
@@ -167,7 +178,7 @@ impl World {
 
     /// The physics alone: see [`crate::Simulation::advance_physics`].
     pub(crate) fn advance(&mut self, torques_n_m: &[f64]) {
-        for _ in 0..self.steps_per_period {
+        for _ in 0..self.steps_per_period * self.substeps {
             self.vehicle.reset(&mut self.physics);
             for (wheel, torque) in self.vehicle.wheels.iter().zip(torques_n_m) {
                 wheel.apply(&mut self.physics, *torque);
@@ -242,6 +253,18 @@ fn integrate(p: &mut IntegrationParameters, step_s: f64, iterations: usize, cont
     p.normalized_prediction_distance = 0.002;
     p.normalized_allowed_linear_error = 0.0005;
     p.max_ccd_substeps = 0;
+}
+
+/// What the contacts' frequency is multiplied by so that a light roller's contact is as stiff as that of a whole wheel: the
+/// solver makes a spring of a frequency and the mass that it pushes. None where no wheel has rollers.
+fn stiffer_for_rollers(scenario: &Scenario) -> Option<f64> {
+    let wheels = scenario.vehicle().wheel.iter().enumerate();
+    wheels
+        .filter_map(|(i, wheel)| {
+            let rollers = scenario.rollers(i)?;
+            Some((wheel.mass_kg / rollers.roller_mass_kg).sqrt())
+        })
+        .reduce(f64::max)
 }
 
 fn pose3(pose: &Pose) -> Pose3 {

@@ -2,7 +2,7 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::wheel::BallWheel;
+use super::wheel::Wheel;
 use crate::config::{WheelContact, WheelSpec};
 
 const R: f64 = 0.066;
@@ -49,14 +49,14 @@ fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
                 AngVector::splat(1.0),
             )),
     );
-    let wheel = BallWheel::insert(&mut physics, &spec, load, start);
+    let wheel = Wheel::insert(&mut physics, &spec, None, load, start);
     let steps = 40_000;
     let (mut since, mut last) = (0, 0.0);
     for k in 0..steps {
         let force = most * f64::from(k) / f64::from(steps);
         physics.bodies[load].reset_forces(false);
         physics.bodies[load].add_force(Vector::new(force, 0.0, 0.0), true);
-        for handle in [wheel.ball, load] {
+        for handle in [wheel.driven, load] {
             physics.bodies[handle].reset_torques(false);
         }
         // The torque comes on in the first tenth, long before the wheel lifts off.
@@ -65,7 +65,7 @@ fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
             torque * (10.0 * f64::from(k) / f64::from(steps)).min(1.0),
         );
         physics.step();
-        let pair = physics.contact_pair(wheel.collider, ground);
+        let pair = physics.contact_pair(wheel.colliders()[0], ground);
         if pair.is_some_and(|pair| pair.total_impulse_magnitude() > 0.0) {
             (since, last) = (0, force);
         } else {

@@ -3,8 +3,8 @@
 use rapier3d_f64::prelude::*;
 
 use super::pose3;
-use super::wheel::BallWheel;
-use crate::config::{Body, CouplingSpring, Vehicle};
+use super::wheel::Wheel;
+use crate::config::{Body, CouplingSpring, Scenario};
 use crate::observation::Observation;
 
 struct HingeBodies {
@@ -68,11 +68,12 @@ pub(super) struct VehicleBodies {
     /// What a joint may part by before the vehicle counts as broken \[m\].
     most_gap_m: f64,
     couplings: Vec<CoupledHinges>,
-    pub(super) wheels: Vec<BallWheel>,
+    pub(super) wheels: Vec<Wheel>,
 }
 
 impl VehicleBodies {
-    pub(super) fn insert(physics: &mut PhysicsWorld, vehicle: &Vehicle, start: Pose) -> Self {
+    pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario, start: Pose) -> Self {
+        let vehicle = scenario.vehicle();
         let bodies: Vec<_> = vehicle
             .body
             .iter()
@@ -117,7 +118,8 @@ impl VehicleBodies {
         let wheels = vehicle
             .wheel
             .iter()
-            .map(|w| BallWheel::insert(physics, w, find(&w.body), start))
+            .enumerate()
+            .map(|(i, w)| Wheel::insert(physics, w, scenario.rollers(i).as_ref(), find(&w.body), start))
             .collect();
         Self {
             names: vehicle.body.iter().map(|b| b.name.clone()).collect(),
@@ -162,7 +164,7 @@ impl VehicleBodies {
 
     /// Takes the torques of the last step off and puts on those that hinges hold each other with.
     pub(super) fn reset(&self, physics: &mut PhysicsWorld) {
-        for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.ball)) {
+        for handle in self.bodies.iter().chain(self.wheels.iter().map(|w| &w.driven)) {
             physics.bodies[*handle].reset_torques(false);
         }
         for coupling in &self.couplings {

@@ -1,0 +1,274 @@
+//! Wheels whose rollers are bodies of their own.
+
+mod barrel;
+mod geometry;
+#[cfg(test)]
+mod tests;
+
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use barrel::Barrel;
+pub use geometry::{Ripple, RollerWheel};
+
+use crate::check::{
+    BEARING_N_M_S_RAD, CROWN_M, RADIUS_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_ROWS, WIDTH_M, within,
+};
+use crate::vehicle::WheelSpec;
+
+/// How wheels are simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WheelModel {
+    /// Each wheel as its `contact` says.
+    #[default]
+    Contact,
+    /// Every wheel is a ball: fast.
+    Ball,
+    /// Every wheel has its rollers, or those of the vehicle's `[rollers]`: the reference.
+    Rollers,
+}
+
+/// The rollers of a wheel: free barrels around its rim.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rollers {
+    /// Rollers a row, 3 to 32.
+    #[garde(custom(within(ROLLER_COUNT)))]
+    #[schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max))]
+    pub count: usize,
+    /// Rows side by side, 1 or 2; the second one is turned by half a pitch and closes the gaps of the first.
+    #[serde(default = "one_row")]
+    #[garde(custom(within(ROLLER_ROWS)))]
+    #[schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max))]
+    pub rows: usize,
+    /// Distance of the rows' planes along the axle \[m\], 0.001 to 10, for two rows; left out: as close as they fit.
+    #[serde(default)]
+    #[garde(inner(custom(within(WIDTH_M))))]
+    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    pub row_gap_m: Option<f64>,
+    /// Largest radius of a roller, in its middle \[m\], 0.001 to 10, less than half the wheel's.
+    #[garde(custom(within(RADIUS_M)))]
+    #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
+    pub radius_m: f64,
+    /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, and no longer than closes the gaps.
+    #[serde(default)]
+    #[garde(inner(custom(within(WIDTH_M))))]
+    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    pub length_m: Option<f64>,
+    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to what follows the wheel's rim;
+    /// left out: follows the rim.
+    #[serde(default)]
+    #[garde(inner(custom(within(CROWN_M))))]
+    #[schemars(range(min = CROWN_M.min, max = CROWN_M.max))]
+    pub crown_m: Option<f64>,
+    /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all of them are three tenths of the wheel's mass, or
+    /// as much less as leaves the hub a fifth of its inertia.
+    #[serde(default)]
+    #[garde(inner(custom(within(ROLLER_MASS_KG))))]
+    #[schemars(range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max))]
+    pub roller_mass_kg: Option<f64>,
+    /// Viscous damping of a roller's bearing \[N.m.s/rad\], 0 to 1.
+    #[serde(default)]
+    #[garde(custom(within(BEARING_N_M_S_RAD)))]
+    #[schemars(range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max))]
+    pub friction_n_m_s_rad: f64,
+}
+
+fn one_row() -> usize {
+    1
+}
+
+/// A key of [`Rollers`] that does not fit, and what would.
+pub(crate) struct Misfit {
+    pub(crate) key: &'static str,
+    pub(crate) message: String,
+}
+
+/// Parts of the wheel's mass and inertia that rollers have by default, and that the hub keeps at least.
+const MASS_PART: f64 = 0.3;
+const INERTIA_PART: f64 = 0.8;
+const HUB_PART: f64 = 0.1;
+/// Shortest roller, as a part of its diameter: shorter ones are discs with nothing to crown.
+const SHORTEST: f64 = 0.15;
+
+impl Rollers {
+    /// These rollers on a wheel.
+    pub(crate) fn on(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {
+        let most = 0.5 * wheel.radius_m;
+        if self.radius_m >= most {
+            return Err(misfit(
+                "radius_m",
+                self.radius_m,
+                &format!("less than half the wheel's, {most}"),
+            ));
+        }
+        if self.rows == 1 && self.row_gap_m.is_some() {
+            return Err(Misfit {
+                key: "row_gap_m",
+                message: "given, allowed: only with rows = 2".into(),
+            });
+        }
+        let half_length_m = self.half_length(wheel)?;
+        let mut built = self.sized(wheel, self.radius_m, half_length_m).ok_or_else(|| {
+            let most = largest(self.radius_m, |length| {
+                self.sized(wheel, self.radius_m, length).is_some()
+            });
+            misfit(
+                "length_m",
+                2.0 * half_length_m,
+                &format!("up to {}", down(2.0 * most)),
+            )
+        })?;
+        if let Some(crown) = self.crown_m {
+            let mut round = *self;
+            round.crown_m = None;
+            let most = round
+                .sized(wheel, self.radius_m, half_length_m)
+                .map_or(0.0, |b| b.barrel.crown_m());
+            if crown > most {
+                return Err(misfit(
+                    "crown_m",
+                    crown,
+                    &format!("0 to {}, which follows the rim", down(most)),
+                ));
+            }
+        }
+        if !built.fits_in_row() {
+            let most = largest(half_length_m, |length| {
+                self.sized(wheel, self.radius_m, length)
+                    .is_some_and(|b| b.fits_in_row())
+            });
+            return Err(misfit(
+                "length_m",
+                2.0 * half_length_m,
+                &format!(
+                    "up to {}: longer rollers overlap their neighbours",
+                    down(2.0 * most)
+                ),
+            ));
+        }
+        if self.rows == 2 {
+            let least = smallest(4.0 * self.radius_m + 2.0 * half_length_m, |gap| {
+                built.row_gap_m = gap;
+                built.fits()
+            });
+            built.row_gap_m = self.row_gap_m.unwrap_or(least);
+            if built.row_gap_m < least {
+                let allowed = format!("{} and more: closer rows overlap", up(least));
+                return Err(misfit("row_gap_m", built.row_gap_m, &allowed));
+            }
+        }
+        self.weigh(wheel, &mut built)?;
+        Ok(built)
+    }
+
+    /// Half the length of a roller: the one given, or the longest that fits in its row and is of any use.
+    fn half_length(&self, wheel: &WheelSpec) -> Result<f64, Misfit> {
+        if let Some(length) = self.length_m {
+            return Ok(0.5 * length);
+        }
+        let longest = |radius_m: f64| {
+            largest(wheel.radius_m, |length| {
+                self.sized(wheel, radius_m, length)
+                    .is_some_and(|b| b.fits_in_row() && (length < radius_m * SHORTEST || !b.closes_gaps()))
+            })
+        };
+        let found = longest(self.radius_m);
+        if found >= SHORTEST * self.radius_m {
+            return Ok(found);
+        }
+        let most = largest(self.radius_m, |radius| longest(radius) >= SHORTEST * radius);
+        let allowed = format!(
+            "up to {}: thicker rollers than that, {} a row, overlap their neighbours",
+            down(most),
+            self.count
+        );
+        Err(misfit("radius_m", self.radius_m, &allowed))
+    }
+
+    /// The wheel with rollers of that size, its rows in one plane and its rollers without mass; none where there is no such
+    /// barrel.
+    fn sized(&self, wheel: &WheelSpec, radius_m: f64, half_length_m: f64) -> Option<RollerWheel> {
+        let cos = libm::cos(wheel.roller_angle_rad);
+        let barrel = Barrel::new(radius_m, half_length_m, [wheel.radius_m, cos], self.crown_m)?;
+        let mut built = RollerWheel {
+            barrel,
+            pitch_radius_m: wheel.radius_m - radius_m,
+            radius_m: wheel.radius_m,
+            roller_angle_rad: wheel.roller_angle_rad,
+            count: self.count,
+            rows: self.rows,
+            row_gap_m: 0.0,
+            roller_mass_kg: 0.0,
+            friction_n_m_s_rad: self.friction_n_m_s_rad,
+        };
+        built.touch_rim();
+        Some(built)
+    }
+
+    /// Gives the rollers their mass and leaves the hub its own.
+    fn weigh(&self, wheel: &WheelSpec, built: &mut RollerWheel) -> Result<(), Misfit> {
+        let rollers = (self.rows * self.count) as f64;
+        built.roller_mass_kg = 1.0;
+        let inertia_a_kg = built.rollers_inertia_kg_m2();
+        let within = |mass_part: f64, inertia_part: f64| {
+            (mass_part * wheel.mass_kg / rollers).min(inertia_part * wheel.inertia_kg_m2 / inertia_a_kg)
+        };
+        built.roller_mass_kg = self.roller_mass_kg.unwrap_or(within(MASS_PART, INERTIA_PART));
+        let most = within(1.0 - HUB_PART, 1.0 - HUB_PART);
+        if built.roller_mass_kg > most {
+            let allowed = format!(
+                "up to {}: the hub keeps a tenth of the wheel's mass and inertia",
+                down(most)
+            );
+            return Err(misfit("roller_mass_kg", built.roller_mass_kg, &allowed));
+        }
+        Ok(())
+    }
+}
+
+fn misfit(key: &'static str, value: f64, allowed: &str) -> Misfit {
+    Misfit {
+        key,
+        message: format!("{value}, allowed: {allowed}"),
+    }
+}
+
+/// The largest value from 0 to `most` that is good, if smaller ones are good too.
+fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if good(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The smallest value from 0 to `most` that is good, if larger ones are good too.
+fn smallest(most: f64, mut good: impl FnMut(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if good(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// A bound for a message, rounded so that it is within.
+fn down(value: f64) -> f64 {
+    (value * 1e5).floor() / 1e5
+}
+
+fn up(value: f64) -> f64 {
+    (value * 1e5).ceil() / 1e5
+}

@@ -1,0 +1,122 @@
+//! `omnistep ripple`.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
+
+use super::{parse_overrides, print};
+use crate::Error;
+use crate::config::{self, RollerWheel, Source, Vehicle, WheelModel};
+
+/// One line of `--json`, one row of the table.
+#[derive(Serialize)]
+struct Row {
+    wheel: String,
+    rows: usize,
+    count: usize,
+    roller_radius_m: f64,
+    roller_length_m: f64,
+    row_gap_m: f64,
+    min_m: f64,
+    max_m: f64,
+    ripple_m: f64,
+    ripple_ratio: f64,
+    rolling_radius_m: f64,
+    rolling_radius_error: f64,
+}
+
+impl Row {
+    fn of(wheel: &str, built: &RollerWheel) -> Self {
+        let ripple = built.ripple();
+        let height = ripple.max_m - ripple.min_m;
+        Self {
+            wheel: wheel.to_owned(),
+            rows: built.rows,
+            count: built.count,
+            roller_radius_m: built.barrel.radius_m(),
+            roller_length_m: 2.0 * built.barrel.half_length_m(),
+            row_gap_m: built.row_gap_m,
+            min_m: ripple.min_m,
+            max_m: ripple.max_m,
+            ripple_m: height,
+            ripple_ratio: height / built.radius_m,
+            rolling_radius_m: ripple.rolling_radius_m,
+            rolling_radius_error: ripple.rolling_radius_m / built.radius_m - 1.0,
+        }
+    }
+}
+
+/// Prints the height of every wheel's axle over a turn, from the geometry of its rollers alone.
+pub(super) fn ripple(
+    vehicle: &str,
+    overrides: &[String],
+    json: bool,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let source = Source::vehicle(vehicle, None)?;
+    let vehicle = Vehicle::from_source(&source, &parse_overrides(overrides)?)?;
+    let mut rows = Vec::new();
+    for (i, wheel) in vehicle.wheel.iter().enumerate() {
+        let built = vehicle
+            .rollers(i, WheelModel::Rollers)
+            .ok_or_else(|| config::Error::Key {
+                file: source.file.clone(),
+                key: "rollers".into(),
+                message: format!("missing, allowed: a table [rollers], or rollers of wheel[{i}]"),
+            })?;
+        rows.push(Row::of(&wheel.name, &built));
+    }
+    if json {
+        for row in &rows {
+            // Serialising plain numbers and strings cannot fail.
+            let line = serde_json::to_string(row).unwrap_or_default();
+            print(out, &format!("{line}\n"))?;
+        }
+        return Ok(());
+    }
+    let name = &vehicle.name;
+    print(
+        out,
+        &format!(
+            "{name}: height of each axle over a turn, lengths in mm\n{}\n",
+            table(&rows)
+        ),
+    )
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header([
+        "wheel",
+        "rollers",
+        "radius",
+        "length",
+        "min",
+        "max",
+        "ripple",
+        "ripple [%]",
+        "rolling radius",
+        "error [%]",
+    ]);
+    let mm = |metres: f64| format!("{:.3}", 1e3 * metres);
+    for row in rows {
+        table.add_row([
+            row.wheel.clone(),
+            format!("{} x {}", row.rows, row.count),
+            mm(row.roller_radius_m),
+            mm(row.roller_length_m),
+            mm(row.min_m),
+            mm(row.max_m),
+            mm(row.ripple_m),
+            format!("{:.3}", 100.0 * row.ripple_ratio),
+            mm(row.rolling_radius_m),
+            format!("{:.3}", 100.0 * row.rolling_radius_error),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

@@ -1,0 +1,117 @@
+//! Wheels in the world, whichever way their rollers are modelled.
+//!
+//! Both models are a body that is driven about an axle, and colliders that touch the ground: one ball on the driven body itself
+//! ([`ball`]), or rollers on bearings around it ([`rollers`]).
+
+mod ball;
+mod barrel;
+mod rollers;
+
+use rapier3d_f64::prelude::*;
+
+use crate::config::{RollerWheel, WheelSpec};
+
+/// A wheel in the world.
+pub(super) struct Wheel {
+    /// Its name in the vehicle file.
+    pub(super) name: String,
+    /// What the motor turns: the ball, or the hub that carries the rollers.
+    pub(super) driven: RigidBodyHandle,
+    /// All that may touch the ground.
+    colliders: Vec<ColliderHandle>,
+    /// The body that carries it.
+    frame: RigidBodyHandle,
+    /// What the driven body is driven about, in the carrier's frame.
+    drive_axis: Vector,
+    /// Across the push, in the carrier's frame: the axle, turned by the roller angle.
+    axle: Vector,
+    /// Where the driven body is borne, in the carrier's frame \[m\].
+    seat: Vector,
+    /// Centre of the axle in the carrier's frame \[m\].
+    centre: Vector,
+    /// Way along the push per wheel turn \[m/rad\]: the rolling radius, times the cosine of the roller angle.
+    pub(super) way_per_rad: f64,
+    /// Turns of the driven body per wheel turn.
+    driven_per_wheel: f64,
+    /// Wheel velocity over actuator velocity.
+    gear: f64,
+}
+
+impl Wheel {
+    /// Adds a wheel to its carrier, whose local frame is the vehicle's: a ball, or rollers where there are some.
+    pub(super) fn insert(
+        physics: &mut PhysicsWorld,
+        spec: &WheelSpec,
+        rollers: Option<&RollerWheel>,
+        frame: RigidBodyHandle,
+        start: Pose,
+    ) -> Self {
+        match rollers {
+            None => ball::insert(physics, spec, frame, start),
+            Some(built) => rollers::insert(physics, spec, built, frame, start),
+        }
+    }
+
+    /// How far the driven body has come off its seat \[m\].
+    pub(super) fn gap(&self, physics: &PhysicsWorld) -> f64 {
+        let seat = physics.bodies[self.frame].position() * self.seat;
+        (physics.bodies[self.driven].position().translation - seat).length()
+    }
+
+    /// All that may touch the ground.
+    pub(super) fn colliders(&self) -> &[ColliderHandle] {
+        &self.colliders
+    }
+
+    /// The axle in the world; of a mecanum wheel the horizontal axis across its push.
+    pub(super) fn axle_world(&self, physics: &PhysicsWorld) -> Vector {
+        physics.bodies[self.frame].rotation() * self.axle
+    }
+
+    /// Turning speed of the wheel against its carrier \[rad/s\].
+    pub(super) fn wheel_velocity(&self, physics: &PhysicsWorld) -> f64 {
+        let relative = physics.bodies[self.driven].angvel() - physics.bodies[self.frame].angvel();
+        relative.dot(self.drive_axis_world(physics)) / self.driven_per_wheel
+    }
+
+    /// Turning speed of the actuator \[rad/s\].
+    pub(super) fn actuator_velocity(&self, physics: &PhysicsWorld) -> f64 {
+        self.wheel_velocity(physics) / self.gear
+    }
+
+    /// Adds an actuator torque \[N.m\] between carrier and wheel. User torques persist in rapier: the caller resets them.
+    pub(super) fn apply(&self, physics: &mut PhysicsWorld, actuator_torque: f64) {
+        let on_driven =
+            self.drive_axis_world(physics) * (actuator_torque / self.gear / self.driven_per_wheel);
+        physics.bodies[self.driven].add_torque(on_driven, true);
+        physics.bodies[self.frame].add_torque(-on_driven, true);
+    }
+
+    /// Position \[m\] and velocity \[m/s\] of the axle's centre.
+    pub(super) fn centre_world(&self, physics: &PhysicsWorld) -> (Vector, Vector) {
+        let frame = &physics.bodies[self.frame];
+        let point = frame.position() * self.centre;
+        (point, frame.velocity_at_point(point))
+    }
+
+    fn drive_axis_world(&self, physics: &PhysicsWorld) -> Vector {
+        physics.bodies[self.frame].rotation() * self.drive_axis
+    }
+}
+
+/// A wheel's rolling direction and push, unit vectors in the carrier's frame.
+fn directions(spec: &WheelSpec) -> [Vector; 2] {
+    let [dx, dy] = spec.rolling_direction;
+    let (sin, cos) = (libm::sin(spec.roller_angle_rad), libm::cos(spec.roller_angle_rad));
+    let rolling = Vector::new(dx, dy, 0.0).normalize();
+    let push = Vector::new(cos * dx - sin * dy, sin * dx + cos * dy, 0.0).normalize();
+    [rolling, push]
+}
+
+/// What every part that touches the ground has in common.
+fn touching(shape: ColliderBuilder) -> ColliderBuilder {
+    shape
+        .density(0.0)
+        .friction(f64::MAX) // the ground's coefficient counts: the rule is the smaller of the two
+        .friction_combine_rule(CoefficientCombineRule::Min)
+}

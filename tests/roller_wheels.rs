@@ -1,0 +1,218 @@
+//! Wheels whose rollers are bodies of their own, against closed forms and against balls (docs/physics.md).
+
+use std::f64::consts::PI;
+
+use omni_core::BodyTwist;
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Simulation, Trace, run};
+
+/// A built-in scenario with roller wheels.
+fn scenario(name: &str, overrides: &[&str]) -> Scenario {
+    let mut all = vec![Override::parse("physics.wheel_model=rollers").expect("key=value")];
+    all.extend(
+        overrides
+            .iter()
+            .map(|text| Override::parse(text).expect("key=value")),
+    );
+    Scenario::load(name, &all).expect("valid")
+}
+
+/// Mean of a column over its last rows.
+fn tail(trace: &Trace, column: &str, rows: usize) -> f64 {
+    let all = trace.column(column).expect("a column");
+    all[all.len() - rows..].iter().sum::<f64>() / rows as f64
+}
+
+/// Twist that the vehicle has and twist that its encoders tell, averaged over the last rows of a run at `command`.
+fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f64; 3]; 2] {
+    let [vx, vy, wz] = command;
+    let overrides = [
+        format!("vehicle={vehicle}"),
+        format!("command.vx_m_s={vx}"),
+        format!("command.vy_m_s={vy}"),
+        format!("command.wz_rad_s={wz}"),
+        format!("duration_s={duration_s}"),
+    ];
+    let overrides: Vec<_> = overrides.iter().map(String::as_str).collect();
+    let trace = run(&scenario("flat", &overrides)).expect("finite");
+    ["twist", "estimated"].map(|what| {
+        ["vx_m_s", "vy_m_s", "wz_rad_s"].map(|axis| tail(&trace, &format!("{what}_{axis}"), rows))
+    })
+}
+
+#[test]
+fn forward_command_is_followed_by_seven_roller_wheels() {
+    // A roller takes 0.115 s to pass at 0.3 m/s, so 0.46 s average over whole rollers.
+    let [twist, told] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
+    // Rollers that pass shake the vehicle by a millimetre a second, which averages to less than a thousandth of its speed; the
+    // encoders cannot tell more than that either.
+    assert!(
+        (twist[0] / told[0] - 1.0).abs() < 1e-3,
+        "{twist:?}, encoders {told:?}"
+    );
+    assert!((twist[0] - 0.3).abs() < 2e-3 * 0.3, "{twist:?}"); // what the loops' integrals have not settled yet
+    assert!(twist[1].abs() < 3e-4 && twist[2].abs() < 1e-3, "{twist:?}");
+}
+
+#[test]
+fn every_direction_is_followed_by_three_double_wheels() {
+    for command in [[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.8]] {
+        let [twist, told] = driven("omni3", command, 2.0, 700);
+        for axis in 0..3 {
+            // The rows' contacts are 9 mm to either side of a wheel's middle and change between rollers: forces off the middle turn
+            // the vehicle by milliradians a second for as long as a roller is down.
+            let allowed = if axis == 2 { 0.01 } else { 0.002 };
+            let error = twist[axis] - told[axis];
+            assert!(error.abs() < allowed, "{command:?}: {twist:?}, encoders {told:?}");
+        }
+    }
+}
+
+#[test]
+fn mecanum_rollers_lose_sideways_what_their_tilt_takes() {
+    // A roller on its way past the ground is tilted by up to pi / N: its axis, seen from above, is then at tan(g) / cos(tilt)
+    // to the rolling direction. Forward nothing changes; sideways v = w r / tan, times the mean of that cosine, and yaw has both.
+    let half = PI / 9.0;
+    let (mean_cos, mean_inverse) = (half.sin() / half, ((PI / 4.0 + half / 2.0).tan()).ln() / half);
+    let yaw = 0.45 / (0.2 + 0.25 * mean_inverse);
+    for (axis, command, expected, allowed) in [
+        (0, [0.3, 0.0, 0.0], 1.0, 0.002),
+        (1, [0.0, 0.3, 0.0], mean_cos, 0.003),
+        (2, [0.0, 0.0, 0.6], yaw, 0.004),
+    ] {
+        // 0.53 s: three rollers a wheel at 0.3 m/s, all wheels' rollers in step; with 0.45 m for yaw it is two and a half.
+        let [twist, told] = driven("mecanum4", command, 2.0, 531);
+        let ratio = twist[axis] / told[axis];
+        assert!(
+            (ratio - expected).abs() < allowed,
+            "axis {axis}: {ratio}, expected {expected}"
+        );
+    }
+}
+
+/// The vehicle after so many milliseconds at rest on flat ground.
+fn at_rest(periods: usize) -> Simulation {
+    let mut simulation = Simulation::new(&scenario("flat", &[])).expect("valid");
+    for _ in 0..periods {
+        simulation.step(&BodyTwist::ZERO).expect("finite");
+    }
+    simulation
+}
+
+#[test]
+fn static_row_loads_follow_from_the_moment_balance_with_rollers() {
+    let mut simulation = at_rest(400);
+    let mut loads = [0.0; 7];
+    for _ in 0..100 {
+        simulation.step(&BodyTwist::ZERO).expect("finite");
+        for (load, wheel) in loads.iter_mut().zip(&simulation.observation().wheels) {
+            *load += wheel.force_normal_n / 100.0;
+        }
+    }
+    // As for balls (tests/statics.rs): hubs and rollers weigh what the wheels of the file do.
+    let row = 9.81 * (6.0 * 0.18 + 3.0 * 0.30) / 0.30;
+    for (name, wheels) in [("front", [4, 5, 6]), ("rear", [0, 1, 2])] {
+        let load: f64 = wheels.iter().map(|w| loads[*w]).sum();
+        assert!(
+            (load / row - 1.0).abs() < 0.01,
+            "{name} row {load} N, expected {row}"
+        );
+    }
+    let all: f64 = loads.iter().sum();
+    // What contacts still swing after half a second.
+    assert!((all / (20.0 * 9.81) - 1.0).abs() < 1e-3, "{all} N on the ground");
+}
+
+#[test]
+fn free_acceleration_is_that_of_five_turning_wheels() {
+    // 0.3 N.m on wheels 1, 3, 4, 5, 7 as they roll. Wheels 2 and 6 stand still on their rollers, which is what balls cannot do.
+    let mut simulation = at_rest(100);
+    let mut torques = [0.0; 7];
+    for (torque, rolls) in torques.iter_mut().zip([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0]) {
+        *torque = 0.3 * rolls;
+    }
+    let start = simulation.observation().twist.vx_m_s;
+    for _ in 0..500 {
+        simulation.step_torques(&torques).expect("finite");
+    }
+    let gained = simulation.observation().twist.vx_m_s - start;
+    let expected = 0.5 * (5.0 * 0.3 / 0.066) / (20.0 + 5.0 * 0.002178 / (0.066 * 0.066));
+    // Loads that change from roller to roller cost some of it, never give any; 3 % would be a wheel too many.
+    let lost = 1.0 - gained / expected;
+    assert!(
+        lost > -0.002 && lost < 0.02,
+        "{gained} m/s, expected {expected}: {lost} lost"
+    );
+}
+
+#[test]
+fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
+    // Three wheels that turn alike under a vehicle that spins: its height is that of every axle. Straight rollers in one row, so
+    // that there is something to see; slowly, so that nothing leaves the ground.
+    let single = scenario(
+        "flat",
+        &[
+            "vehicle=omni3",
+            "vehicle.rollers.rows=1",
+            "vehicle.rollers.count=12",
+            "vehicle.rollers.radius_m=0.006",
+            "vehicle.rollers.crown_m=0",
+            "command.vx_m_s=0",
+            "command.wz_rad_s=0.3",
+            "duration_s=1.0",
+        ],
+    );
+    let built = single.rollers(0).expect("rollers");
+    let trace = run(&single).expect("finite");
+    let (z, speed) = (
+        trace.column("pose_z_m").expect("z"),
+        trace.wheel("measured_rad_s", 0).expect("speed"),
+    );
+    // Heights are measured from how the wheel starts, on the middle of a roller.
+    let (mut turned, mut worst) = (0.0, 0.0_f64);
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    let settled = z[50] - built.axle_height_m(0.0);
+    for (z, speed) in z.iter().zip(speed) {
+        turned += speed * 1e-3;
+        let expected = built.axle_height_m(turned) + settled;
+        worst = worst.max((z - expected).abs());
+        (low, high) = (low.min(*z), high.max(*z));
+    }
+    let ripple = built.ripple();
+    let height = ripple.max_m - ripple.min_m;
+    assert!(
+        turned > 2.0 * PI / 12.0,
+        "more than one roller has passed: {turned} rad"
+    );
+    // Contacts give by some micrometres, more where two rollers change over.
+    assert!(
+        (high - low - height).abs() < 0.1 * height,
+        "{} instead of {height} m",
+        high - low
+    );
+    assert!(worst < 0.1 * height, "{worst} m off, of {height} m");
+}
+
+#[test]
+fn same_rollers_leave_the_same_bits() {
+    let once = || run(&scenario("step", &["duration_s=0.05"])).expect("finite");
+    assert_eq!(once(), once());
+}
+
+#[test]
+fn rollers_take_longer_over_the_step_than_balls() {
+    // 2 N.m at mu 0.9, the riser near: balls bounce off it and are over sooner, rollers catch on it (docs/physics.md).
+    let near = ["terrain.at_m=0.42", "terrain.friction=0.9", "duration_s=4.2"];
+    let crossing = |model: &str| {
+        let mut scenario = scenario("step", &near);
+        scenario.physics.wheel_model = match model {
+            "ball" => omni_sim::config::WheelModel::Ball,
+            _ => omni_sim::config::WheelModel::Rollers,
+        };
+        run(&scenario).expect("finite").outcome().crossing_s
+    };
+    let ball = crossing("ball").expect("balls climb");
+    let rollers = crossing("rollers").expect("rollers climb");
+    let ratio = rollers / ball;
+    assert!(ratio > 0.9 && ratio < 1.6, "balls {ball} s, rollers {rollers} s");
+}
