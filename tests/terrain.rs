@@ -334,6 +334,17 @@ fn a_step_higher_than_a_wheel_and_ground_without_friction_are_stalls_not_errors(
 }
 
 #[test]
+fn a_vehicle_that_falls_off_a_high_edge_has_tipped() {
+    // Half a metre: the front frame hangs on its hinge's stop, and the rest follows over the edge.
+    for vehicle in ["chugo7", "omni3"] {
+        let vehicle = format!("vehicle={vehicle}");
+        let fallen = drive("step_down", &["terrain.height_m=0.5", &vehicle]);
+        assert_eq!(fallen.outcome().verdict, Verdict::Tipped, "{vehicle}");
+        assert!(!fallen.outcome().climbed && fallen.outcome().crossing_s.is_none());
+    }
+}
+
+#[test]
 fn start_and_heading_are_where_the_scenario_puts_them() {
     let keys = [
         "start.x_m=-0.2",
