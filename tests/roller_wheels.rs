@@ -147,8 +147,8 @@ fn free_acceleration_is_that_of_five_turning_wheels() {
 
 #[test]
 fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
-    // Three wheels that turn alike under a vehicle that spins: its height is that of every axle. Straight rollers in one row, so
-    // that there is something to see; slowly, so that nothing leaves the ground.
+    // Three wheels under a vehicle that spins. Straight rollers in one row, so that there is something to see; slowly, so that
+    // nothing leaves the ground.
     let single = scenario(
         "flat",
         &[
@@ -164,33 +164,37 @@ fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
     );
     let built = single.rollers(0).expect("rollers");
     let trace = run(&single).expect("finite");
-    let (z, speed) = (
-        trace.column("pose_z_m").expect("z"),
-        trace.wheel("measured_rad_s", 0).expect("speed"),
-    );
-    // Heights are measured from how the wheel starts, on the middle of a roller.
-    let (mut turned, mut worst) = (0.0, 0.0_f64);
-    let (mut low, mut high) = (f64::MAX, f64::MIN);
-    let settled = z[50] - built.axle_height_m(0.0);
-    for (z, speed) in z.iter().zip(speed) {
-        turned += speed * 1e-3;
-        let expected = built.axle_height_m(turned) + settled;
-        worst = worst.max((z - expected).abs());
-        (low, high) = (low.min(*z), high.max(*z));
-    }
     let ripple = built.ripple();
     let height = ripple.max_m - ripple.min_m;
-    assert!(
-        turned > 2.0 * PI / 12.0,
-        "more than one roller has passed: {turned} rad"
-    );
-    // Contacts give by some micrometres, more where two rollers change over.
-    assert!(
-        (high - low - height).abs() < 0.1 * height,
-        "{} instead of {height} m",
-        high - low
-    );
-    assert!(worst < 0.1 * height, "{worst} m off, of {height} m");
+    assert!(height > 5e-4, "something to see: {height} m");
+    for wheel in 0..3 {
+        let z = trace.wheel("z_m", wheel).expect("z");
+        let speed = trace.wheel("measured_rad_s", wheel).expect("speed");
+        let (mut turned, mut worst) = (0.0, 0.0_f64);
+        let (mut low, mut high) = (f64::MAX, f64::MIN);
+        for (k, (z, speed)) in z.iter().zip(speed).enumerate() {
+            turned += speed * 1e-3;
+            if k < 50 {
+                continue; // it comes down from a corner, where it is put, to the side of a roller
+            }
+            worst = worst.max((z - built.axle_height_m(turned)).abs());
+            (low, high) = (low.min(*z), high.max(*z));
+        }
+        assert!(
+            turned > 2.0 * PI / 12.0,
+            "more than one roller has passed: {turned} rad"
+        );
+        // Contacts give by 0.04 mm, more where two rollers change over.
+        assert!(
+            (high - low - height).abs() < 0.1 * height,
+            "wheel {wheel}: {} instead of {height} m",
+            high - low
+        );
+        assert!(
+            worst < 0.1 * height,
+            "wheel {wheel}: {worst} m off, of {height} m"
+        );
+    }
 }
 
 #[test]

@@ -100,6 +100,8 @@ pub(crate) const ROLLER_COUNT: Range = range(3.0, 32.0);
 pub(crate) const ROLLER_ROWS: Range = range(1.0, 2.0);
 /// Bearings of rollers.
 pub(crate) const BEARING_N_M_S_RAD: Range = range(0.0, 1.0);
+/// From a needle on: what straight ones make is a polygon.
+pub(crate) const ROLLER_RADIUS_M: Range = range(1e-5, 5.0);
 /// How much thinner a roller is at its ends.
 pub(crate) const CROWN_M: Range = range(0.0, 10.0);
 /// From a bead to a barrel.

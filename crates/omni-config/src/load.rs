@@ -231,7 +231,13 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     value.validate().map_err(|report| {
         let mut lines = report
             .iter()
-            .map(|(path, error)| (path.to_string(), error.to_string()));
+            // garde counts what is inside a kind of contact; in the file it is the same table.
+            .map(|(path, error)| {
+                (
+                    path.to_string().replace(".contact[0]", ".contact"),
+                    error.to_string(),
+                )
+            });
         let (key, message) = lines.next().unwrap_or_default();
         let more = lines.count();
         let more = if more == 0 {

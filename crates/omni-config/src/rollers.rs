@@ -13,7 +13,7 @@ pub use barrel::Barrel;
 pub use geometry::{Ripple, RollerWheel};
 
 use crate::check::{
-    BEARING_N_M_S_RAD, CROWN_M, RADIUS_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_ROWS, WIDTH_M, within,
+    BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M, within,
 };
 use crate::vehicle::WheelSpec;
 
@@ -48,9 +48,9 @@ pub struct Rollers {
     #[garde(inner(custom(within(WIDTH_M))))]
     #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub row_gap_m: Option<f64>,
-    /// Largest radius of a roller, in its middle \[m\], 0.001 to 10, less than half the wheel's.
-    #[garde(custom(within(RADIUS_M)))]
-    #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
+    /// Largest radius of a roller, in its middle \[m\], 0.00001 to 5, less than half the wheel's.
+    #[garde(custom(within(ROLLER_RADIUS_M)))]
+    #[schemars(range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max))]
     pub radius_m: f64,
     /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, and no longer than closes the gaps.
     #[serde(default)]
@@ -126,7 +126,7 @@ impl Rollers {
             round.crown_m = None;
             let most = round
                 .sized(wheel, self.radius_m, half_length_m)
-                .map_or(0.0, |b| b.barrel.crown_m());
+                .map_or(self.radius_m, |b| b.barrel.crown_m());
             if crown > most {
                 return Err(misfit(
                     "crown_m",

@@ -50,13 +50,11 @@ impl Barrel {
         crown_m: Option<f64>,
     ) -> Option<Self> {
         let rim = Profile { radius_m: rim_m, cos };
-        let rim_crown = Self::crown(rim, radius_m, half_length_m)?;
-        let Some(crown) = crown_m.map(|crown| crown.min(rim_crown)) else {
+        // A thin roller that follows the rim ends in a point before it is long; a straighter one goes on.
+        let follows = Self::crown(rim, radius_m, half_length_m);
+        let Some(crown) = crown_m.filter(|crown| follows.is_none_or(|most| *crown < most)) else {
             return Self::with(rim, radius_m, half_length_m);
         };
-        if crown == rim_crown {
-            return Self::with(rim, radius_m, half_length_m);
-        }
         // The larger the profile's radius, the less the crown: 1/P from the rim's down to 0.
         let at = |curvature: f64| Profile {
             radius_m: 1.0 / curvature,

@@ -89,7 +89,7 @@ fn straight_rollers_are_lowest_on_their_sides_and_highest_on_their_corners() {
 fn second_row_closes_the_gaps_of_the_first() {
     let one = wheel("omni3", &[("rows", 1.0)]).expect("fits").ripple();
     let two = wheel("omni3", &[("rows", 2.0)]).expect("fits").ripple();
-    assert!(one.max_m - one.min_m > 5e-4, "{one:?}");
+    assert!(one.max_m - one.min_m > 1e-4, "{one:?}");
     assert!(two.max_m - two.min_m < 1e-12, "{two:?}");
     assert!((two.rolling_radius_m - 0.05).abs() < 1e-12, "{two:?}");
 }
@@ -131,18 +131,18 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("length_m", 0.04)],
-            "built-in chugo7: rollers.length_m: 0.04, allowed: up to 0.02939: longer rollers overlap their neighbours (on wheel \
+            "built-in chugo7: rollers.length_m: 0.04, allowed: up to 0.02983: longer rollers overlap their neighbours (on wheel \
              \"1\")",
         ),
         (
             "chugo7",
             &[("crown_m", 0.005)],
-            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.00165, which follows the rim (on wheel \"1\")",
+            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.0017, which follows the rim (on wheel \"1\")",
         ),
         (
             "omni3",
             &[("row_gap_m", 0.01)],
-            "built-in omni3: rollers.row_gap_m: 0.01, allowed: 0.01766 and more: closer rows overlap (on wheel \"1\")",
+            "built-in omni3: rollers.row_gap_m: 0.01, allowed: 0.01792 and more: closer rows overlap (on wheel \"1\")",
         ),
         (
             "chugo7",
@@ -152,7 +152,7 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("roller_mass_kg", 0.1)],
-            "built-in chugo7: rollers.roller_mass_kg: 0.1, allowed: up to 0.04436: the hub keeps a tenth of the wheel's mass and \
+            "built-in chugo7: rollers.roller_mass_kg: 0.1, allowed: up to 0.02053: the hub keeps a tenth of the wheel's mass and \
              inertia (on wheel \"1\")",
         ),
         (
@@ -163,7 +163,7 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("rows", 3.0)],
-            "built-in chugo7: rollers.rows: 3, allowed: 1 or 2",
+            "built-in chugo7: rollers.rows: 3, allowed: 1 to 2",
         ),
     ] {
         assert_eq!(wheel(vehicle, keys).expect_err("does not fit"), expected);
@@ -172,8 +172,8 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
 
 #[test]
 fn largest_values_of_the_messages_fit() {
-    for keys in [("radius_m", 0.02585), ("length_m", 0.02938), ("crown_m", 0.00164)] {
+    for keys in [("radius_m", 0.02585), ("length_m", 0.02983), ("crown_m", 0.0017)] {
         wheel("chugo7", &[keys]).expect("fits");
     }
-    wheel("omni3", &[("row_gap_m", 0.01767)]).expect("fits");
+    wheel("omni3", &[("row_gap_m", 0.01792)]).expect("fits");
 }

@@ -62,6 +62,9 @@ impl World {
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
         let stiffer = stiffer_for_rollers(scenario);
+        if stiffer.is_some() {
+            physics.narrow_phase = NarrowPhase::with_query_dispatcher(wheel::FreshContacts);
+        }
         let substeps = stiffer.map_or(1, |_| settings.roller_substeps);
         integrate(
             &mut physics.integration_parameters,
@@ -69,7 +72,7 @@ impl World {
             settings.solver_iterations,
             [
                 settings.contact_hz * stiffer.unwrap_or(1.0),
-                settings.contact_damping,
+                settings.contact_damping * stiffer.unwrap_or(1.0),
             ],
         );
         // The push-out of a roller shakes its bearing unless friction acts in the same pass.
@@ -255,8 +258,9 @@ fn integrate(p: &mut IntegrationParameters, step_s: f64, iterations: usize, cont
     p.max_ccd_substeps = 0;
 }
 
-/// What the contacts' frequency is multiplied by so that a light roller's contact is as stiff as that of a whole wheel: the
-/// solver makes a spring of a frequency and the mass that it pushes. None where no wheel has rollers.
+/// What the contacts' frequency and damping ratio are multiplied by so that a light roller's contact is the spring and the
+/// damper that a whole wheel's is: the engine makes these of the ratios and the mass that it pushes, k = m w^2 and c = 2 z m w.
+/// None where no wheel has rollers.
 fn stiffer_for_rollers(scenario: &Scenario) -> Option<f64> {
     let wheels = scenario.vehicle().wheel.iter().enumerate();
     wheels

@@ -8,9 +8,9 @@ use rapier3d_f64::parry::query::{
     details::local_point_projection_on_support_map,
 };
 use rapier3d_f64::parry::shape::{
-    FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType, SupportMap, TypedShape,
+    Cuboid, FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType, SupportMap, TypedShape,
 };
-use rapier3d_f64::prelude::Vector;
+use rapier3d_f64::prelude::{Pose, Vector};
 
 use crate::config::Barrel;
 
@@ -118,5 +118,85 @@ impl PointQuery for BarrelShape {
 
     fn project_local_point_and_get_feature(&self, point: Vector) -> (PointProjection, FeatureId) {
         (self.project_local_point(point, false), FeatureId::Unknown)
+    }
+}
+
+/// Where a box and a barrel are nearest, or overlap least.
+pub(super) struct Touch {
+    /// The points on the box and on the barrel, each in its own frame \[m\].
+    pub(super) points: [Vector; 2],
+    /// The outward normals there, likewise.
+    pub(super) normals: [Vector; 2],
+    /// Between the points along the normal \[m\], below 0 where the shapes overlap.
+    pub(super) distance_m: f64,
+}
+
+/// The contact of a barrel, at a pose in the frame of a box, with that box.
+///
+/// The distance is the largest gap that any plane leaves between the shapes, overlaps being gaps below 0. The plane is that of a
+/// face, or leans about an edge between two faces; a corner's planes are taken for those of its three edges.
+pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> Touch {
+    let half = cuboid.half_extents.to_array();
+    let middle = pose.translation.to_array();
+    let out = [0, 1, 2].map(|i| middle[i].abs() - half[i]);
+    let axis = |i: usize| {
+        let mut axis = [0.0; 3];
+        axis[i] = 1.0_f64.copysign(middle[i]);
+        Vector::from(axis)
+    };
+    // The point of the barrel that is first met along a normal, from outside.
+    let nearest = |normal: Vector| {
+        let inward = pose.rotation.inverse() * -normal;
+        *pose * (barrel.local_support_point(inward) + inward * barrel.0.edge_m())
+    };
+    let gap = |normal: Vector| {
+        let support: f64 = normal.to_array().iter().zip(half).map(|(n, h)| n.abs() * h).sum();
+        nearest(normal).dot(normal) - support
+    };
+    let reach = barrel.0.half_length_m().hypot(barrel.0.radius_m());
+    let outermost = (0..3).fold(0, |best, i| if out[i] > out[best] { i } else { best });
+    let mut normal = axis(outermost);
+    let mut widest = gap(normal);
+    for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+        if out[i] < -reach || out[j] < -reach {
+            continue; // the edge is beyond the barrel
+        }
+        let (from, to) = (axis(i), axis(j));
+        let leaning = |angle: f64| from * libm::cos(angle) + to * libm::sin(angle);
+        // The gap widens with the angle as long as the nearest point moves away from the edge.
+        let edge = from * half[i] + to * half[j];
+        let widens = |angle: f64| {
+            let turned = to * libm::cos(angle) - from * libm::sin(angle);
+            turned.dot(nearest(leaning(angle)) - edge) > 0.0
+        };
+        let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
+        let found = if !widens(low) {
+            from
+        } else if widens(high) {
+            to
+        } else {
+            for _ in 0..48 {
+                let angle = 0.5 * (low + high);
+                if widens(angle) {
+                    low = angle;
+                } else {
+                    high = angle;
+                }
+            }
+            leaning(0.5 * (low + high))
+        };
+        let found_gap = gap(found);
+        if found_gap > widest {
+            (normal, widest) = (found, found_gap);
+        }
+    }
+    let on_barrel = nearest(normal);
+    Touch {
+        points: [
+            on_barrel - normal * widest,
+            pose.inverse_transform_point(on_barrel),
+        ],
+        normals: [normal, pose.rotation.inverse() * -normal],
+        distance_m: widest,
     }
 }

@@ -5,9 +5,12 @@
 
 mod ball;
 mod barrel;
+mod contacts;
 mod rollers;
 
 use rapier3d_f64::prelude::*;
+
+pub(super) use contacts::FreshContacts;
 
 use crate::config::{RollerWheel, WheelSpec};
 
