@@ -37,6 +37,36 @@ fn bare(scenario: &Scenario, torques: &[Vec<f64>]) {
     }
 }
 
+/// Seconds of two threads that each do `work`, and of one that does it.
+fn alone_and_pair(work: impl Fn() + Sync) -> [f64; 2] {
+    shortest([&mut || work(), &mut || {
+        std::thread::scope(|scope| {
+            scope.spawn(&work);
+            scope.spawn(&work);
+        });
+    }])
+}
+
+/// Some tenths of a second of arithmetic in registers: what the machine's second core is worth.
+fn arithmetic() {
+    let mut x = 1.0_f64;
+    for k in 0..60_000_000_u32 {
+        x = x.mul_add(0.999_999, f64::from(k & 7));
+    }
+    std::hint::black_box(x);
+}
+
+/// Seconds a simulated second takes with a wheel model: the vehicle drives up to the step.
+fn wheel_model(model: &str) -> f64 {
+    let overrides = [
+        Override::new("duration_s", 0.2),
+        Override::new("physics.wheel_model", model),
+    ];
+    let scenario = Scenario::load("step", &overrides).expect("built in");
+    let [time] = shortest([&mut || drop(run(&scenario).expect("runs"))]);
+    time / scenario.duration_s
+}
+
 fn torques(trace: &Trace) -> Vec<Vec<f64>> {
     let wheels = trace.wheel_names().len();
     let of = |row: usize| (0..wheels).map(move |w| trace.wheel("applied_n_m", w).expect("a signal")[row]);
@@ -59,12 +89,9 @@ fn main() {
         &mut || log(),
     ]);
     let one = || drop(run(&scenario).expect("runs"));
-    let [alone, pair] = shortest([&mut || one(), &mut || {
-        std::thread::scope(|scope| {
-            scope.spawn(one);
-            scope.spawn(one);
-        });
-    }]);
+    let [alone, pair] = alone_and_pair(|| drop(run(&scenario).expect("runs")));
+    let [machine_alone, machine_pair] = alone_and_pair(arithmetic);
+    let [ball, rollers] = ["ball", "rollers"].map(wheel_model);
     let simulated = scenario.duration_s;
     let steps = simulated * 1e6 / scenario.physics.step_us as f64;
     println!(
@@ -89,7 +116,14 @@ fn main() {
         100.0 * (logged / metered - 1.0)
     );
     println!(
-        "two worlds on two threads are worth {:.2} of one (at least 1.8)",
-        2.0 * alone / pair
+        "two worlds on two threads are worth {:.2} of one (at least 1.8; arithmetic alone: {:.2})",
+        2.0 * alone / pair,
+        2.0 * machine_alone / machine_pair
+    );
+    println!(
+        "balls are {:.0} times as fast as rollers (at least 10): {:.1} and {:.2} times real time",
+        rollers / ball,
+        1.0 / ball,
+        1.0 / rollers
     );
 }

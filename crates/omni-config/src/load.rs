@@ -39,6 +39,10 @@ pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/sce
 pub(crate) const STUDIES: Builtin = &[
     ("climb_map", include_str!("../assets/studies/climb_map.toml")),
     ("ensemble", include_str!("../assets/studies/ensemble.toml")),
+    (
+        "wheel_models",
+        include_str!("../assets/studies/wheel_models.toml"),
+    ),
 ];
 
 /// Names of the built-in vehicles.

@@ -185,12 +185,15 @@ pub struct Physics {
     #[serde(default)]
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16; 2 if left out.
+    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16, each 250 us at most; 2 if left out.
     #[serde(default = "two")]
     #[garde(custom(within(SUBSTEPS)))]
     #[schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max))]
     pub roller_substeps: u64,
 }
+
+/// Longest step \[us\] in which wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
+const ROLLER_STEP_US: u64 = 250;
 
 fn two() -> u64 {
     2
@@ -373,6 +376,19 @@ impl Scenario {
                 self.vehicle.name
             );
             return Err(source.refuse("physics.wheel_model", message));
+        }
+        let Physics {
+            step_us,
+            roller_substeps: parts,
+            ..
+        } = self.physics;
+        let least = step_us.div_ceil(ROLLER_STEP_US);
+        if parts < least && (0..self.vehicle.wheel.len()).any(|i| self.rollers(i).is_some()) {
+            let message = format!(
+                "{parts}, allowed: {least} and more at physics.step_us = {step_us}: in parts of more than {ROLLER_STEP_US} us \
+                 rollers shake"
+            );
+            return Err(source.refuse("physics.roller_substeps", message));
         }
         Ok(())
     }

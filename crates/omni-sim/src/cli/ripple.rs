@@ -100,7 +100,9 @@ fn table(rows: &[Row]) -> Table {
         "rolling radius",
         "error [%]",
     ]);
-    let mm = |metres: f64| format!("{:.3}", 1e3 * metres);
+    // Adding 0 takes the sign off a zero.
+    let thousandths = |x: f64| format!("{:.3}", (1e3 * x).round() / 1e3 + 0.0);
+    let mm = |metres: f64| thousandths(1e3 * metres);
     for row in rows {
         table.add_row([
             row.wheel.clone(),
@@ -110,9 +112,9 @@ fn table(rows: &[Row]) -> Table {
             mm(row.min_m),
             mm(row.max_m),
             mm(row.ripple_m),
-            format!("{:.3}", 100.0 * row.ripple_ratio),
+            thousandths(100.0 * row.ripple_ratio),
             mm(row.rolling_radius_m),
-            format!("{:.3}", 100.0 * row.rolling_radius_error),
+            thousandths(100.0 * row.rolling_radius_error),
         ]);
     }
     for column in table.column_iter_mut().skip(1) {

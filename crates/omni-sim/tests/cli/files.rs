@@ -1,0 +1,104 @@
+//! Files that the command line starts, checks and describes.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{omnistep, refused, stdout};
+
+#[test]
+fn a_new_file_is_checked_runs_and_is_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = omnistep(folder.path(), &["new", "vehicle", "rover", "--like", "omni3"]);
+    assert_eq!(
+        stdout(&said),
+        "rover.toml: started from omni3; run it with: omnistep run flat --set vehicle=rover.toml\n"
+    );
+    let said = omnistep(folder.path(), &["new", "scenario", "kerb"]);
+    assert_eq!(
+        stdout(&said),
+        "kerb.toml: started from step; run it with: omnistep run kerb.toml\n"
+    );
+    let said = omnistep(folder.path(), &["check", "rover.toml", "kerb.toml"]);
+    assert_eq!(
+        stdout(&said),
+        "rover.toml: vehicle rover: 1 body, 0 hinges, 3 wheels, 7.200 kg\n  \
+         layout   condition number 1.00 (1 is best)\n  \
+         weight   centre of mass at (0.017, 0.000, 0.075) m\n  \
+         loads    at rest on flat ground [N]: 1 27.9, 2 21.4, 3 21.4\n  \
+         speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s about\n  \
+         gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n\
+         kerb.toml: scenario kerb, 6 s, policy synchronised; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
+         layout   condition number 1.58 (1 is best)\n  \
+         weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
+         loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
+         gains    kp 0.3000 N.m.s/rad, ki 2.0000 N.m/rad, kd 0 N.m.s2/rad, given\n"
+    );
+    let run = [
+        "run",
+        "flat",
+        "--set",
+        "vehicle=rover.toml",
+        "--set",
+        "duration_s=0.1",
+        "--json",
+    ];
+    assert!(omnistep(folder.path(), &run).status.success());
+
+    let own = fs::read_to_string(folder.path().join("rover.toml"))
+        .unwrap()
+        .replace("mass_kg = 6.0", "mass_kg = -6.0");
+    fs::write(folder.path().join("rover.toml"), &own).unwrap();
+    let said = refused(folder.path(), &["new", "vehicle", "rover"]);
+    assert_eq!(said, "error: rover.toml: File exists (os error 17)\n");
+    assert_eq!(fs::read_to_string(folder.path().join("rover.toml")).unwrap(), own);
+    let said = refused(folder.path(), &["check", "rover.toml"]);
+    assert_eq!(
+        said,
+        "error: rover.toml: body[0].mass_kg: -6, allowed: 0.001 to 10000\n"
+    );
+    let said = refused(folder.path(), &["new", "vehicle", "my robot"]);
+    assert_eq!(
+        said,
+        "error: new my robot: name: \"my robot\", allowed: 1 to 40 letters, digits, '_' or '-'\n"
+    );
+    let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
+    assert_eq!(
+        said,
+        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4, rocker_bogie6\n"
+    );
+}
+
+#[test]
+fn schemas_are_printed_and_a_new_file_names_the_one_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = |name: &str| {
+        let text = fs::read_to_string(folder.path().join(name)).unwrap();
+        text.lines().next().unwrap().to_owned()
+    };
+    assert!(omnistep(folder.path(), &["new", "vehicle", "a"]).status.success());
+    assert!(
+        first("a.toml")
+            .starts_with("# For completion in an editor: omnistep schema vehicle > vehicle.schema.json")
+    );
+    for kind in ["vehicle", "scenario", "experiment"] {
+        let text = stdout(&omnistep(folder.path(), &["schema", kind]));
+        let schema: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+        assert_eq!(schema["properties"]["schema_version"]["maximum"], 1);
+        fs::write(folder.path().join(format!("{kind}.schema.json")), text).unwrap();
+    }
+    assert!(omnistep(folder.path(), &["new", "vehicle", "b"]).status.success());
+    assert_eq!(first("b.toml"), "#:schema ./vehicle.schema.json");
+    assert!(
+        omnistep(folder.path(), &["new", "scenario", "c"])
+            .status
+            .success()
+    );
+    assert_eq!(first("c.toml"), "#:schema ./scenario.schema.json");
+    assert!(
+        omnistep(folder.path(), &["check", "a.toml", "b.toml", "c.toml"])
+            .status
+            .success()
+    );
+}

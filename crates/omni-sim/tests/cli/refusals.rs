@@ -1,0 +1,335 @@
+//! One line of bad input each, and the one line that says so.
+
+use std::fs;
+use std::path::Path;
+
+use super::refused;
+
+/// The built-in vehicle and step with one text replaced, as files `v.toml` and `s.toml`; refused with this message.
+fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../omni-config/assets");
+    let vehicle = fs::read_to_string(assets.join("vehicles/chugo7.toml")).unwrap();
+    let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
+    let scenario = scenario.replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"");
+    let change = |text: &str, name: &str| {
+        if name == file {
+            assert!(text.contains(from), "{name} has no {from:?}");
+            text.replacen(from, to, 1)
+        } else {
+            text.to_owned()
+        }
+    };
+    fs::write(folder.path().join("v.toml"), change(&vehicle, "v.toml")).unwrap();
+    fs::write(folder.path().join("s.toml"), change(&scenario, "s.toml")).unwrap();
+    let said = refused(folder.path(), &["compare", "s.toml"]);
+    assert!(said.contains(file), "names the file: {said}");
+    assert!(said.contains(expected), "expected {expected:?} in: {said}");
+    assert!(!folder.path().join("out").exists(), "nothing is written");
+}
+
+#[test]
+fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
+    refused_file(
+        "s.toml",
+        "height_m =",
+        "hight_m =",
+        "terrain.hight_m: unknown field `hight_m`, expected one of",
+    );
+    refused_file(
+        "v.toml",
+        "\nradius_m = 0.066",
+        "\nradios_m = 0.066",
+        "wheel[0].radios_m: unknown field `radios_m`, expected one of",
+    );
+}
+
+#[test]
+fn a_missing_field_is_named() {
+    refused_file("s.toml", "duration_s = 6.0", "", "missing field `duration_s`");
+    refused_file("v.toml", "mass_kg = 6.0", "", "body[1]: missing field `mass_kg`");
+}
+
+#[test]
+fn a_wrong_type_is_named_with_its_key() {
+    refused_file(
+        "s.toml",
+        "height_m = 0.05",
+        "height_m = \"high\"",
+        "terrain.height_m: invalid type: string",
+    );
+    refused_file(
+        "s.toml",
+        "kind = \"step\"",
+        "kind = \"steps\"",
+        "unknown variant `steps`, expected one of `flat`, `step`,",
+    );
+    refused_file("s.toml", "kind = \"step\"", "", "missing field `kind`");
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = true",
+        "body[1].mass_kg: invalid type: boolean",
+    );
+}
+
+#[test]
+fn text_that_is_not_toml_is_refused_with_its_line() {
+    refused_file("s.toml", "name = \"step\"", "name = \"step", "s.toml:3: ");
+}
+
+#[test]
+fn values_out_of_range_are_named_with_the_range() {
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = nan",
+        "body[1].mass_kg: NaN, allowed: 0.001 to 10000",
+    );
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = -6.0",
+        "body[1].mass_kg: -6, allowed: 0.001 to 10000",
+    );
+    refused_file(
+        "v.toml",
+        "radius_m = 0.066",
+        "radius_m = 0.0",
+        "wheel[0].radius_m: 0, allowed: 0.001 to 10",
+    );
+    refused_file(
+        "v.toml",
+        "limit_rad = 0.9",
+        "limit_rad = 9.0",
+        "hinge[0].limit_rad: 9, allowed: 0 to 3",
+    );
+    refused_file(
+        "s.toml",
+        "friction = 0.7",
+        "friction = nan",
+        "terrain.friction: NaN, allowed: 0 to 2",
+    );
+    refused_file(
+        "s.toml",
+        "vx_m_s = 0.3",
+        "vx_m_s = inf",
+        "command.vx_m_s: inf, allowed: -100 to 100",
+    );
+    refused_file(
+        "s.toml",
+        "period_us = 1000",
+        "period_us = 750",
+        "control.period_us: 750, allowed: a multiple of physics.step_us, 500",
+    );
+    refused_file(
+        "v.toml",
+        "mass_kg = 6.0",
+        "mass_kg = 1e300",
+        "body[1].mass_kg: 1e300, allowed: 0.001 to 10000",
+    );
+    refused_file(
+        "v.toml",
+        "com_m = [0.18, 0.0, 0.18]",
+        "com_m = [180, 0.0, 180]",
+        "body[1].com_m: [180, 0, 180], allowed: -100 to 100",
+    );
+}
+
+#[test]
+fn another_version_of_a_file_says_what_to_do_whatever_else_is_in_it() {
+    for file in ["s.toml", "v.toml"] {
+        // Keys that a later version may have are no reason to speak of keys.
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = 2\nfrom_the_future = true",
+            "schema_version: 2, this program reads version 1: update omnistep",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = 0",
+            "schema_version: 0, the first version is 1: write schema_version = 1",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "",
+            "schema_version: missing: write schema_version = 1 at the top of the file",
+        );
+        refused_file(
+            file,
+            "schema_version = 1",
+            "schema_version = \"1\"",
+            "schema_version: \"1\", allowed: a whole number: write schema_version = 1",
+        );
+    }
+}
+
+#[test]
+fn a_shape_that_cannot_be_or_cannot_stand_is_refused() {
+    refused_file(
+        "v.toml",
+        "position_m = [-0.30, 0.23]",
+        "position_m = [-0.30, -0.11]",
+        "wheel[2].position_m: [-0.3, -0.11], allowed: clear of other wheels: wheels \"1\" and \"3\" intersect",
+    );
+    // As balls on the ground they are clear of each other, the rollers being small; their rims cross.
+    refused_file(
+        "v.toml",
+        "position_m = [-0.30, 0.00]",
+        "position_m = [-0.24, -0.17]",
+        "wheels \"1\" and \"2\" intersect",
+    );
+    // Millimetres for metres.
+    refused_file(
+        "v.toml",
+        "anchor_m = [0.0, 0.0, 0.066] ",
+        "anchor_m = [0.0, 0.0, 66] ",
+        "hinge[0].anchor_m: [0.0, 0.0, 66.0], allowed: ",
+    );
+    refused_file(
+        "v.toml",
+        "com_m = [0.18, 0.0, 0.18]",
+        "com_m = [1.8, 0.0, 0.18]",
+        "body[1].com_m: [1.8, 0.0, 0.18] puts the vehicle's centre of mass at (0.486, 0.000), where it tips at rest; \
+         allowed: over the wheels, whose polygon is within x -0.300 to 0.300, y -0.230 to 0.230",
+    );
+}
+
+#[test]
+fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves() {
+    let coupling = |rest: &str| format!("[[coupling]]\nname = \"c\"\nhinge_a = \"pitch\"\n{rest}\n\n[motor]");
+    for (rest, expected) in [
+        (
+            "hinge_b = \"yaw\"",
+            "coupling[0].hinge_b: \"yaw\", allowed: pitch, roll",
+        ),
+        (
+            "hinge_b = \"pitch\"",
+            "coupling[0].hinge_b: \"pitch\", allowed: another hinge than hinge_a",
+        ),
+        (
+            "hinge_b = \"roll\"\nratio = 0.0",
+            "coupling[0].ratio: 0, allowed: at least 0.001 or at most -0.001",
+        ),
+    ] {
+        refused_file("v.toml", "[motor]", &coupling(rest), expected);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "vehicle=rocker_bogie6",
+        "physics.step_us=2000",
+        "control.period_us=2000",
+    ];
+    let args = ["run", "flat"]
+        .into_iter()
+        .chain(sets.iter().flat_map(|s| ["--set", s]));
+    let said = refused(folder.path(), &args.collect::<Vec<_>>());
+    assert!(
+        said.contains("physics.step_us: 2000, allowed: up to 1165 with the stiffness and damping of the coupling \"differential\""),
+        "{said}"
+    );
+}
+
+#[test]
+fn more_that_no_single_key_shows_is_named() {
+    refused_file(
+        "s.toml",
+        "at_m = 0.7",
+        "at_m = 0.3",
+        "terrain.at_m: 0.3, allowed: more than 0.366",
+    );
+    refused_file(
+        "s.toml",
+        "solver_iterations = 8",
+        "solver_iterations = 0",
+        "solver_iterations: 0, allowed: 1 to 100",
+    );
+    refused_file(
+        "s.toml",
+        "v.toml",
+        "chugo8",
+        "s.toml: vehicle: \"chugo8\", allowed: chugo7",
+    );
+}
+
+#[test]
+fn wheels_that_cannot_move_the_vehicle_three_ways_are_refused() {
+    // Every wheel rolling along x: forward and yaw only.
+    let folder = tempfile::tempdir().unwrap();
+    let sets = (0..7)
+        .map(|i| format!("vehicle.wheel.{i}.rolling_direction=[1,0]"))
+        .collect::<Vec<_>>();
+    let args = ["compare"]
+        .into_iter()
+        .chain(sets.iter().flat_map(|s| ["--set", s.as_str()]))
+        .collect::<Vec<_>>();
+    let said = refused(folder.path(), &args);
+    assert!(
+        said.contains(
+            "built-in chugo7: wheel: layout = 2, allowed: rank 3: wheels that move the vehicle in 3 directions"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn references_to_bodies_that_are_not_there_are_refused() {
+    refused_file(
+        "v.toml",
+        "child = \"front\"",
+        "child = \"nose\"",
+        "hinge[0].child: \"nose\", allowed: middle, front, rear",
+    );
+    refused_file(
+        "v.toml",
+        "body = \"rear\"",
+        "body = \"tail\"",
+        "wheel[0].body: \"tail\", allowed: middle, front, rear",
+    );
+    refused_file(
+        "v.toml",
+        "name = \"rear\"",
+        "name = \"front\"",
+        "body[2].name: \"front\" twice",
+    );
+}
+
+#[test]
+fn unknown_names_are_refused_with_the_names_there_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = refused(folder.path(), &["compare", "stairway"]);
+    assert!(
+        said.contains("unknown scenario \"stairway\", allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, or the path"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
+    assert!(
+        said.contains("unknown policy \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
+    assert!(
+        said.contains("control.policy: \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        "{said}"
+    );
+    let said = refused(folder.path(), &["compare", "missing.toml"]);
+    assert!(said.contains("missing.toml"), "{said}");
+    let said = refused(folder.path(), &["compare", "--set", "terrain.friction"]);
+    assert!(
+        said.contains("terrain.friction") && said.contains("KEY=VALUE"),
+        "{said}"
+    );
+    let said = refused(
+        folder.path(),
+        &["compare", "--set", "vehicle.wheel[9].radius_m=0.1"],
+    );
+    assert!(said.contains("element \"9\", allowed: 0 to 6"), "{said}");
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "nothing is written"
+    );
+}

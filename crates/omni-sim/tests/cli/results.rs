@@ -1,0 +1,268 @@
+//! What runs print and write.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{omnistep, refused, rows, stdout};
+
+/// Keys that are null where the riser was never reached.
+const FIGURES: [&str; 14] = [
+    "crossing_s",
+    "pitch_peak_deg",
+    "slip_rms",
+    "disturbed_rms",
+    "spread_rms",
+    "heat_n2m2s",
+    "stalled_at_m",
+    "stalled_row",
+    "yaw_error_deg",
+    "shape_error_rms_rad_s",
+    "work_j",
+    "cost_of_transport",
+    "e_over_mgh",
+    "required_friction",
+];
+
+#[test]
+fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["compare", "step", "--json"]);
+    assert!(output.status.success());
+    let rows = rows(&output);
+    let policies: Vec<_> = rows.iter().map(|row| row["policy"].as_str().unwrap()).collect();
+    assert_eq!(policies, ["independent", "paper", "synchronised", "load_sharing"]);
+    let others = [
+        "policy",
+        "verdict",
+        "climbed",
+        "energy_residual",
+        "steps_per_s",
+        "realtime_factor",
+        "mcap",
+    ];
+    let keys = [&FIGURES[..], &others].concat();
+    for row in &rows {
+        let object = row.as_object().unwrap();
+        assert_eq!(object.len(), keys.len(), "{row}");
+        assert!(keys.iter().all(|key| object.contains_key(*key)), "{row}");
+        assert!(folder.path().join(row["mcap"].as_str().unwrap()).is_file());
+    }
+    assert_eq!(rows[0]["climbed"], true, "independent climbs at 2 N.m");
+    // Pictures of the paper's Fig. 9 show the front row up and the middle down: asin(0.05 / 0.30) = 9.594 degrees.
+    assert!((rows[0]["pitch_peak_deg"].as_f64().unwrap() - 9.594).abs() < 0.5);
+    assert_eq!(
+        fs::read_dir(folder.path().join("out")).unwrap().count(),
+        4,
+        "no half-written files"
+    );
+}
+
+#[test]
+fn without_arguments_it_compares_the_policies_on_the_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &[]);
+    assert!(output.status.success());
+    let table = stdout(&output);
+    for word in [
+        "chugo7",
+        "5.0 cm",
+        "independent",
+        "paper",
+        "synchronised",
+        "load_sharing",
+        "x real time",
+    ] {
+        assert!(table.contains(word), "{word} is missing:\n{table}");
+    }
+    assert!(folder.path().join("out/step-synchronised.mcap").is_file());
+}
+
+#[test]
+fn same_scenario_and_seed_write_the_same_bytes() {
+    let run = || {
+        let folder = tempfile::tempdir().unwrap();
+        let args = [
+            "run",
+            "step",
+            "--seed",
+            "7",
+            "--set",
+            "perturbation.yaw_rad=0.05",
+            "--set",
+            "duration_s=2.5",
+            "--quiet",
+        ];
+        assert!(omnistep(folder.path(), &args).status.success());
+        fs::read(folder.path().join("out/step-synchronised.mcap")).unwrap()
+    };
+    let (one, two) = (run(), run());
+    assert!(
+        one.len() > 100_000,
+        "2.5 s at 1 kHz are more than {} bytes",
+        one.len()
+    );
+    assert!(one == two, "the files differ");
+}
+
+#[test]
+fn wheels_json_has_the_times_of_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["wheels", "--json"]);
+    let rows = rows(&output);
+    assert_eq!(
+        rows.iter()
+            .map(|r| r["policy"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        ["independent", "paper", "synchronised"]
+    );
+    for row in rows {
+        let times: Vec<f64> = row["t_s"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|t| t.as_f64().unwrap())
+            .collect();
+        for time in [4.0, 6.5, 13.0, 20.0, 30.0, 45.0, 54.0, 59.9, 64.0] {
+            assert!(times.contains(&time), "{time} s exactly");
+        }
+        for wheel in ["A", "B", "C"] {
+            assert_eq!(row["speed_rpm"][wheel].as_array().unwrap().len(), times.len());
+        }
+    }
+}
+
+#[test]
+fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let expected = "rocker_bogie6: no [gains]; derived for a control period of 1 ms: kp 0.412 N.m.s/rad, ki 1.03 N.m/rad, \
+                    from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
+    let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
+    for command in ["run", "compare"] {
+        let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
+        let output = omnistep(folder.path(), &args);
+        assert!(output.status.success());
+        assert_eq!(String::from_utf8(output.stderr.clone()).unwrap(), expected);
+        assert_eq!(rows(&output).len(), if command == "run" { 1 } else { 4 });
+    }
+    assert!(
+        omnistep(folder.path(), &["new", "vehicle", "r", "--like", "rocker_bogie6"])
+            .status
+            .success()
+    );
+    let output = omnistep(folder.path(), &["check", "r.toml"]);
+    assert_eq!(
+        String::from_utf8(output.stderr.clone()).unwrap(),
+        expected.replace("rocker_bogie6", "r")
+    );
+    assert!(
+        stdout(&output).contains("r.toml: vehicle r: 5 bodies, 4 hinges, 1 coupling, 6 wheels, 16.000 kg\n")
+    );
+    assert!(
+        stdout(&output)
+            .ends_with("gains    kp 0.4121 N.m.s/rad, ki 1.0301 N.m/rad, kd 0 N.m.s2/rad, derived\n")
+    );
+    // A file that gives them is not spoken of.
+    let output = omnistep(
+        folder.path(),
+        &["run", "flat", "--quiet", "--set", "duration_s=0.05"],
+    );
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn figures_are_null_where_the_riser_was_never_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["run", "--json", "--set", "duration_s=0.5"]);
+    let row: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    for key in FIGURES {
+        assert!(row[key].is_null(), "{row}");
+    }
+    let table = stdout(&omnistep(folder.path(), &["run", "--set", "duration_s=0.5"]));
+    assert!(!table.contains("NaN") && !table.contains("0.000"), "{table}");
+}
+
+#[test]
+fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
+    // A step of 100 ms and a vehicle that drops off an edge: no solver holds the joints.
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "run",
+        "step_down",
+        "--json",
+        "--set",
+        "physics.step_us=50000",
+        "--set",
+        "control.period_us=50000",
+        "--set",
+        "terrain.height_m=2",
+        "--set",
+        "duration_s=20",
+    ];
+    let output = omnistep(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let row: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(row["verdict"], "diverged");
+    assert!(folder.path().join(row["mcap"].as_str().unwrap()).is_file());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.starts_with("error: the vehicle fell apart at t = ") && said.contains(" parted by "),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_run_ends_with_an_error_when_its_time_on_the_clock_is_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "run",
+        "flat",
+        "--set",
+        "duration_s=3600",
+        "--set",
+        "wall_clock_s=0.2",
+    ];
+    let output = omnistep(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("the run took longer than wall_clock_s, 0.2 s"),
+        "{said}"
+    );
+}
+
+#[test]
+fn results_that_cannot_be_written_are_an_error() {
+    if Path::new("/dev/full").exists() {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_omnistep"));
+        let output = command.arg("list").stdout(full).output().unwrap();
+        assert_ne!(output.status.code(), Some(0));
+        assert!(
+            String::from_utf8(output.stderr)
+                .unwrap()
+                .contains("standard output")
+        );
+    } else {
+        eprintln!("skipped: this system has no /dev/full");
+    }
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("taken"), "a file, not a folder").unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "taken"]).contains("taken"));
+    assert!(refused(folder.path(), &["compare", "--out", "taken/inside"]).contains("taken/inside"));
+    // A folder stands where the log would be, or where it would grow.
+    fs::create_dir_all(folder.path().join("runs/step-independent.mcap")).unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "runs"]).contains("step-independent.mcap"));
+    assert_eq!(
+        fs::read_dir(folder.path().join("runs")).unwrap().count(),
+        1,
+        "nothing half-written"
+    );
+    fs::create_dir_all(folder.path().join("logs/step-independent.mcap.part")).unwrap();
+    assert!(refused(folder.path(), &["compare", "--out", "logs"]).contains("step-independent.mcap"));
+}

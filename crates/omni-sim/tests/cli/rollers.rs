@@ -1,0 +1,73 @@
+//! Wheels of rollers on the command line.
+
+use super::{omnistep, refused, rows, stdout};
+
+#[test]
+fn ripple_of_straight_rollers_is_that_of_a_polygon() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut args = vec!["ripple", "chugo7", "--json"];
+    for set in ["rollers.count=8", "rollers.radius_m=0.00001", "rollers.crown_m=0"] {
+        args.extend(["--set", set]);
+    }
+    let rows = rows(&omnistep(folder.path(), &args));
+    assert_eq!(rows.len(), 7);
+    for row in rows {
+        let figure = |key: &str| row[key].as_f64().unwrap();
+        let low = 0.066 * (std::f64::consts::PI / 8.0).cos();
+        // Needles as thick as a hair, and the gap between them.
+        assert!((figure("min_m") - low).abs() < 3e-5, "{row}, expected {low}");
+        assert!((figure("max_m") - 0.066).abs() < 3e-5, "{row}");
+        assert!((figure("ripple_m") - (figure("max_m") - figure("min_m"))).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn ripple_is_a_table_with_a_line_a_wheel() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = stdout(&omnistep(folder.path(), &["ripple", "mecanum4"]));
+    assert!(
+        text.starts_with("mecanum4: height of each axle over a turn, lengths in mm\n"),
+        "{text}"
+    );
+    assert_eq!(
+        text.lines().filter(|line| line.contains(" 1 x 9 |")).count(),
+        4,
+        "{text}"
+    );
+}
+
+#[test]
+fn rollers_that_are_not_there_or_do_not_fit_are_refused_by_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ["run", "flat", "--set", "physics.wheel_model=rollers", "--set"];
+    let with = |more: &str| refused(folder.path(), &[&model[..], &[more]].concat());
+    assert_eq!(
+        with("vehicle=rocker_bogie6"),
+        "error: built-in flat: physics.wheel_model: \"rollers\", allowed: \"contact\" or \"ball\" with rocker_bogie6, whose file \
+         has neither [rollers] nor rollers of wheel[0]\n"
+    );
+    assert_eq!(
+        with("physics.step_us=1000"),
+        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 and more at physics.step_us = 1000: in parts of more than \
+         250 us rollers shake\n"
+    );
+    assert_eq!(
+        with("vehicle.rollers.radius_m=0.05"),
+        "error: built-in chugo7: rollers.radius_m: 0.05, allowed: less than half the wheel's, 0.033 (on wheel \"1\")\n"
+    );
+    let own = "vehicle.wheel[2].contact={kind = \"rollers\", count = 2, radius_m = 0.006}";
+    assert_eq!(
+        refused(folder.path(), &["run", "flat", "--set", own]),
+        "error: built-in chugo7: wheel[2].contact.count: 2, allowed: 3 to 32\n"
+    );
+}
+
+#[test]
+fn a_wheel_of_rollers_runs_among_balls() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = "vehicle.wheel[3].contact={kind = \"rollers\", count = 12, radius_m = 0.006}";
+    let args = ["run", "flat", "--json", "--set", "duration_s=0.5", "--set", own];
+    let output = omnistep(folder.path(), &args);
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(rows(&output)[0]["verdict"], "driven");
+}
