@@ -88,7 +88,6 @@ fn main() {
         &mut || drop(record::<Error>(&scenario, None, |_, _| Ok(())).expect("runs")),
         &mut || log(),
     ]);
-    let one = || drop(run(&scenario).expect("runs"));
     let [alone, pair] = alone_and_pair(|| drop(run(&scenario).expect("runs")));
     let [machine_alone, machine_pair] = alone_and_pair(arithmetic);
     let [ball, rollers] = ["ball", "rollers"].map(wheel_model);
