@@ -18,6 +18,7 @@ use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
+use crate::log_rates::LogRates;
 use crate::rollers::{RollerWheel, WheelModel};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
@@ -93,6 +94,10 @@ pub struct Scenario {
     /// How finely to simulate.
     #[garde(dive)]
     pub physics: Physics,
+    /// How often the log has messages.
+    #[serde(default)]
+    #[garde(dive)]
+    pub log: LogRates,
     /// Where the vehicle's gains come from, if not from its file.
     #[serde(skip)]
     #[garde(skip)]

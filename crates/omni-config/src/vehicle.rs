@@ -14,7 +14,7 @@ use crate::Error;
 use crate::check::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, GEAR, INERTIA_KG_M2,
     MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD,
-    counted, direction, is_name, within,
+    WIDTH_M, counted, direction, is_name, within,
 };
 use crate::load::{Override, Source, read};
 use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
@@ -183,6 +183,11 @@ pub struct WheelSpec {
     #[garde(custom(within(RADIUS_M)))]
     #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
     pub radius_m: f64,
+    /// Width \[m\], 0.001 to 10, for pictures and URDF: the physics ask for none. Left out: half the radius.
+    #[serde(default)]
+    #[garde(inner(custom(within(WIDTH_M))))]
+    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    pub width_m: Option<f64>,
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(custom(within(MASS_KG)))]
     #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
@@ -203,6 +208,20 @@ pub struct WheelSpec {
 
 fn one() -> f64 {
     1.0
+}
+
+impl WheelSpec {
+    /// Width \[m\]: the file's, or half the radius.
+    ///
+    /// ```
+    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
+    /// assert_eq!(vehicle.wheel[0].width_m(), 0.033);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn width_m(&self) -> f64 {
+        self.width_m.unwrap_or(0.5 * self.radius_m)
+    }
 }
 
 /// Torque-speed line of every actuator, four-quadrant.

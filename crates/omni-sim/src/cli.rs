@@ -5,6 +5,7 @@
 
 mod compare;
 mod files;
+mod logs;
 mod ripple;
 mod study;
 mod wheels;
@@ -90,6 +91,40 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Reads logs from start to end, checks every checksum, prints what they hold and their runs' figures.
+    Inspect {
+        /// MCAP files, finished or not.
+        #[arg(required = true)]
+        logs: Vec<PathBuf>,
+        /// Prints one JSON object a log a line and nothing else.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Feeds a log's measurements to its controller again and shows the first difference: none, bit for bit, unless keys or the
+    /// program changed.
+    Replay {
+        /// An MCAP file.
+        log: PathBuf,
+        /// Shows what another policy would have commanded: independent, paper, synchronised or load_sharing.
+        #[arg(long)]
+        policy: Option<String>,
+        /// Replaces a key of the logged scenario, as vehicle.gains.kp_n_m_s_rad=0.5; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+    },
+    /// Prints a vehicle as URDF, for viewers and other simulators.
+    Urdf {
+        /// A built-in vehicle or a .toml file.
+        #[arg(default_value = "chugo7")]
+        vehicle: String,
+        /// Replaces a key of the vehicle; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+    },
+    /// Makes a film or pictures of a logged run; part of the Python package (pip install "omnistep[view]").
+    Film(PythonArgs),
+    /// Makes one page of logged runs that any browser opens; part of the Python package (pip install "omnistep[view]").
+    Report(PythonArgs),
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
         /// The files.
@@ -165,6 +200,13 @@ struct RunArgs {
     /// Shows no progress bar.
     #[arg(long)]
     quiet: bool,
+}
+
+/// Whatever follows a subcommand that is not here.
+#[derive(Args)]
+struct PythonArgs {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    _rest: Vec<OsString>,
 }
 
 #[derive(Args)]
@@ -288,6 +330,15 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             overrides,
             json,
         } => ripple::ripple(&vehicle, &overrides, json, out),
+        Command::Inspect { logs, json } => logs::inspect(&logs, json, out),
+        Command::Replay {
+            log,
+            policy,
+            overrides,
+        } => logs::replayed(&log, policy.as_deref(), &overrides, out),
+        Command::Urdf { vehicle, overrides } => logs::urdf(&vehicle, &overrides, out),
+        Command::Film(_) => Err(in_python("film")),
+        Command::Report(_) => Err(in_python("report")),
         Command::Check { files } => files::check(&files, out),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),
@@ -304,6 +355,14 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             }
             Ok(())
         }
+    }
+}
+
+/// A subcommand that the Python package's `omnistep` has and this program has not.
+fn in_python(command: &'static str) -> Error {
+    Error::Elsewhere {
+        command,
+        how: "pip install \"omnistep[view]\", then the same command with its omnistep",
     }
 }
 

@@ -20,6 +20,11 @@ pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControlSample {
+    /// What was asked for, before the heading hold and the limits. With the measured velocities and the gyro's rate it is all that
+    /// the controller is told: replay starts from these.
+    pub asked: BodyTwist<f64>,
+    /// The gyro's rate \[rad/s\], counter-clockwise positive; 0 where no simulation reads one.
+    pub gyro_rad_s: f64,
     /// The command, within the vehicle's limits.
     pub command: BodyTwist<f64>,
     /// The twist that the measured velocities amount to.
@@ -68,6 +73,8 @@ impl WheelSignals {
 impl Default for ControlSample {
     fn default() -> Self {
         Self {
+            asked: BodyTwist::ZERO,
+            gyro_rad_s: 0.0,
             command: BodyTwist::ZERO,
             estimated: BodyTwist::ZERO,
             common_factor: 1.0,
@@ -251,6 +258,7 @@ impl AnyController {
         measured_rad_s: &[f64],
         sample: &mut ControlSample,
     ) -> Result<(), Error> {
+        (sample.asked, sample.gyro_rad_s) = (*command, 0.0);
         self.0.step(command, measured_rad_s, sample)
     }
 

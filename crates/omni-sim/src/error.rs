@@ -27,7 +27,7 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// The log could not be written.
+    /// A log could not be written or read.
     #[error(transparent)]
     Log(#[from] crate::log::LogError),
     /// A controller at the other end of a link cannot be started, or is not the scenario's.
@@ -92,6 +92,14 @@ pub enum Error {
         /// The time allowed \[s\].
         wall_clock_s: f64,
     },
+    /// A command that another program has.
+    #[error("omnistep {command} is part of the Python package: {how}")]
+    Elsewhere {
+        /// The command.
+        command: &'static str,
+        /// How to get it.
+        how: &'static str,
+    },
     /// A snapshot does not belong to the scenario.
     #[error("the snapshot cannot be resumed: {reason}")]
     Snapshot {
@@ -105,7 +113,10 @@ impl Error {
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {
-            Self::Log(error) => matches!(error, crate::log::LogError::Create { .. }),
+            Self::Log(error) => {
+                use crate::log::LogError::{Create, Lacks, Read};
+                matches!(error, Create { .. } | Lacks { .. } | Read { .. })
+            }
             Self::Diverged { .. }
             | Self::FellApart { .. }
             | Self::OutOfTime { .. }

@@ -2,12 +2,12 @@
 
 mod meter;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 pub(crate) use meter::Meter;
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Every wheel stands on the ground beyond the obstacle.
@@ -57,7 +57,7 @@ impl Verdict {
 /// assert!(outcome.e_over_mgh.is_some_and(|ratio| ratio > 1.0)); // lifting is not all that the work goes into
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
     pub verdict: Verdict,
@@ -71,21 +71,29 @@ pub struct Outcome {
     /// ([`crate::config::Vehicle::rows`]); none unless stalled.
     pub stalled_row: Option<usize>,
     /// Largest nose-up angle of any body during the crossing \[deg\].
+    #[serde(deserialize_with = "or_nan")]
     pub pitch_peak_deg: f64,
     /// Heading less the heading commanded, at the end of the crossing \[deg\]; left is positive.
+    #[serde(deserialize_with = "or_nan")]
     pub yaw_error_deg: f64,
     /// Root mean square of the slip ratio over driven wheels that touch the ground.
+    #[serde(deserialize_with = "or_nan")]
     pub slip_rms: f64,
     /// Root mean square of the disturbed ratio over driven wheels.
+    #[serde(deserialize_with = "or_nan")]
     pub disturbed_rms: f64,
     /// Root mean square of the spread of velocity over reference: standard deviation over driven wheels.
+    #[serde(deserialize_with = "or_nan")]
     pub spread_rms: f64,
     /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities no common factor on the
     /// references explains.
+    #[serde(deserialize_with = "or_nan")]
     pub shape_error_rms_rad_s: f64,
     /// Sum over wheels of the time integral of torque squared \[N^2.m^2.s\]: proportional to the motors' heat.
+    #[serde(deserialize_with = "or_nan")]
     pub heat_n2m2s: f64,
     /// Work of the motors \[J\].
+    #[serde(deserialize_with = "or_nan")]
     pub work_j: f64,
     /// Cost of transport: that work over the weight times the way gone; none where it went less than 1 cm.
     pub cost_of_transport: Option<f64>,
@@ -93,8 +101,15 @@ pub struct Outcome {
     pub e_over_mgh: Option<f64>,
     /// Friction that the wheels called for: in 95 of 100 averages of 10 ms over a wheel with load, the force along the ground was at
     /// most this times the normal force. Near the ground's own coefficient, wheels slid.
+    #[serde(deserialize_with = "or_nan")]
     pub required_friction: f64,
     /// Energy that the book cannot place, over all that went through the motors since the start
     /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
+    #[serde(deserialize_with = "or_nan")]
     pub energy_residual: f64,
+}
+
+/// A figure; JSON has null where nothing was measured.
+fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }

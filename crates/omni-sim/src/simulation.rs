@@ -1,10 +1,11 @@
 //! Controller and plant in one loop, one control period at a time.
 
-use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+use omni_core::BodyTwist;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::Error;
+use crate::brain::Brain;
 use crate::config::{Command, Scenario};
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
@@ -15,7 +16,7 @@ use crate::world::World;
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
-/// use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+/// use omni_core::BodyTwist;
 /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
 /// for _ in 0..500 {
 ///     simulation.step(&BodyTwist { vx_m_s: 0.2, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
@@ -26,20 +27,13 @@ use crate::world::World;
 pub struct Simulation {
     pub(crate) world: World,
     pub(crate) sensing: Sensing,
-    pub(crate) hold: Option<Hold>,
-    pub(crate) controller: AnyController,
+    pub(crate) brain: Brain,
     pub(crate) sample: ControlSample,
     pub(crate) observation: Observation,
     /// What the sensors say now: encoders and gyro.
     pub(crate) measured: (Vec<f64>, f64),
     torques: Vec<f64>,
     command: Command,
-}
-
-/// The loop that holds the heading.
-pub(crate) struct Hold {
-    law: HeadingHold<f64>,
-    pub(crate) state: HeadingHoldState<f64>,
 }
 
 impl Simulation {
@@ -63,17 +57,10 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.open_books(&mut observation);
-        // Both were checked when the scenario was loaded.
-        let law = |hold: crate::config::HeadingHold| HeadingHold::new(hold.config(scenario.period_s())).ok();
-        let hold = scenario.heading_hold.and_then(law).map(|law| Hold {
-            law,
-            state: HeadingHoldState::default(),
-        });
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
-            hold,
-            controller,
+            brain: Brain::new(scenario, controller),
             sample: ControlSample::default(),
             observation,
             measured: (Vec::new(), 0.0),
@@ -125,11 +112,7 @@ impl Simulation {
             }
         }
         let (measured, gyro_rad_s) = &self.measured;
-        let command = match &mut self.hold {
-            Some(hold) => hold.law.step(&mut hold.state, command, *gyro_rad_s),
-            None => *command,
-        };
-        let controlled = self.controller.step(&command, measured, &mut self.sample);
+        let controlled = self.brain.step(command, measured, *gyro_rad_s, &mut self.sample);
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
@@ -179,7 +162,7 @@ impl Simulation {
     /// The controller.
     #[must_use]
     pub fn controller(&self) -> &AnyController {
-        &self.controller
+        self.brain.controller()
     }
 
     /// What the controller did in the last [`Simulation::step`].

@@ -9,7 +9,7 @@ use crate::world::{WorldSnapshot, WorldView};
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -86,14 +86,14 @@ impl Simulation {
         if (0..scenario.vehicle().wheel.len()).any(|wheel| scenario.rollers(wheel).is_some()) {
             return Err(refuse("wheels of rollers cannot be saved, only balls"));
         }
-        let controller = self
-            .controller
+        let (hold, controller) = self
+            .brain
             .save()
             .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
         let saved = Saved {
             world: self.world.view(),
             sensing: self.sensing.state(),
-            hold: self.hold.as_ref().map(|hold| hold.state),
+            hold,
             controller,
             sample: &self.sample,
             observation: &self.observation,
@@ -122,14 +122,11 @@ impl Simulation {
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
         let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?);
-        if !simulation.controller.restore(&resumed.controller) {
+        if !simulation.brain.restore(resumed.hold, &resumed.controller) {
             return Err(refuse("its controller's state is damaged"));
         }
         simulation.world.restore(resumed.world);
         simulation.sensing.restore(resumed.sensing);
-        if let (Some(hold), Some(state)) = (&mut simulation.hold, resumed.hold) {
-            hold.state = state;
-        }
         simulation.sample = resumed.sample;
         simulation.observation = resumed.observation;
         simulation.measured = resumed.measured;

@@ -156,37 +156,43 @@ fn headline(scenario: &Scenario) -> String {
     )
 }
 
+/// Headings of [`figures`] behind the verdict.
+pub(super) const FIGURES: [&str; 8] = [
+    "crossing [s]",
+    "pitch [deg]",
+    "yaw [deg]",
+    "slip rms",
+    "disturbed rms",
+    "spread rms",
+    "heat [N2m2s]",
+    "work [J]",
+];
+
+/// The verdict and the figures of a run, as tables show them.
+pub(super) fn figures(o: &Outcome) -> [String; 9] {
+    [
+        verdict(o),
+        number(o.crossing_s.unwrap_or(f64::NAN), 2),
+        number(o.pitch_peak_deg, 2),
+        number(o.yaw_error_deg, 1),
+        number(o.slip_rms, 3),
+        number(o.disturbed_rms, 3),
+        number(o.spread_rms, 3),
+        number(o.heat_n2m2s, 1),
+        number(o.work_j, 1),
+    ]
+}
+
 fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header([
-        "policy",
-        "verdict",
-        "crossing [s]",
-        "pitch [deg]",
-        "yaw [deg]",
-        "slip rms",
-        "disturbed rms",
-        "spread rms",
-        "heat [N2m2s]",
-        "work [J]",
-        "x real time",
-    ]);
+    let headings = ["policy", "verdict"].into_iter().chain(FIGURES);
+    table.set_header(headings.chain(["x real time"]));
     for row in rows {
-        let o = &row.outcome;
-        table.add_row([
-            row.policy.clone(),
-            verdict(o),
-            number(o.crossing_s.unwrap_or(f64::NAN), 2),
-            number(o.pitch_peak_deg, 2),
-            number(o.yaw_error_deg, 1),
-            number(o.slip_rms, 3),
-            number(o.disturbed_rms, 3),
-            number(o.spread_rms, 3),
-            number(o.heat_n2m2s, 1),
-            number(o.work_j, 1),
-            format!("{:.1}", row.realtime_factor),
-        ]);
+        let mut cells = vec![row.policy.clone()];
+        cells.extend(figures(&row.outcome));
+        cells.push(format!("{:.1}", row.realtime_factor));
+        table.add_row(cells);
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);

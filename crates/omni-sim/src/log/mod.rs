@@ -1,8 +1,12 @@
-//! Traces to MCAP with ROS 2 messages: the only room that names mcap.
+//! Traces to MCAP with ROS 2 messages, and back: the only room that names mcap.
 
+mod messages;
+mod reader;
 pub mod ros2;
 mod run_log;
 mod writer;
 
+pub use messages::topic;
+pub use reader::{LogFile, LogMessage, read_log};
 pub use run_log::RunLog;
 pub use writer::{Channel, LogError, LogWriter};

@@ -57,6 +57,7 @@ ros_messages! {
     JointState => "sensor_msgs/msg/JointState", "JointState.msg";
     Odometry => "nav_msgs/msg/Odometry", "Odometry.msg";
     StringMessage => "std_msgs/msg/String", "String.msg";
+    MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
     VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
 }
 
@@ -253,6 +254,71 @@ pub struct StringMessage {
     pub data: String,
 }
 
+/// `std_msgs/msg/ColorRGBA`: parts of 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ColorRgba {
+    /// Red.
+    pub r: f32,
+    /// Green.
+    pub g: f32,
+    /// Blue.
+    pub b: f32,
+    /// 1 is opaque.
+    pub a: f32,
+}
+
+/// `visualization_msgs/msg/Marker`: a shape to draw, named by `ns` and `id`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marker {
+    /// Time, and the frame of pose and points.
+    pub header: Header,
+    /// Name of a group of markers.
+    pub ns: String,
+    /// Its number within the group.
+    pub id: i32,
+    /// Kind of shape: [`Marker::ARROW`].
+    pub kind: i32,
+    /// [`Marker::ADD`] or [`Marker::DELETE`].
+    pub action: i32,
+    /// Where it is.
+    pub pose: Pose,
+    /// Of an arrow between two points: diameters of shaft and head, length of the head \[m\].
+    pub scale: Vector3,
+    /// Its colour.
+    pub color: ColorRgba,
+    /// How long it stays; 0 is for ever. Seconds and nanoseconds, as a time has.
+    pub lifetime: Time,
+    /// Does it move with its frame?
+    pub frame_locked: bool,
+    /// Of an arrow: its start and its end \[m\].
+    pub points: Vec<Point>,
+    pub(super) colors: Vec<ColorRgba>,
+    pub(super) texture_resource: String,
+    pub(super) texture: (Header, String, Vec<u8>),
+    pub(super) uv_coordinates: Vec<(f32, f32)>,
+    /// A text to draw.
+    pub text: String,
+    pub(super) mesh_resource: String,
+    pub(super) mesh_file: (String, Vec<u8>),
+    pub(super) mesh_use_embedded_materials: bool,
+}
+
+impl Marker {
+    /// The kind of an arrow.
+    pub const ARROW: i32 = 0;
+    /// Draws it, or changes it.
+    pub const ADD: i32 = 0;
+    /// Takes it away.
+    pub const DELETE: i32 = 2;
+}
+
+/// `visualization_msgs/msg/MarkerArray`: shapes to draw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MarkerArray {
+    /// The shapes.
+    pub markers: Vec<Marker>,
+}
+
 /// `omni_msgs/msg/WheelState`: one wheel and its controller; + is along the wheel's rolling direction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WheelState {
@@ -272,6 +338,8 @@ pub struct WheelState {
     pub requested_n_m: f64,
     /// Torque applied, after coordination and limit \[N m\].
     pub applied_n_m: f64,
+    /// Torque that acted on the actuator, averaged over the period \[N m\]: the applied one, unless actuators lack something.
+    pub acted_n_m: f64,
     /// Lowest torque available at the measured velocity \[N m\], usually negative.
     pub limit_lower_n_m: f64,
     /// Highest torque available at the measured velocity \[N m\].
@@ -295,6 +363,10 @@ pub struct VehicleState {
     pub header: Header,
     /// How the wheels are coordinated when one saturates.
     pub policy: String,
+    /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
+    pub asked_twist: Twist,
+    /// Yaw rate by the gyro \[rad/s\].
+    pub gyro_rad_s: f64,
     /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
     pub common_factor: f64,
     /// Twist by odometry in the body frame \[m/s, rad/s\].

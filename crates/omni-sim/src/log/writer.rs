@@ -80,6 +80,30 @@ pub enum LogError {
         /// ROS 2 type of the channel.
         type_name: &'static str,
     },
+    /// A log could not be opened or read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A log's bytes are not what was written.
+    #[error("{}: damaged: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Which checksum or record is wrong.
+        reason: String,
+    },
+    /// A log has not what it is asked for.
+    #[error("{}: {what}", path.display())]
+    Lacks {
+        /// The file.
+        path: PathBuf,
+        /// What is missing, and where it would come from.
+        what: String,
+    },
     /// The finished log could not be given its final name; it is complete and keeps the name of `part`.
     #[error("{}: the log is complete, but cannot be renamed from {}: {source}", path.display(), part.display())]
     Rename {

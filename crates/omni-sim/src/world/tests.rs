@@ -33,6 +33,7 @@ fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
         mass_kg: 0.2 * MASS,
         inertia_kg_m2: 0.1 * MASS * R * R,
         gear: 1.0,
+        width_m: None,
         contact: WheelContact::Ball {},
     };
     // It touches ground and edge at once: the edge is level with the wheel at this distance ahead of the axle.

@@ -1,0 +1,73 @@
+//! All that decides: the loop that holds the heading, and the controller behind it.
+
+use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+
+use crate::Error;
+use crate::config::Scenario;
+use crate::controller::{AnyController, ControlSample};
+
+/// A scenario's controller with its heading hold.
+pub(crate) struct Brain {
+    hold: Option<Hold>,
+    controller: AnyController,
+}
+
+/// The loop that holds the heading.
+struct Hold {
+    law: HeadingHold<f64>,
+    state: HeadingHoldState<f64>,
+}
+
+impl Brain {
+    /// Freshly started.
+    pub(crate) fn new(scenario: &Scenario, controller: AnyController) -> Self {
+        // Both were checked when the scenario was loaded.
+        let law = |hold: crate::config::HeadingHold| HeadingHold::new(hold.config(scenario.period_s())).ok();
+        let hold = scenario.heading_hold.and_then(law).map(|law| Hold {
+            law,
+            state: HeadingHoldState::default(),
+        });
+        Self { hold, controller }
+    }
+
+    /// One control period, from what is asked for and what the sensors say.
+    pub(crate) fn step(
+        &mut self,
+        asked: &BodyTwist<f64>,
+        measured_rad_s: &[f64],
+        gyro_rad_s: f64,
+        sample: &mut ControlSample,
+    ) -> Result<(), Error> {
+        let command = match &mut self.hold {
+            Some(hold) => hold.law.step(&mut hold.state, asked, gyro_rad_s),
+            None => *asked,
+        };
+        let controlled = self.controller.step(&command, measured_rad_s, sample);
+        (sample.asked, sample.gyro_rad_s) = (*asked, gyro_rad_s);
+        controlled
+    }
+
+    pub(crate) fn controller(&self) -> &AnyController {
+        &self.controller
+    }
+
+    /// Another controller from now on, freshly started.
+    pub(crate) fn replace(&mut self, controller: AnyController) {
+        self.controller = controller;
+    }
+
+    /// State of the heading hold and of the controller; none where the controller is at the other end of a link.
+    pub(crate) fn save(&self) -> Option<(Option<HeadingHoldState<f64>>, Vec<u8>)> {
+        Some((self.hold.as_ref().map(|hold| hold.state), self.controller.save()?))
+    }
+
+    /// Goes on from what [`Brain::save`] gave; says whether it fits.
+    pub(crate) fn restore(&mut self, hold: Option<HeadingHoldState<f64>>, controller: &[u8]) -> bool {
+        match (&mut self.hold, hold) {
+            (Some(own), Some(state)) => own.state = state,
+            (None, None) => {}
+            _ => return false,
+        }
+        self.controller.restore(controller)
+    }
+}

@@ -1,0 +1,249 @@
+//! Logs back to messages: every checksum is checked.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use byteorder::LittleEndian;
+use mcap::McapError;
+use mcap::records::{MessageHeader, Record};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use serde::de::DeserializeOwned;
+
+use super::ros2::{
+    JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+};
+use super::run_log::{OUTCOME, RUN, SCENARIO};
+use super::{LogError, topic};
+use crate::config::{Scenario, Source};
+use crate::{Error, Outcome};
+
+/// Bytes that are read at a time.
+const BLOCK: usize = 1 << 18;
+/// Records larger than any that we write are damage.
+const LARGEST_RECORD: usize = 1 << 28;
+
+/// A message of a log, by its topic.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LogMessage {
+    /// `/vehicle_state`.
+    VehicleState(VehicleState),
+    /// `/tf`.
+    Tf(TfMessage),
+    /// `/joint_states`.
+    JointStates(JointState),
+    /// `/odom`.
+    Odom(Odometry),
+    /// `/cmd_vel`.
+    CmdVel(TwistStamped),
+    /// `/markers`.
+    Markers(MarkerArray),
+    /// `/robot_description`.
+    RobotDescription(StringMessage),
+    /// `/terrain/robot_description`.
+    Terrain(StringMessage),
+}
+
+/// What a log says of itself.
+#[derive(Clone, Debug)]
+pub struct LogFile {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
+    pub run: BTreeMap<String, String>,
+    /// The scenario as it was run.
+    pub scenario: Scenario,
+    /// The figures; none where the run was killed before its end.
+    pub outcome: Option<Outcome>,
+    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
+    pub complete: bool,
+    /// Time of the last message \[ns\].
+    pub until_ns: u64,
+    /// Messages by topic.
+    pub counts: BTreeMap<String, u64>,
+    /// Messages of topics that this program does not write; they are skipped.
+    pub foreign: u64,
+}
+
+/// Reads a log from start to end, finished or not, and hands each message with its time \[ns\] to `on`.
+///
+/// ```
+/// use omni_sim::log::{LogMessage, RunLog, read_log};
+/// use omni_sim::{Error, config::{Override, Scenario}, record};
+/// let folder = std::env::temp_dir().join("omnistep-read-log-example");
+/// std::fs::create_dir_all(&folder).expect("a folder");
+/// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
+/// let log = RunLog::create(folder.join("flat.mcap"), &scenario)?;
+/// record::<Error>(&scenario, Some(log), |_, _| Ok(()))?;
+/// let mut speed = 0.0;
+/// let file = read_log(folder.join("flat.mcap"), |_, message| {
+///     if let LogMessage::Odom(odom) = message {
+///         speed = odom.twist.twist.linear.x;
+///     }
+///     Ok(())
+/// })?;
+/// assert!(file.complete && file.scenario == scenario && speed > 0.0);
+/// assert_eq!(file.counts["/vehicle_state"], 100); // 0.1 s at 1 kHz
+/// # std::fs::remove_dir_all(&folder).ok();
+/// # Ok::<(), Error>(())
+/// ```
+///
+/// # Errors
+/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`] where it is not a run of
+/// this program; what is wrong with its scenario; whatever `on` returns.
+pub fn read_log(
+    path: impl AsRef<Path>,
+    mut on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
+) -> Result<LogFile, Error> {
+    let path = path.as_ref().to_path_buf();
+    let unreadable = |source| LogError::Read {
+        path: path.clone(),
+        source,
+    };
+    let damaged = |reason: String| LogError::Damaged {
+        path: path.clone(),
+        reason,
+    };
+    let lacks = |what: &str| LogError::Lacks {
+        path: path.clone(),
+        what: what.into(),
+    };
+    let mut file = File::open(&path).map_err(unreadable)?;
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(LARGEST_RECORD);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut seen = Seen::default();
+    let (mut read, mut last) = (0, Vec::new());
+    let complete = loop {
+        match reader.next_event() {
+            None => break true,
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                let room = reader.insert(wanted.max(BLOCK));
+                let got = file.read(room).map_err(unreadable)?;
+                last.extend_from_slice(&room[got.saturating_sub(mcap::MAGIC.len())..got]);
+                last.drain(..last.len().saturating_sub(mcap::MAGIC.len()));
+                read += got;
+                reader.notify_read(got);
+            }
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
+                if let Some((time, message)) = seen.take(record).map_err(damaged)? {
+                    on(time, message)?;
+                }
+            }
+            // A killed run ends anywhere.
+            Some(Err(McapError::UnexpectedEof | McapError::UnexpectedEoc)) if read > mcap::MAGIC.len() => {
+                break false;
+            }
+            Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
+                return Err(lacks("not an MCAP file, or nothing of it was written").into());
+            }
+            // A killed run ends anywhere, but never with what ends a whole file.
+            Some(Err(McapError::UnexpectedEof | McapError::UnexpectedEoc)) if last != mcap::MAGIC => {
+                break false;
+            }
+            Some(Err(error)) => return Err(damaged(error.to_string()).into()),
+        }
+    };
+    let text = seen
+        .scenario
+        .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
+    let source = Source::text(format!("{} ({SCENARIO})", path.display()), text);
+    Ok(LogFile {
+        scenario: Scenario::from_source(&source, &[])?,
+        run: seen.run,
+        outcome: seen.outcome,
+        complete,
+        until_ns: seen.until_ns,
+        counts: seen.counts,
+        foreign: seen.foreign,
+        path,
+    })
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Seen {
+    scenario: Option<String>,
+    run: BTreeMap<String, String>,
+    outcome: Option<Outcome>,
+    topics: BTreeMap<u16, String>,
+    counts: BTreeMap<String, u64>,
+    foreign: u64,
+    until_ns: u64,
+}
+
+impl Seen {
+    fn is_empty(&self) -> bool {
+        self.scenario.is_none() && self.topics.is_empty()
+    }
+
+    fn take(&mut self, record: Record<'_>) -> Result<Option<(u64, LogMessage)>, String> {
+        match record {
+            Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+                let text = String::from_utf8(data.into_owned());
+                self.scenario = Some(text.map_err(|error| format!("{SCENARIO}: {error}"))?);
+            }
+            Record::Metadata(table) if table.name == RUN => self.run = table.metadata,
+            Record::Metadata(table) if table.name == OUTCOME => {
+                let value = |text: String| serde_json::from_str(&text).unwrap_or(serde_json::Value::Null);
+                let fields = table.metadata.into_iter().map(|(key, text)| (key, value(text)));
+                let fields = serde_json::Value::Object(fields.collect());
+                let outcome = serde_json::from_value(fields);
+                self.outcome = Some(outcome.map_err(|error| format!("metadata {OUTCOME}: {error}"))?);
+            }
+            Record::Channel(channel) => {
+                self.topics.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, data } => return self.message(&header, &data),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<(u64, LogMessage)>, String> {
+        let Some(name) = self.topics.get(&header.channel_id) else {
+            return Err(format!(
+                "a message of channel {}, which is not there",
+                header.channel_id
+            ));
+        };
+        let message = match name.as_str() {
+            topic::VEHICLE_STATE => LogMessage::VehicleState(decode(data)?),
+            topic::TF => LogMessage::Tf(decode(data)?),
+            topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
+            topic::ODOM => LogMessage::Odom(decode(data)?),
+            topic::CMD_VEL => LogMessage::CmdVel(decode(data)?),
+            topic::MARKERS => LogMessage::Markers(decode(data)?),
+            topic::ROBOT_DESCRIPTION => LogMessage::RobotDescription(decode(data)?),
+            topic::TERRAIN => LogMessage::Terrain(decode(data)?),
+            _ => {
+                self.foreign += 1;
+                return Ok(None);
+            }
+        };
+        match self.counts.get_mut(name) {
+            Some(count) => *count += 1,
+            None => {
+                self.counts.insert(name.clone(), 1);
+            }
+        }
+        self.until_ns = self.until_ns.max(header.log_time);
+        Ok(Some((header.log_time, message)))
+    }
+}
+
+/// A message from little-endian CDR with its encapsulation header.
+fn decode<M: RosMessage + DeserializeOwned>(data: &[u8]) -> Result<M, String> {
+    let body = data.get(4..).unwrap_or_default();
+    match cdr_encoding::from_bytes::<M, LittleEndian>(body) {
+        Ok((message, _)) => Ok(message),
+        Err(error) => Err(format!("a message that is no {}: {error}", M::TYPE)),
+    }
+}
