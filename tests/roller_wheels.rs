@@ -200,6 +200,24 @@ fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
 }
 
 #[test]
+fn a_wheel_of_rollers_among_balls_carries_its_share_and_drives() {
+    let own = "vehicle.wheel[3].contact={kind = \"rollers\", count = 12, radius_m = 0.006}";
+    let overrides = [own, "duration_s=1.0"].map(|text| Override::parse(text).expect("key=value"));
+    let trace = run(&Scenario::load("flat", &overrides).expect("valid")).expect("finite");
+    let load = tail(&trace, "wheel_4_force_normal_n", 300);
+    // 66.7 N by the moment balance; as its rollers pass, the frames beside it swing by some newtons.
+    assert!((load / 66.7 - 1.0).abs() < 0.05, "{load} N on wheel 4");
+    let (speed, told) = (
+        tail(&trace, "twist_vx_m_s", 300),
+        tail(&trace, "estimated_vx_m_s", 300),
+    );
+    assert!(
+        (speed / told - 1.0).abs() < 1e-3,
+        "{speed} m/s, encoders {told} m/s"
+    );
+}
+
+#[test]
 fn wheels_of_rollers_are_not_saved() {
     let said = at_rest(2).save(&scenario("flat", &[])).expect_err("refused");
     assert!(said.to_string().contains("rollers cannot be saved"), "{said}");
@@ -207,7 +225,9 @@ fn wheels_of_rollers_are_not_saved() {
 
 #[test]
 fn same_rollers_leave_the_same_bits() {
-    let once = || run(&scenario("step", &["duration_s=0.05"])).expect("finite");
+    // The front row starts at the riser, and climbs.
+    let climb = scenario("step", &["duration_s=0.3", "start.x_m=0.33"]);
+    let once = || run(&climb).expect("finite");
     assert_eq!(once(), once());
 }
 

@@ -104,23 +104,16 @@ impl Rollers {
                 &format!("less than half the wheel's, {most}"),
             ));
         }
-        if self.rows == 1 && self.row_gap_m.is_some() {
+        if let (1, Some(gap)) = (self.rows, self.row_gap_m) {
             return Err(Misfit {
                 key: "row_gap_m",
-                message: "given, allowed: only with rows = 2".into(),
+                message: format!("{gap}, allowed: only with rows = 2"),
             });
         }
         let half_length_m = self.half_length(wheel)?;
-        let mut built = self.sized(wheel, self.radius_m, half_length_m).ok_or_else(|| {
-            let most = largest(self.radius_m, |length| {
-                self.sized(wheel, self.radius_m, length).is_some()
-            });
-            misfit(
-                "length_m",
-                2.0 * half_length_m,
-                &format!("up to {}", down(2.0 * most)),
-            )
-        })?;
+        let mut built = self
+            .sized(wheel, self.radius_m, half_length_m)
+            .ok_or_else(|| self.too_long(wheel, half_length_m))?;
         if let Some(crown) = self.crown_m {
             let mut round = *self;
             round.crown_m = None;
@@ -136,18 +129,7 @@ impl Rollers {
             }
         }
         if !built.fits_in_row() {
-            let most = largest(half_length_m, |length| {
-                self.sized(wheel, self.radius_m, length)
-                    .is_some_and(|b| b.fits_in_row())
-            });
-            return Err(misfit(
-                "length_m",
-                2.0 * half_length_m,
-                &format!(
-                    "up to {}: longer rollers overlap their neighbours",
-                    down(2.0 * most)
-                ),
-            ));
+            return Err(self.too_long(wheel, half_length_m));
         }
         if self.rows == 2 {
             let least = smallest(4.0 * self.radius_m + 2.0 * half_length_m, |gap| {
@@ -164,28 +146,64 @@ impl Rollers {
         Ok(built)
     }
 
-    /// Half the length of a roller: the one given, or the longest that fits in its row and is of any use.
-    fn half_length(&self, wheel: &WheelSpec) -> Result<f64, Misfit> {
-        if let Some(length) = self.length_m {
-            return Ok(0.5 * length);
+    /// What a length that was given ought to be.
+    fn too_long(&self, wheel: &WheelSpec, half_length_m: f64) -> Misfit {
+        // What is shorter than its edges are round is no barrel; anything below is good for the search.
+        let least = barrel::EDGE * self.radius_m;
+        let most = largest(wheel.radius_m, |length| {
+            length <= least
+                || self
+                    .sized(wheel, self.radius_m, length)
+                    .is_some_and(|b| b.fits_in_row())
+        });
+        if most <= least * 1.001 {
+            return self.too_thick(wheel);
         }
-        let longest = |radius_m: f64| {
-            largest(wheel.radius_m, |length| {
-                self.sized(wheel, radius_m, length)
-                    .is_some_and(|b| b.fits_in_row() && (length < radius_m * SHORTEST || !b.closes_gaps()))
-            })
+        let allowed = if half_length_m <= least {
+            format!(
+                "more than {}, twice what its edges are rounded by",
+                up(2.0 * least)
+            )
+        } else {
+            format!(
+                "up to {}: longer rollers overlap their neighbours",
+                down(2.0 * most)
+            )
         };
-        let found = longest(self.radius_m);
-        if found >= SHORTEST * self.radius_m {
-            return Ok(found);
-        }
-        let most = largest(self.radius_m, |radius| longest(radius) >= SHORTEST * radius);
+        misfit("length_m", 2.0 * half_length_m, &allowed)
+    }
+
+    /// What a radius that was given ought to be.
+    fn too_thick(&self, wheel: &WheelSpec) -> Misfit {
+        let most = largest(self.radius_m, |radius| {
+            self.longest(wheel, radius) >= SHORTEST * radius
+        });
         let allowed = format!(
             "up to {}: thicker rollers than that, {} a row, overlap their neighbours",
             down(most),
             self.count
         );
-        Err(misfit("radius_m", self.radius_m, &allowed))
+        misfit("radius_m", self.radius_m, &allowed)
+    }
+
+    /// Half the longest length of rollers of a radius that fits in its row and is of any use.
+    fn longest(&self, wheel: &WheelSpec, radius_m: f64) -> f64 {
+        largest(wheel.radius_m, |length| {
+            self.sized(wheel, radius_m, length)
+                .is_some_and(|b| b.fits_in_row() && (length < radius_m * SHORTEST || !b.closes_gaps()))
+        })
+    }
+
+    /// Half the length of a roller: the one given, or the longest that fits in its row and is of any use.
+    fn half_length(&self, wheel: &WheelSpec) -> Result<f64, Misfit> {
+        if let Some(length) = self.length_m {
+            return Ok(0.5 * length);
+        }
+        let found = self.longest(wheel, self.radius_m);
+        if found >= SHORTEST * self.radius_m {
+            return Ok(found);
+        }
+        Err(self.too_thick(wheel))
     }
 
     /// The wheel with rollers of that size, its rows in one plane and its rollers without mass; none where there is no such
@@ -204,8 +222,7 @@ impl Rollers {
             roller_mass_kg: 0.0,
             friction_n_m_s_rad: self.friction_n_m_s_rad,
         };
-        built.touch_rim();
-        Some(built)
+        built.touch_rim().then_some(built)
     }
 
     /// Gives the rollers their mass and leaves the hub its own.
@@ -264,11 +281,19 @@ fn smallest(most: f64, mut good: impl FnMut(f64) -> bool) -> f64 {
     high
 }
 
-/// A bound for a message, rounded so that it is within.
+/// A bound for a message, rounded to four digits so that it is within.
 fn down(value: f64) -> f64 {
-    (value * 1e5).floor() / 1e5
+    rounded(value, f64::floor)
 }
 
 fn up(value: f64) -> f64 {
-    (value * 1e5).ceil() / 1e5
+    rounded(value, f64::ceil)
+}
+
+fn rounded(value: f64, round: fn(f64) -> f64) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    let digits = libm::pow(10.0, 3.0 - libm::floor(libm::log10(value)));
+    round(value * digits) / digits
 }

@@ -387,10 +387,18 @@ impl Scenario {
             roller_substeps: parts,
             ..
         } = self.physics;
-        let least = step_us.div_ceil(ROLLER_STEP_US);
-        if parts < least && (0..self.vehicle.wheel.len()).any(|i| self.rollers(i).is_some()) {
+        let rolling = (0..self.vehicle.wheel.len()).any(|i| self.rollers(i).is_some());
+        let (least, most) = (step_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
+        if rolling && least > most {
             let message = format!(
-                "{parts}, allowed: {least} and more at physics.step_us = {step_us}: in parts of more than {ROLLER_STEP_US} us \
+                "{step_us}, allowed: up to {} where wheels have rollers",
+                most * ROLLER_STEP_US
+            );
+            return Err(source.refuse("physics.step_us", message));
+        }
+        if rolling && parts < least {
+            let message = format!(
+                "{parts}, allowed: {least} to {most} at physics.step_us = {step_us}: in parts of more than {ROLLER_STEP_US} us \
                  rollers shake"
             );
             return Err(source.refuse("physics.roller_substeps", message));

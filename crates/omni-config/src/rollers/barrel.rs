@@ -38,7 +38,7 @@ impl Profile {
 }
 
 /// Part of a roller's radius by which its edges are rounded.
-const EDGE: f64 = 0.05;
+pub(super) const EDGE: f64 = 0.05;
 
 impl Barrel {
     /// A barrel of a largest radius and half a length whose profile follows a rim of radius `rim_m` seen at a roller angle

@@ -121,8 +121,9 @@ impl RollerWheel {
         [0.5 * radius * radius, self.radius_m * self.radius_m].map(|arm| arm * self.roller_mass_kg)
     }
 
-    /// Moves the rollers out until the outermost point of their surface is on the rim.
-    pub(super) fn touch_rim(&mut self) {
+    /// Moves the rollers out until the outermost point of their surface is on the rim; says whether they can be: very long ones
+    /// reach beyond it wherever they are.
+    pub(super) fn touch_rim(&mut self) -> bool {
         let cos = libm::cos(self.roller_angle_rad);
         let quarter = 0.5 * PI;
         for _ in 0..8 {
@@ -133,13 +134,17 @@ impl RollerWheel {
                 .map(|k| quarter * k as f64 / DIRECTIONS as f64)
                 .fold(0.0, |best, turn| if out(turn) > out(best) { turn } else { best });
             let step = quarter / DIRECTIONS as f64;
-            let turn = highest([(best - step).max(0.0), best + step], out);
+            let turn = highest([(best - step).max(0.0), (best + step).min(quarter)], out);
             let excess = out(turn) - self.radius_m;
             if excess.abs() < 1e-15 {
                 break;
             }
             self.pitch_radius_m -= excess / libm::cos(turn);
+            if !(self.barrel.radius_m()..=self.radius_m).contains(&self.pitch_radius_m) {
+                return false;
+            }
         }
+        true
     }
 
     /// Is there a roller under the axle at every angle of the wheel, and the next one before it leaves?

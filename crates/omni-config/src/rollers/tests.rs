@@ -136,8 +136,37 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         ),
         (
             "chugo7",
+            &[("length_m", 0.06)], // beyond where a crowned roller ends in a point
+            "built-in chugo7: rollers.length_m: 0.06, allowed: up to 0.02983: longer rollers overlap their neighbours (on wheel \
+             \"1\")",
+        ),
+        (
+            "mecanum4",
+            &[("length_m", 0.001)],
+            "built-in mecanum4: rollers.length_m: 0.001, allowed: more than 0.0015, twice what its edges are rounded by (on wheel \
+             \"front_left\")",
+        ),
+        (
+            "chugo7",
+            &[("radius_m", 0.03), ("length_m", 0.01)],
+            "built-in chugo7: rollers.length_m: 0.01, allowed: up to 0.003292: longer rollers overlap their neighbours (on wheel \
+             \"1\")",
+        ),
+        (
+            "chugo7", // ends that reach beyond the rim wherever the rollers are
+            &[("count", 3.0), ("length_m", 0.14), ("crown_m", 0.0)],
+            "built-in chugo7: rollers.length_m: 0.14, allowed: up to 0.1027: longer rollers overlap their neighbours (on wheel \"1\")",
+        ),
+        (
+            "mecanum4",
+            &[("length_m", 0.3), ("crown_m", 0.0)],
+            "built-in mecanum4: rollers.length_m: 0.3, allowed: up to 0.02926: longer rollers overlap their neighbours (on wheel \
+             \"front_left\")",
+        ),
+        (
+            "chugo7",
             &[("crown_m", 0.005)],
-            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.0017, which follows the rim (on wheel \"1\")",
+            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.001708, which follows the rim (on wheel \"1\")",
         ),
         (
             "omni3",
@@ -147,7 +176,7 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("row_gap_m", 0.01)],
-            "built-in chugo7: rollers.row_gap_m: given, allowed: only with rows = 2 (on wheel \"1\")",
+            "built-in chugo7: rollers.row_gap_m: 0.01, allowed: only with rows = 2 (on wheel \"1\")",
         ),
         (
             "chugo7",

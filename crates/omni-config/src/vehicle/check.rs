@@ -1,7 +1,7 @@
 //! What no single key shows: names that refer to each other, wheels that together move the vehicle, and a shape that can
 //! stand.
 
-use super::{Vehicle, WheelContact};
+use super::{Vehicle, WheelContact, WheelSpec};
 use crate::Error;
 use crate::load::Source;
 
@@ -59,6 +59,12 @@ impl Vehicle {
             }
         }
         for i in 0..self.wheel.len() {
+            if self.wheel[..i]
+                .iter()
+                .any(|earlier| alike(earlier, &self.wheel[i]))
+            {
+                continue; // its rollers fit as well
+            }
             self.rollers_of(i)
                 .transpose()
                 .map_err(|(key, message)| source.refuse(key, message))?;
@@ -113,4 +119,14 @@ fn unique<'a>(source: &Source, list: &str, names: impl Iterator<Item = &'a Strin
         seen.push(name);
     }
     Ok(())
+}
+
+/// Do the same rollers fit both wheels?
+fn alike(a: &WheelSpec, b: &WheelSpec) -> bool {
+    let own = |w: &WheelSpec| match w.contact {
+        WheelContact::Rollers(rollers) => Some(rollers),
+        _ => None,
+    };
+    let shape = |w: &WheelSpec| [w.radius_m, w.roller_angle_rad, w.mass_kg, w.inertia_kg_m2];
+    own(a) == own(b) && shape(a) == shape(b)
 }

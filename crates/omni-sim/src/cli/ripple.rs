@@ -58,14 +58,15 @@ pub(super) fn ripple(
     let vehicle = Vehicle::from_source(&source, &parse_overrides(overrides)?)?;
     let mut rows = Vec::new();
     for (i, wheel) in vehicle.wheel.iter().enumerate() {
-        let built = vehicle
-            .rollers(i, WheelModel::Rollers)
-            .ok_or_else(|| config::Error::Key {
-                file: source.file.clone(),
-                key: "rollers".into(),
-                message: format!("missing, allowed: a table [rollers], or rollers of wheel[{i}]"),
-            })?;
-        rows.push(Row::of(&wheel.name, &built));
+        let built = vehicle.rollers(i, WheelModel::Rollers);
+        rows.extend(built.map(|built| Row::of(&wheel.name, &built)));
+    }
+    if rows.is_empty() {
+        return Err(Error::from(config::Error::Key {
+            file: source.file.clone(),
+            key: "rollers".into(),
+            message: "missing, allowed: a table [rollers], or rollers as a wheel's contact".into(),
+        }));
     }
     if json {
         for row in &rows {

@@ -48,8 +48,21 @@ fn rollers_that_are_not_there_or_do_not_fit_are_refused_by_key() {
     );
     assert_eq!(
         with("physics.step_us=1000"),
-        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 and more at physics.step_us = 1000: in parts of more than \
+        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.step_us = 1000: in parts of more than \
          250 us rollers shake\n"
+    );
+    let slow = [
+        "run",
+        "flat",
+        "--set",
+        "physics.wheel_model=rollers",
+        "--set",
+        "control.period_us=10000",
+        "--set",
+    ];
+    assert_eq!(
+        refused(folder.path(), &[&slow[..], &["physics.step_us=5000"]].concat()),
+        "error: built-in flat: physics.step_us: 5000, allowed: up to 4000 where wheels have rollers\n"
     );
     assert_eq!(
         with("vehicle.rollers.radius_m=0.05"),
@@ -60,14 +73,4 @@ fn rollers_that_are_not_there_or_do_not_fit_are_refused_by_key() {
         refused(folder.path(), &["run", "flat", "--set", own]),
         "error: built-in chugo7: wheel[2].contact.count: 2, allowed: 3 to 32\n"
     );
-}
-
-#[test]
-fn a_wheel_of_rollers_runs_among_balls() {
-    let folder = tempfile::tempdir().unwrap();
-    let own = "vehicle.wheel[3].contact={kind = \"rollers\", count = 12, radius_m = 0.006}";
-    let args = ["run", "flat", "--json", "--set", "duration_s=0.5", "--set", own];
-    let output = omnistep(folder.path(), &args);
-    assert!(output.status.success(), "{output:?}");
-    assert_eq!(rows(&output)[0]["verdict"], "driven");
 }

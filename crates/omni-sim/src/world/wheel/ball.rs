@@ -53,6 +53,7 @@ pub(super) fn insert(
         name: spec.name.clone(),
         seat: ball_centre,
         driven: ball,
+        borne: Vec::new(),
         colliders: vec![collider],
         frame,
         drive_axis: axle,

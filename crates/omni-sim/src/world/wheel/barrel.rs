@@ -154,9 +154,12 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         nearest(normal).dot(normal) - support
     };
     let reach = barrel.0.half_length_m().hypot(barrel.0.radius_m());
-    let outermost = (0..3).fold(0, |best, i| if out[i] > out[best] { i } else { best });
-    let mut normal = axis(outermost);
-    let mut widest = gap(normal);
+    let (mut normal, mut widest) = (axis(0), gap(axis(0)));
+    for face in [axis(1), axis(2)] {
+        if gap(face) > widest {
+            (normal, widest) = (face, gap(face));
+        }
+    }
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
         if out[i] < -reach || out[j] < -reach {
             continue; // the edge is beyond the barrel

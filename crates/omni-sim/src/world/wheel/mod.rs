@@ -7,6 +7,8 @@ mod ball;
 mod barrel;
 mod contacts;
 mod rollers;
+#[cfg(test)]
+mod tests;
 
 use rapier3d_f64::prelude::*;
 
@@ -20,6 +22,8 @@ pub(super) struct Wheel {
     pub(super) name: String,
     /// What the motor turns: the ball, or the hub that carries the rollers.
     pub(super) driven: RigidBodyHandle,
+    /// What the driven body bears, and where in its frame \[m\]: rollers.
+    borne: Vec<(RigidBodyHandle, Vector)>,
     /// All that may touch the ground.
     colliders: Vec<ColliderHandle>,
     /// The body that carries it.
@@ -55,10 +59,17 @@ impl Wheel {
         }
     }
 
-    /// How far the driven body has come off its seat \[m\].
+    /// How far the driven body, or what it bears, has come off its seat \[m\].
     pub(super) fn gap(&self, physics: &PhysicsWorld) -> f64 {
-        let seat = physics.bodies[self.frame].position() * self.seat;
-        (physics.bodies[self.driven].position().translation - seat).length()
+        let off = |carrier: RigidBodyHandle, seat: Vector, body: RigidBodyHandle| {
+            let seat = physics.bodies[carrier].position() * seat;
+            (physics.bodies[body].position().translation - seat).length()
+        };
+        let borne = self
+            .borne
+            .iter()
+            .map(|(body, seat)| off(self.driven, *seat, *body));
+        borne.fold(off(self.frame, self.seat, self.driven), f64::max)
     }
 
     /// All that may touch the ground.

@@ -1,6 +1,6 @@
 //! The reference model of an omni or mecanum wheel: a hub, and every roller a body on a bearing of its own.
 //!
-//! Rollers touch the ground only: neither each other nor the vehicle. The hub has what the rollers leave of the wheel's mass and
+//! Rollers touch the ground, and wheels that are balls, but not each other. The hub has what the rollers leave of the wheel's mass and
 //! inertia, and touches nothing.
 
 use rapier3d_f64::prelude::*;
@@ -43,7 +43,7 @@ pub(super) fn insert(
     ));
     // The roller on the ground has its axis along the push; the others are turned about the axle.
     let on_ground = turn(Vector::Z, libm::atan2(push.y, push.x));
-    let mut colliders = Vec::new();
+    let (mut colliders, mut borne) = (Vec::new(), Vec::new());
     for (angle, along) in built.places() {
         let about_axle = turn(axle, angle);
         let middle = about_axle * Vector::new(0.0, 0.0, -built.pitch_radius_m) + axle * along;
@@ -68,11 +68,13 @@ pub(super) fn insert(
         }
         physics.insert_impulse_joint(hub, roller, bearing);
         colliders.push(handle);
+        borne.push((roller, middle));
     }
     Wheel {
         name: spec.name.clone(),
         seat: centre,
         driven: hub,
+        borne,
         colliders,
         frame,
         drive_axis: axle,
