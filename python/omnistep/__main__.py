@@ -1,7 +1,9 @@
 """The command line: ``omnistep`` and ``python -m omnistep``."""
 
+import argparse
 import signal
 import sys
+from pathlib import Path
 
 from omnistep._omnistep import cli
 
@@ -10,7 +12,67 @@ def main() -> int:
     """Run the command line and return its exit code: 0 done, 1 the run failed, 2 the request was wrong."""
     # Ctrl-C ends the process at once, as it ends the Rust binary; the log keeps its .part name.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    return cli(["omnistep", *sys.argv[1:]])
+    arguments = sys.argv[1:]
+    if arguments[:1] == ["report"]:
+        return _report(arguments[1:])
+    if arguments[:1] == ["strip"]:
+        return _strip(arguments[1:])
+    if arguments[:1] == ["film"]:
+        return _film(arguments[1:])
+    return cli(["omnistep", *arguments])
+
+
+def _report(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="omnistep report", description="Make one page of logged runs that any browser opens, without a network."
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.mcap")
+    parser.add_argument("-o", "--out", type=Path, default=Path("report.html"), help="the page; report.html if left out")
+    given = parser.parse_args(arguments)
+    from omnistep import report
+
+    return _made(lambda: report.write(given.logs, given.out), given.out)
+
+
+def _strip(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="omnistep strip", description="Draw a logged run from the side, like figure 9 of the paper."
+    )
+    parser.add_argument("log", type=Path, metavar="LOG.mcap")
+    parser.add_argument("-o", "--out", type=Path, default=Path("strip.png"), help="png, svg or pdf; strip.png if left out")
+    parser.add_argument("--every", type=float, default=0.3, metavar="SECONDS", help="between two points; 0.3 if left out")
+    given = parser.parse_args(arguments)
+    from omnistep import film
+
+    return _made(lambda: film.strip(given.log, given.out, every_s=given.every), given.out)
+
+
+def _film(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="omnistep film", description="Make a film or a picture of a logged run with Rerun, without a window."
+    )
+    parser.add_argument("log", type=Path, metavar="LOG.mcap")
+    parser.add_argument("-o", "--out", type=Path, default=Path("climb.mp4"), help="mp4, gif or png; climb.mp4 if left out")
+    parser.add_argument("--fps", type=float, default=10.0, help="pictures a second of the run; 10 if left out")
+    parser.add_argument("--at", type=float, metavar="SECONDS", help="the moment of a png; the middle if left out")
+    given = parser.parse_args(arguments)
+    from omnistep import film
+
+    return _made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
+
+
+def _made(make: "object", out: Path) -> int:
+    """Make a file and say where it is, or what is wrong in one line."""
+    from omnistep.errors import OmnistepError
+
+    assert callable(make)
+    try:
+        make()
+    except (OmnistepError, ValueError, ImportError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1 if isinstance(error, RuntimeError) else 2
+    print(out)
+    return 0
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -17,6 +18,7 @@ __all__ = [
     "Desaturated",
     "Kinematics",
     "Layout",
+    "Log",
     "Outcome",
     "Sample",
     "Simulation",
@@ -28,6 +30,7 @@ __all__ = [
     "discretize",
     "moved_by",
     "policies",
+    "read_mcap",
     "run",
     "scenarios",
     "vehicles",
@@ -378,6 +381,68 @@ class Desaturated:
     @property
     def limiting(self) -> _Integers:
         """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
+
+def read_mcap(path: str | PathLike[str]) -> Log:
+    """Read an MCAP log of a run, finished or not; every checksum is checked.
+
+    Other Python threads go on meanwhile.
+
+    Args:
+        path: the log; a killed run's ends with ``.mcap.part``.
+
+    Returns:
+        The run.
+
+    Raises:
+        LogError: the file cannot be read, is damaged, or is no log of omnistep.
+        ConfigError: its scenario is not of this version.
+    """
+
+@final
+class Log:
+    """A run read back from its log.
+
+    >>> import omnistep, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "flat.mcap"
+    ...     trace = omnistep.run("flat", overrides={"duration_s": 0.5}, mcap=path)
+    ...     log = omnistep.read_mcap(path)
+    >>> bool((log.trace.wheels("applied_n_m") == trace.wheels("applied_n_m")).all())
+    True
+    >>> log.frames["base_link"].shape
+    (26, 7)
+    """
+
+    @property
+    def path(self) -> Path:
+        """Where it was read."""
+    @property
+    def run(self) -> dict[str, str]:
+        """Program version, scenario, vehicle, policy and seed by name."""
+    @property
+    def complete(self) -> bool:
+        """Was it finished? Else its last chunk, at most a simulated second, may be missing."""
+    @property
+    def scenario_toml(self) -> str:
+        """The scenario as it was run, its vehicle inside, as a scenario file has it."""
+    @property
+    def trace(self) -> Trace:
+        """Every control period: the columns of the run's own trace that its log has, what was asked for and the gyro."""
+    @property
+    def outcome(self) -> Outcome | None:
+        """The figures; None where the run was killed before its end."""
+    @property
+    def frame_time_s(self) -> _Floats:
+        """Times of the frames [s], (F,)."""
+    @property
+    def frames(self) -> dict[str, _Floats]:
+        """Frames in the world by name, (F, 7): x, y, z [m] and the unit quaternion x, y, z, w."""
+    @property
+    def urdf(self) -> str:
+        """The vehicle as URDF."""
+    @property
+    def terrain_urdf(self) -> str:
+        """The ground as URDF."""
 
 @final
 class Trace:

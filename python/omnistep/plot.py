@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnistep._omnistep import Log
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -63,14 +65,14 @@ def climb(trace: Trace, *, wheels: Sequence[str] | None = None, axes: Sequence[A
     return drawn
 
 
-def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes:
+def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes:
     """Draw the climb from the side, like figure 9 of the paper.
 
     White points are the joint point on the middle wheel at every interval; the vehicle is drawn at every third, from
     its right: it moves to the right. One wheel of each row is shown, and the frames as lines between their axles.
 
     Args:
-        trace: a run.
+        run: a run, or its log.
         every_s: time between two points [s].
         ax: axes to draw on; a new figure by default.
 
@@ -85,10 +87,16 @@ def strip(trace: Trace, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes
     plt = _pyplot()
     if ax is None:
         ax = plt.subplots(figsize=(11, 2.3), layout="constrained")[1]
-    x, z = trace.wheels("x_m"), trace.wheels("z_m")
+    if isinstance(run, Log):
+        trace, time = run.trace, run.frame_time_s
+        centres = np.stack([run.frames[f"wheel_{name}"][:, :3] for name in trace.wheel_names], axis=1)
+        x, z = centres[:, :, 0], centres[:, :, 2]
+    else:
+        trace, time = run, run["time_s"]
+        x, z = run.wheels("x_m"), run.wheels("z_m")
     _ground(ax, trace, float(x.min()) - 0.15, float(x.max()) + 0.15)
-    rows = np.searchsorted(trace["time_s"], np.arange(0.0, trace["time_s"][-1] + 1e-9, every_s))
-    rows = np.unique(np.clip(rows, 0, len(trace) - 1))
+    rows = np.searchsorted(time, np.arange(0.0, time[-1] + 1e-9, every_s))
+    rows = np.unique(np.clip(rows, 0, len(time) - 1))
     middle = int(np.argmin(np.abs(x[0] - x[0].mean())))
     side = _one_a_row(x[0])
     drawings = rows[::3]

@@ -67,6 +67,9 @@ fn log_path(error: &LogError) -> &Path {
         | LogError::Encode { path, .. }
         | LogError::TopicType { path, .. }
         | LogError::ForeignChannel { path, .. }
+        | LogError::Read { path, .. }
+        | LogError::Damaged { path, .. }
+        | LogError::Lacks { path, .. }
         | LogError::Rename { path, .. } => path,
     }
 }

@@ -7,6 +7,7 @@ mod counts;
 mod error;
 mod kinematics;
 mod layout;
+mod log;
 mod motion;
 mod run;
 mod sample;
@@ -24,6 +25,8 @@ mod _omnistep {
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
     use crate::layout::{Layout, Wheel};
+    #[pymodule_export]
+    use crate::log::{Log, read_mcap};
     #[pymodule_export]
     use crate::motion::{discretize, moved_by};
     #[pymodule_export]

@@ -137,6 +137,8 @@ fn past_the_controller(torques_n_m: &[f64]) -> ControlSample {
         residual_rad_s: UNKNOWN,
     };
     ControlSample {
+        asked: BodyTwist::from_array([UNKNOWN; 3]),
+        gyro_rad_s: UNKNOWN,
         command: BodyTwist::from_array([UNKNOWN; 3]),
         estimated: BodyTwist::from_array([UNKNOWN; 3]),
         common_factor: UNKNOWN,

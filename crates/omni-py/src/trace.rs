@@ -21,9 +21,7 @@ impl Trace {
     pub(crate) fn new(scenario: Scenario, trace: omni_sim::Trace) -> Self {
         Self {
             scenario,
-            outcome: Outcome {
-                inner: *trace.outcome(),
-            },
+            outcome: Outcome::new(*trace.outcome()),
             trace,
         }
     }
@@ -59,7 +57,7 @@ impl Trace {
     /// Names of the signals that `wheels` takes.
     #[getter]
     fn wheel_signals(&self) -> Vec<&'static str> {
-        omni_sim::Trace::wheel_signals().collect()
+        self.trace.wheel_signals().to_vec()
     }
 
     /// Rolling radii of the wheels [m].
@@ -176,12 +174,17 @@ impl Trace {
     }
 
     fn __repr__(&self) -> String {
+        format!("<omnistep.Trace of {}>", self.described())
+    }
+}
+
+impl Trace {
+    /// For a `repr`.
+    pub(crate) fn described(&self) -> String {
         let (rows, columns) = (self.trace.rows(), self.trace.names().len());
         let (scenario, policy) = (self.scenario(), self.policy());
-        format!(
-            "<omnistep.Trace of {scenario}, {policy}: {rows} rows, {columns} columns, {}>",
-            self.outcome.summary()
-        )
+        let outcome = self.outcome.summary();
+        format!("{scenario}, {policy}: {rows} rows, {columns} columns, {outcome}")
     }
 }
 
@@ -215,6 +218,10 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
+    pub(crate) fn new(inner: omni_sim::Outcome) -> Self {
+        Self { inner }
+    }
+
     fn summary(&self) -> String {
         match self.inner.crossing_s {
             Some(seconds) => format!("climbed in {seconds:.2} s"),

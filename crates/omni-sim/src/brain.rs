@@ -51,11 +51,6 @@ impl Brain {
         &self.controller
     }
 
-    /// Another controller from now on, freshly started.
-    pub(crate) fn replace(&mut self, controller: AnyController) {
-        self.controller = controller;
-    }
-
     /// State of the heading hold and of the controller; none where the controller is at the other end of a link.
     pub(crate) fn save(&self) -> Option<(Option<HeadingHoldState<f64>>, Vec<u8>)> {
         Some((self.hold.as_ref().map(|hold| hold.state), self.controller.save()?))

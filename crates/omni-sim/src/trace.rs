@@ -98,6 +98,7 @@ pub struct Trace {
     rows: usize,
     data: Vec<f64>,
     wheel_names: Vec<String>,
+    signals: Vec<&'static str>,
     first_wheel_column: usize,
 }
 
@@ -134,8 +135,9 @@ impl Trace {
     }
 
     /// Names of the signals that every wheel has.
-    pub fn wheel_signals() -> impl Iterator<Item = &'static str> {
-        WHEEL.iter().map(|(name, _)| *name)
+    #[must_use]
+    pub fn wheel_signals(&self) -> &[&'static str] {
+        &self.signals
     }
 
     /// A column by name.
@@ -157,7 +159,7 @@ impl Trace {
     /// A signal of all wheels: one wheel's column after the other.
     #[must_use]
     pub fn wheels(&self, signal: &str) -> Option<&[f64]> {
-        let index = WHEEL.iter().position(|(name, _)| *name == signal)?;
+        let index = self.signals.iter().position(|name| *name == signal)?;
         let wheels = self.wheel_names.len();
         let start = (self.first_wheel_column + index * wheels) * self.rows;
         self.data.get(start..start + wheels * self.rows)
@@ -173,13 +175,54 @@ impl Trace {
     }
 }
 
-/// Grows row by row and is turned into columns at the end.
-pub(crate) struct TraceBuilder {
+/// Columns that grow row by row and are turned at the end: first those of the vehicle, then for each signal one a wheel.
+pub(crate) struct Rows {
     names: Vec<String>,
     wheel_names: Vec<String>,
+    signals: Vec<&'static str>,
     first_wheel_column: usize,
-    rows: Vec<f64>,
+    /// Row after row, each with a number a name.
+    pub(crate) rows: Vec<f64>,
 }
+
+impl Rows {
+    pub(crate) fn new(vehicle: &Vehicle, mut names: Vec<String>, signals: Vec<&'static str>) -> Self {
+        let first_wheel_column = names.len();
+        for signal in &signals {
+            names.extend(vehicle.wheel.iter().map(|w| format!("wheel_{}_{signal}", w.name)));
+        }
+        Self {
+            wheel_names: vehicle.wheel.iter().map(|w| w.name.clone()).collect(),
+            names,
+            signals,
+            first_wheel_column,
+            rows: Vec::new(),
+        }
+    }
+
+    pub(crate) fn finish(self, outcome: Outcome) -> Trace {
+        let columns = self.names.len();
+        let rows = self.rows.len() / columns;
+        let mut data = vec![0.0; rows * columns];
+        for (r, row) in self.rows.chunks_exact(columns).enumerate() {
+            for (c, value) in row.iter().enumerate() {
+                data[c * rows + r] = *value;
+            }
+        }
+        Trace {
+            outcome,
+            names: self.names,
+            rows,
+            data,
+            wheel_names: self.wheel_names,
+            signals: self.signals,
+            first_wheel_column: self.first_wheel_column,
+        }
+    }
+}
+
+/// What the controller did and what came of it, row by row.
+pub(crate) struct TraceBuilder(Rows);
 
 impl TraceBuilder {
     pub(crate) fn new(vehicle: &Vehicle) -> Self {
@@ -197,17 +240,8 @@ impl TraceBuilder {
                 format!("hinge_{}_rate_rad_s", hinge.name),
             ]);
         }
-        let first_wheel_column = names.len();
-        for (signal, _) in &WHEEL {
-            names.extend(vehicle.wheel.iter().map(|w| format!("wheel_{}_{signal}", w.name)));
-        }
-        let wheel_names = vehicle.wheel.iter().map(|w| w.name.clone()).collect();
-        Self {
-            names,
-            wheel_names,
-            first_wheel_column,
-            rows: Vec::new(),
-        }
+        let signals = WHEEL.iter().map(|(name, _)| *name).collect();
+        Self(Rows::new(vehicle, names, signals))
     }
 
     /// Adds what the controller did and what came of it.
@@ -218,7 +252,7 @@ impl TraceBuilder {
                 force[k] += wheel.force_n[k];
             }
         }
-        let rows = &mut self.rows;
+        let rows = &mut self.0.rows;
         rows.push(seen.time_ns as f64 * 1e-9);
         rows.extend(sample.command.to_array());
         rows.extend(sample.estimated.to_array());
@@ -244,27 +278,6 @@ impl TraceBuilder {
     }
 
     pub(crate) fn finish(self, outcome: Outcome) -> Trace {
-        let columns = self.names.len();
-        let rows = self.rows.len() / columns;
-        let mut data = vec![0.0; rows * columns];
-        for (r, row) in self.rows.chunks_exact(columns).enumerate() {
-            for (c, value) in row.iter().enumerate() {
-                data[c * rows + r] = *value;
-            }
-        }
-        let Self {
-            names,
-            wheel_names,
-            first_wheel_column,
-            ..
-        } = self;
-        Trace {
-            outcome,
-            names,
-            rows,
-            data,
-            wheel_names,
-            first_wheel_column,
-        }
+        self.0.finish(outcome)
     }
 }

@@ -1,11 +1,13 @@
 //! Traces to MCAP with ROS 2 messages, and back: the only room that names mcap.
 
+mod logged_run;
 mod messages;
 mod reader;
 pub mod ros2;
 mod run_log;
 mod writer;
 
+pub use logged_run::LoggedRun;
 pub use messages::topic;
 pub use reader::{LogFile, LogMessage, read_log};
 pub use run_log::RunLog;

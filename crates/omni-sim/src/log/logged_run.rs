@@ -1,0 +1,251 @@
+//! A whole log in memory: columns and frames.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use omni_core::BodyTwist;
+
+use super::ros2::{Transform, Twist, VehicleState, WheelState};
+use super::{LogFile, LogMessage, read_log};
+use crate::config::{Scenario, Vehicle};
+use crate::description::WORLD_LINK;
+use crate::outcome::Outcome;
+use crate::trace::{Rows, Trace};
+use crate::{Error, Verdict};
+
+/// Columns of a log that every vehicle has, named as in [`Trace`].
+const COMMON: [&str; 9] = [
+    "time_s",
+    "asked_vx_m_s",
+    "asked_vy_m_s",
+    "asked_wz_rad_s",
+    "gyro_rad_s",
+    "estimated_vx_m_s",
+    "estimated_vy_m_s",
+    "estimated_wz_rad_s",
+    "common_factor",
+];
+
+/// A signal of each wheel.
+type WheelColumn = (&'static str, fn(&WheelState) -> f64);
+
+const WHEEL: [WheelColumn; 15] = [
+    ("reference_rad_s", |w| w.reference_rad_s),
+    ("measured_rad_s", |w| w.measured_rad_s),
+    ("p_n_m", |w| w.p_n_m),
+    ("i_n_m", |w| w.i_n_m),
+    ("d_n_m", |w| w.d_n_m),
+    ("requested_n_m", |w| w.requested_n_m),
+    ("applied_n_m", |w| w.applied_n_m),
+    ("torque_n_m", |w| w.acted_n_m),
+    ("limit_lower_n_m", |w| w.limit_lower_n_m),
+    ("limit_upper_n_m", |w| w.limit_upper_n_m),
+    ("saturated", |w| f64::from(u8::from(w.saturated))),
+    ("disturbed_ratio", |w| w.disturbed_ratio),
+    ("slip_ratio", |w| w.slip_ratio),
+    ("force_normal_n", |w| w.contact_normal_n),
+    ("force_along_n", |w| w.contact_along_n),
+];
+
+/// A run read back from its log.
+#[derive(Clone, Debug)]
+pub struct LoggedRun {
+    /// What the log says of itself.
+    pub file: LogFile,
+    /// `/vehicle_state` as columns, one row a message, named as in the run's own [`Trace`]; with what was asked for and the gyro,
+    /// without what the log does not hold at that rate: poses, hinges, energies.
+    pub trace: Trace,
+    /// Times of the messages on `/tf` \[s\].
+    pub frame_time_s: Vec<f64>,
+    /// Every frame of `/tf` in the world, by name: x, y, z \[m\] and the unit quaternion x, y, z, w, one row a time.
+    pub frames: BTreeMap<String, Vec<[f64; 7]>>,
+    /// The vehicle as URDF.
+    pub urdf: String,
+    /// The ground as URDF.
+    pub terrain_urdf: String,
+}
+
+impl LoggedRun {
+    /// Reads a log from start to end, finished or not. Where it is not finished, the trace's outcome is `unfinished` with nothing
+    /// measured.
+    ///
+    /// ```
+    /// use omni_sim::log::{LoggedRun, RunLog};
+    /// use omni_sim::{Error, config::{Override, Scenario}, run_logged};
+    /// let path = std::env::temp_dir().join("omnistep-logged-run-example.mcap");
+    /// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
+    /// let trace = run_logged::<Error>(&scenario, RunLog::create(&path, &scenario)?, |_, _| Ok(()))?;
+    /// let logged = LoggedRun::read(&path)?;
+    /// assert_eq!(logged.trace.wheels("applied_n_m"), trace.wheels("applied_n_m"));
+    /// assert_eq!(logged.frames["wheel_4"].len(), logged.frame_time_s.len());
+    /// # std::fs::remove_file(&path).ok();
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`read_log`].
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        // The columns need the vehicle, which a finished log names at its end too, but messages come before.
+        let mut states = Vec::new();
+        let mut frames = Frames::default();
+        let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
+        let file = read_log(path, |time_ns, message| {
+            match message {
+                LogMessage::VehicleState(state) => states.push((time_ns, state)),
+                LogMessage::Tf(message) => {
+                    frames.time_s.push(time_ns as f64 / 1e9);
+                    for link in message.transforms {
+                        frames.add(link.header.frame_id, link.child_frame_id, &link.transform);
+                    }
+                }
+                LogMessage::RobotDescription(text) => urdf = text.data,
+                LogMessage::Terrain(text) => terrain_urdf = text.data,
+                _ => {}
+            }
+            Ok(())
+        })?;
+        let mut rows = Rows::new(
+            file.scenario.vehicle(),
+            COMMON.map(String::from).into(),
+            WHEEL.iter().map(|(name, _)| *name).collect(),
+        );
+        for (time_ns, state) in &states {
+            push(&mut rows.rows, *time_ns, state, file.scenario.vehicle());
+        }
+        let outcome = file.outcome.unwrap_or(UNFINISHED);
+        Ok(Self {
+            trace: rows.finish(outcome),
+            frame_time_s: frames.time_s,
+            frames: frames.world,
+            urdf,
+            terrain_urdf,
+            file,
+        })
+    }
+
+    /// The scenario as it was run.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.file.scenario
+    }
+}
+
+/// Of a run that was killed.
+const UNFINISHED: Outcome = Outcome {
+    verdict: Verdict::Unfinished,
+    climbed: false,
+    crossing_s: None,
+    stalled_at_m: None,
+    stalled_row: None,
+    pitch_peak_deg: f64::NAN,
+    yaw_error_deg: f64::NAN,
+    slip_rms: f64::NAN,
+    disturbed_rms: f64::NAN,
+    spread_rms: f64::NAN,
+    shape_error_rms_rad_s: f64::NAN,
+    heat_n2m2s: f64::NAN,
+    work_j: f64::NAN,
+    cost_of_transport: None,
+    e_over_mgh: None,
+    required_friction: f64::NAN,
+    energy_residual: f64::NAN,
+};
+
+fn push(rows: &mut Vec<f64>, time_ns: u64, state: &VehicleState, vehicle: &Vehicle) {
+    let planar = |t: &Twist| {
+        let (vx_m_s, vy_m_s, wz_rad_s) = (t.linear.x, t.linear.y, t.angular.z);
+        BodyTwist {
+            vx_m_s,
+            vy_m_s,
+            wz_rad_s,
+        }
+        .to_array()
+    };
+    rows.push(time_ns as f64 * 1e-9);
+    rows.extend(planar(&state.asked_twist));
+    rows.push(state.gyro_rad_s);
+    rows.extend(planar(&state.estimated_twist));
+    rows.push(state.common_factor);
+    for (_, signal) in &WHEEL {
+        // As many as the vehicle has, whatever a message holds.
+        rows.extend((0..vehicle.wheel.len()).map(|i| state.wheels.get(i).map_or(f64::NAN, signal)));
+    }
+}
+
+/// Frames in the world, link after link.
+#[derive(Default)]
+struct Frames {
+    time_s: Vec<f64>,
+    world: BTreeMap<String, Vec<[f64; 7]>>,
+}
+
+impl Frames {
+    /// Adds a link of the present message; a parent comes before its children.
+    fn add(&mut self, parent: String, child: String, link: &Transform) {
+        let row = self.time_s.len() - 1;
+        let (t, q) = (&link.translation, &link.rotation);
+        let local = [t.x, t.y, t.z, q.x, q.y, q.z, q.w];
+        let pose = match self.world.get(&parent).and_then(|poses| poses.get(row)) {
+            Some(carrier) => placed(carrier, &local),
+            None if parent == WORLD_LINK => local,
+            None => [f64::NAN; 7],
+        };
+        let poses = self.world.entry(child).or_default();
+        poses.resize(row, [f64::NAN; 7]);
+        poses.push(pose);
+    }
+}
+
+/// A pose in the frame that `carrier` is the pose of.
+fn placed(carrier: &[f64; 7], pose: &[f64; 7]) -> [f64; 7] {
+    let [x, y, z, a, b, c, w] = *carrier;
+    let [px, py, pz, d, e, f, v] = *pose;
+    // The vector turned: v + 2 u x (u x v + w v).
+    let cross = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| [b * f - c * e, c * d - a * f, a * e - b * d];
+    let (u, p) = ([a, b, c], [px, py, pz]);
+    let inner = cross(u, p);
+    let outer = cross(u, [0, 1, 2].map(|k| inner[k] + w * p[k]));
+    [
+        x + px + 2.0 * outer[0],
+        y + py + 2.0 * outer[1],
+        z + pz + 2.0 * outer[2],
+        w * d + a * v + b * f - c * e,
+        w * e - a * f + b * v + c * d,
+        w * f + a * e - b * d + c * v,
+        w * v - a * d - b * e - c * f,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::RunLog;
+    use crate::{Simulation, record};
+
+    #[test]
+    fn frames_and_columns_are_those_of_the_run() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        let shorter = crate::config::Override::new("duration_s", 2.0);
+        let scenario = Scenario::load("step", &[shorter]).expect("built-in");
+        let log = RunLog::create(&path, &scenario).expect("writable");
+        let mut seen = Vec::new();
+        record::<Error>(&scenario, Some(log), |simulation: &Simulation, _| {
+            seen.push(simulation.observation().clone());
+            Ok(())
+        })
+        .expect("runs");
+        let logged = LoggedRun::read(&path).expect("a log");
+        assert_eq!((logged.trace.rows(), logged.frame_time_s.len()), (2000, 101));
+        for (row, time) in logged.frame_time_s.iter().enumerate() {
+            let at = &seen[(time * 1e3).round() as usize - 1];
+            for (wheel, o) in scenario.vehicle().wheel.iter().zip(&at.wheels) {
+                let pose = logged.frames[&format!("wheel_{}", wheel.name)][row];
+                for k in 0..3 {
+                    // Hinges give by micrometres under an impact.
+                    assert!((pose[k] - o.centre_m[k]).abs() < 1e-4, "wheel {}", wheel.name);
+                }
+            }
+        }
+    }
+}

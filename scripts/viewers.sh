@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Opens a log of every scenario with foreign readers (Python's mcap and rosbags, npm's @mcap/core), serves a live run to a
+# client, and shows a report in headless Chromium. With --if-possible: skips, and says so, what a missing tool asks for.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+possible=${1:-}
+need() { # tool, what it is for
+    command -v "$1" >/dev/null && return
+    [ "$possible" = --if-possible ] && { echo "skipped, $1 is missing: $2"; exit 0; }
+    echo "$1 is missing: $2" >&2
+    exit 1
+}
+need node "npm's readers of logs"
+need npm "npm's readers of logs"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cargo build --locked --quiet --release -p omni-sim
+omnistep=target/release/omnistep
+# Two seconds of every scenario are messages of every kind; the step is whole, for the report.
+for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
+    $omnistep run "$scenario" --quiet --set duration_s=2 --out "$work/logs" >/dev/null
+done
+$omnistep compare step --quiet --out "$work/step" >/dev/null
+topics="/cmd_vel /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
+for log in "$work"/logs/*.mcap; do
+    # shellcheck disable=SC2086
+    .venv/bin/python scripts/check_log.py "$log" --require $topics >"$work/said" || { cat "$work/said" >&2; exit 1; }
+done
+echo "logs of $(ls "$work"/logs/*.mcap | wc -l) scenarios: read by mcap and rosbags"
+npm --prefix tests/viewers ci --silent --no-audit --no-fund
+LOGS=$work/logs node --test --test-reporter=spec tests/viewers/mcap.test.mjs
+OMNISTEP=$PWD/$omnistep node --test --test-reporter=spec tests/viewers/live.test.mjs
+chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
+if [ -z "$chromium" ]; then
+    [ "$possible" = --if-possible ] && { echo "skipped, chromium is missing: the report in a browser"; exit 0; }
+    echo "chromium is missing: the report in a browser" >&2
+    exit 1
+fi
+.venv/bin/omnistep report "$work"/step/*.mcap -o "$work/report.html" >/dev/null
+REPORT=$work/report.html CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/report.test.mjs
