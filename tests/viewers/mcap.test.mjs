@@ -63,6 +63,32 @@ for (const name of logs) {
   });
 }
 
+test("the layout for Foxglove and Lichtblick shows panels, topics and fields that are there", async () => {
+  const layout = JSON.parse(await readFile(new URL("../../viewers/foxglove-layout.json", import.meta.url)));
+  const shown = [];
+  const walk = (node) => { if (typeof node === "string") shown.push(node); else { walk(node.first); walk(node.second); } };
+  walk(layout.layout);
+  assert.deepEqual(shown.sort(), Object.keys(layout.configById).sort());
+  for (const topic of Object.keys(layout.configById["3D!vehicle"].topics)) assert.ok(topics.includes(topic), topic);
+  const file = new Uint8Array(await readFile(join(folder, "step-synchronised.mcap")));
+  const stream = new McapStreamReader({ decompressHandlers, validateCrcs: true });
+  stream.append(file);
+  let reader, id, state;
+  for (let record; state === undefined && (record = stream.nextRecord()) !== undefined; ) {
+    if (record.type === "Schema" && record.name === "omni_msgs/msg/VehicleState") reader = new MessageReader(parse(new TextDecoder().decode(record.data), { ros2: true }));
+    if (record.type === "Channel" && record.topic === "/vehicle_state") id = record.id;
+    if (record.type === "Message" && record.channelId === id) state = reader.readMessage(record.data);
+  }
+  let paths = 0;
+  for (const { value } of Object.values(layout.configById).flatMap((panel) => panel.paths ?? [])) {
+    const [, wheel, field] = /^\/vehicle_state\.(?:wheels\[(\d)\]\.)?(\w+)$/.exec(value);
+    const number = wheel === undefined ? state[field] : state.wheels[Number(wheel)][field];
+    assert.equal(typeof number, "number", value);
+    paths += 1;
+  }
+  assert.ok(paths > 20);
+});
+
 test("a flipped bit in a chunk is noticed", async () => {
   const bytes = new Uint8Array(await readFile(join(folder, logs[0])));
   bytes[bytes.length >> 1] ^= 1;

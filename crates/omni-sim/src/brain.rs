@@ -51,6 +51,18 @@ impl Brain {
         &self.controller
     }
 
+    /// Another controller from now on, in the state of the present one.
+    pub(crate) fn replace(&mut self, mut controller: AnyController) -> Result<(), Error> {
+        let state = self.controller.save();
+        if !state.is_some_and(|state| controller.restore(&state)) {
+            return Err(Error::Snapshot {
+                reason: "another controller cannot take over the present one's state".into(),
+            });
+        }
+        self.controller = controller;
+        Ok(())
+    }
+
     /// State of the heading hold and of the controller; none where the controller is at the other end of a link.
     pub(crate) fn save(&self) -> Option<(Option<HeadingHoldState<f64>>, Vec<u8>)> {
         Some((self.hold.as_ref().map(|hold| hold.state), self.controller.save()?))

@@ -48,6 +48,23 @@ enum Command {
         /// with the physics. The latter computes in f32: as with --set control.precision=f32.
         #[arg(long, value_enum, default_value_t = Place::Host)]
         controller: Place,
+        /// Serves the run on 127.0.0.1 while it goes on, in Foxglove's WebSocket protocol, for Foxglove and Lichtblick; writes no
+        /// log. Clients may change command, policy and torque limit.
+        #[cfg(feature = "live")]
+        #[arg(long, conflicts_with_all = ["controller", "out"])]
+        live: bool,
+        /// Port of --live; 0 for any that is free.
+        #[cfg(feature = "live")]
+        #[arg(long, default_value_t = 8765, requires = "live")]
+        port: u16,
+        /// Simulated seconds a second of --live; inf for as fast as it goes.
+        #[cfg(feature = "live")]
+        #[arg(long, default_value_t = 1.0, requires = "live")]
+        speed: f64,
+        /// Starts --live when the first client subscribes to something.
+        #[cfg(feature = "live")]
+        #[arg(long, requires = "live")]
+        wait: bool,
         /// Firmware image for --controller qemu.
         #[arg(long, value_name = "FILE", default_value = DEFAULT_FIRMWARE)]
         firmware: PathBuf,
@@ -298,7 +315,20 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             policy,
             controller,
             firmware,
+            #[cfg(feature = "live")]
+            live,
+            #[cfg(feature = "live")]
+            port,
+            #[cfg(feature = "live")]
+            speed,
+            #[cfg(feature = "live")]
+            wait,
         } => {
+            #[cfg(feature = "live")]
+            if live {
+                let live = crate::Live { port, speed, wait };
+                return compare::live(&args, policy.as_deref(), live, out);
+            }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
             compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)
         }

@@ -92,6 +92,14 @@ pub enum Error {
         /// The time allowed \[s\].
         wall_clock_s: f64,
     },
+    /// A live run cannot be served.
+    #[error("port {port} on 127.0.0.1: {reason}")]
+    Live {
+        /// The port.
+        port: u16,
+        /// What the system said.
+        reason: String,
+    },
     /// A command that another program has.
     #[error("omnistep {command} is part of the Python package: {how}")]
     Elsewhere {

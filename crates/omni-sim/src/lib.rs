@@ -7,6 +7,8 @@ pub mod controller;
 mod description;
 mod error;
 mod ground;
+#[cfg(feature = "live")]
+mod live;
 pub mod log;
 pub mod observation;
 mod outcome;
@@ -27,6 +29,8 @@ pub use description::{
     BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link,
 };
 pub use error::Error;
+#[cfg(feature = "live")]
+pub use live::{Live, run_live};
 pub use outcome::{Outcome, Verdict};
 pub use replay::{Difference, Replay, WheelReplay, replay};
 pub use run::{Record, control_periods, record, record_with, run, run_logged, run_watched, run_with};

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use omni_core::BodyTwist;
+
 use crate::config::Scenario;
 use crate::controller::{AnyController, LinkCounters};
 use crate::log::RunLog;
@@ -44,7 +46,7 @@ pub fn run_with<E: From<Error>>(
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
     let mut trace = TraceBuilder::new(scenario.vehicle());
-    let (outcome, ended) = drive(scenario, controller, |simulation, part| {
+    let (outcome, ended) = drive(scenario, controller, own_command, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());
         watch(simulation, part)
     })?;
@@ -54,11 +56,17 @@ pub fn run_with<E: From<Error>>(
     }
 }
 
-/// Steps through a scenario and keeps nothing but its figures. Where the physics end the run, the outcome says so and the error
+/// The scenario's own command.
+fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
+    Ok(simulation.scenario_command())
+}
+
+/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, the outcome says so and the error
 /// says why.
-fn drive<E: From<Error>>(
+pub(crate) fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
+    mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
     let mut simulation = Simulation::with_controller(scenario, controller);
@@ -66,7 +74,8 @@ fn drive<E: From<Error>>(
     let periods = control_periods(scenario);
     let start = Instant::now();
     for k in 0..periods {
-        match simulation.step(&simulation.scenario_command()) {
+        let command = steer(&mut simulation)?;
+        match simulation.step(&command) {
             Ok(()) => {}
             Err(error @ (Error::Diverged { .. } | Error::FellApart { .. })) => {
                 return Ok((meter.outcome(true), Some(error)));
@@ -123,7 +132,7 @@ pub fn record_with<E: From<Error>>(
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Record, E> {
     let mut link = controller.link();
-    let (outcome, ended) = drive(scenario, controller, |simulation, part| {
+    let (outcome, ended) = drive(scenario, controller, own_command, |simulation, part| {
         link = simulation.controller().link();
         if let Some(log) = &mut log {
             log.push(simulation.sample(), simulation.observation())

@@ -91,6 +91,26 @@ impl Simulation {
             .for_heading(self.time_ns() as f64 * 1e-9, heading_rad)
     }
 
+    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It takes over
+    /// the present one's state, so that nothing jumps.
+    ///
+    /// # Errors
+    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, or a controller at
+    /// the other end of a link.
+    ///
+    /// ```
+    /// use omni_sim::{Simulation, config::{Override, Scenario}};
+    /// let scenario = Scenario::load("step", &[])?;
+    /// let mut simulation = Simulation::new(&scenario)?;
+    /// simulation.take_control(&scenario.with_policy("independent")?)?;
+    /// simulation.step(&simulation.scenario_command())?;
+    /// assert_eq!(simulation.sample().common_factor, 1.0);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn take_control(&mut self, scenario: &Scenario) -> Result<(), Error> {
+        self.brain.replace(AnyController::new(scenario)?)
+    }
+
     /// One control period: measures, controls, holds the torques while the physics advance.
     ///
     /// # Errors

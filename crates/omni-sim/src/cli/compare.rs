@@ -94,6 +94,42 @@ pub(super) fn compare(
     failed.map_or(Ok(()), Err)
 }
 
+/// Runs the scenario in step with the clock, served to viewers, and prints its row.
+#[cfg(feature = "live")]
+pub(super) fn live(
+    args: &RunArgs,
+    policy: Option<&str>,
+    live: crate::Live,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let mut scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
+    if let Some(policy) = policy {
+        scenario = scenario.with_policy(policy)?;
+    }
+    let started = |address: &str| {
+        // Nobody listening is no reason to fail.
+        let _ = writeln!(
+            std::io::stderr(),
+            "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends it"
+        );
+    };
+    let (outcome, ended) = crate::run_live::<Error>(&scenario, live, started, |_, _| Ok(()))?;
+    if args.json {
+        // Serialising plain numbers and strings cannot fail.
+        print(
+            out,
+            &format!("{}\n", serde_json::to_string(&outcome).unwrap_or_default()),
+        )?;
+    } else {
+        let mut table = Table::new();
+        table.load_style(presets::ASCII_MARKDOWN);
+        table.set_header(["verdict"].into_iter().chain(FIGURES));
+        table.add_row(figures(&outcome));
+        print(out, &format!("{}\n{table}\n", headline(&scenario)))?;
+    }
+    ended.map_or(Ok(()), Err)
+}
+
 /// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
 /// refused; what a file says is overridden.
 fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {

@@ -129,6 +129,13 @@ impl Messages {
         }
     }
 
+    /// The policy that messages name from now on.
+    pub(crate) fn policy(&mut self, policy: &str) {
+        if self.scenario.control.policy != policy {
+            self.scenario.control.policy = policy.to_owned();
+        }
+    }
+
     /// What is sent once, at the start.
     pub(crate) fn describe<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
         let text = |data| StringMessage { data };

@@ -9,6 +9,8 @@ mod writer;
 
 pub use logged_run::LoggedRun;
 pub use messages::topic;
+#[cfg(feature = "live")]
+pub(crate) use messages::{Messages, Sink};
 pub use reader::{LogFile, LogMessage, read_log};
 pub use run_log::RunLog;
 pub use writer::{Channel, LogError, LogWriter};
