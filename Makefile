@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions firmware
+.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -21,6 +21,9 @@ coverage:       ## line coverage of omni-core by its own tests, at least 95 %
 
 firmware:       ## images, budgets, C example and processor in the loop, all in QEMU
 	scripts/firmware.sh
+
+viewers:        ## logs in foreign readers, a live run, a report in headless Chromium; needs node and chromium
+	scripts/viewers.sh
 
 embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 	scripts/embedded.sh

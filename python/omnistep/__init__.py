@@ -32,11 +32,12 @@ from omnistep._omnistep import (
     vehicles,
     wheels,
 )
-from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError
+from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError
 
 __all__ = [
     "ConfigError",
     "Desaturated",
+    "FilmError",
     "Kinematics",
     "Layout",
     "Log",

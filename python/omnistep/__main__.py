@@ -3,6 +3,7 @@
 import argparse
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from omnistep._omnistep import cli
@@ -39,8 +40,12 @@ def _strip(arguments: list[str]) -> int:
         prog="omnistep strip", description="Draw a logged run from the side, like figure 9 of the paper."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
-    parser.add_argument("-o", "--out", type=Path, default=Path("strip.png"), help="png, svg or pdf; strip.png if left out")
-    parser.add_argument("--every", type=float, default=0.3, metavar="SECONDS", help="between two points; 0.3 if left out")
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path("strip.png"), help="png, svg or pdf; strip.png if left out"
+    )
+    parser.add_argument(
+        "--every", type=float, default=0.3, metavar="SECONDS", help="between two points; 0.3 if left out"
+    )
     given = parser.parse_args(arguments)
     from omnistep import film
 
@@ -52,7 +57,9 @@ def _film(arguments: list[str]) -> int:
         prog="omnistep film", description="Make a film or a picture of a logged run with Rerun, without a window."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
-    parser.add_argument("-o", "--out", type=Path, default=Path("climb.mp4"), help="mp4, gif or png; climb.mp4 if left out")
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path("climb.mp4"), help="mp4, gif or png; climb.mp4 if left out"
+    )
     parser.add_argument("--fps", type=float, default=10.0, help="pictures a second of the run; 10 if left out")
     parser.add_argument("--at", type=float, metavar="SECONDS", help="the moment of a png; the middle if left out")
     given = parser.parse_args(arguments)
@@ -61,11 +68,10 @@ def _film(arguments: list[str]) -> int:
     return _made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
 
 
-def _made(make: "object", out: Path) -> int:
+def _made(make: Callable[[], None], out: Path) -> int:
     """Make a file and say where it is, or what is wrong in one line."""
     from omnistep.errors import OmnistepError
 
-    assert callable(make)
     try:
         make()
     except (OmnistepError, ValueError, ImportError, OSError) as error:

@@ -427,7 +427,7 @@ class Log:
         """The scenario as it was run, its vehicle inside, as a scenario file has it."""
     @property
     def trace(self) -> Trace:
-        """Every control period: the columns of the run's own trace that its log has, what was asked for and the gyro."""
+        """Every control period: the columns of the run's own trace that its log has, and what was asked for."""
     @property
     def outcome(self) -> Outcome | None:
         """The figures; None where the run was killed before its end."""

@@ -24,4 +24,8 @@ class SimulationError(OmnistepError):
 
 
 class LogError(OmnistepError, OSError):
-    """A log could not be written."""
+    """A log could not be written, or read: it is not there, damaged, or no log of omnistep."""
+
+
+class FilmError(OmnistepError, RuntimeError):
+    """The viewer that makes films did not start, or ended."""

@@ -1,16 +1,29 @@
 """Pictures and films of logged runs."""
 
-
-
-
-
-
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
-
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from omnistep import plot
-from omnistep._omnistep import read_mcap
+from omnistep._omnistep import Log, read_mcap
+from omnistep.errors import FilmError
+
+#: Time that the viewer has to start [s].
+_START_S = 60.0
+#: Rerun's name for the times of a log's messages.
+_TIMELINE = "message_log_time"
 
 
 def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float = 0.3) -> None:
@@ -29,3 +42,155 @@ def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float
     ax = plot.strip(read_mcap(path), every_s=every_s)
     figure: Any = ax.figure
     figure.savefig(out, dpi=150)
+
+
+def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10.0, at_s: float | None = None) -> None:
+    """Make a film or a picture of a logged run with Rerun, without a window.
+
+    Rerun reads the log itself; on a machine without a graphics card it needs a software renderer of Vulkan
+    (Debian's ``mesa-vulkan-drivers``), and then takes some half a second a picture.
+
+    Args:
+        path: an MCAP log.
+        out: the film: mp4 or gif, or one picture: png.
+        fps: pictures a second of the run, and of the film; up to 50, as the log has poses.
+        at_s: the moment of a png [s]; the middle of the run by default.
+
+    Raises:
+        LogError: the log cannot be read.
+        ValueError: another ending, a rate that is not within 0 to 50, or a moment outside the run.
+        FilmError: the viewer did not start, or ended.
+        ImportError: Rerun is not there: ``pip install "omnistep[view]"``.
+    """
+    out = Path(out)
+    if out.suffix not in (".mp4", ".gif", ".png"):
+        raise ValueError(f"out = {out.name}, allowed: a name that ends with .mp4, .gif or .png")
+    if not 0.0 < fps <= 50.0:
+        raise ValueError(f"fps = {fps}, allowed: more than 0, up to 50")
+    log = read_mcap(path)
+    times = log.frame_time_s
+    if len(times) == 0:
+        raise ValueError(f"{log.path}: no messages on /tf, allowed: a run with poses")
+    if at_s is not None and not times[0] <= at_s <= times[-1]:
+        raise ValueError(f"at_s = {at_s}, allowed: {times[0]:g} to {times[-1]:g} [s]")
+    if out.suffix == ".png":
+        moments = [float(times[len(times) // 2]) if at_s is None else at_s]
+    else:
+        moments = np.arange(times[0], times[-1], 1.0 / fps).tolist()
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = list(_shots(log, moments, Path(folder)))
+        if out.suffix == ".png":
+            out.write_bytes(pictures[0].read_bytes())
+        else:
+            _joined(pictures, out, fps)
+
+
+def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
+    """Yield a picture a moment."""
+    try:
+        import rerun as rr
+        import rerun.blueprint as rrb
+    except ImportError as error:
+        raise ImportError('omnistep film needs Rerun: pip install "omnistep[view]"') from error
+    base = log.frames["base_link"][:, :3]
+    near, far = base.min(axis=0), base.max(axis=0)
+    middle = (near + far) / 2.0
+    # From the right and above, so far away that the whole way is seen.
+    distance = 0.8 + 0.55 * float(np.linalg.norm(far - near))
+    eye = rrb.EyeControls3D(
+        position=(middle + distance * np.array([-0.25, -1.0, 0.5])).tolist(),
+        look_target=(middle + np.array([0.0, 0.0, 0.05])).tolist(),
+        eye_up=[0.0, 0.0, 1.0],
+    )
+    view = rrb.Spatial3DView(
+        origin="/",
+        contents=["+ /**", "- /**/collision_geometries/**"],
+        name="vehicle",
+        eye_controls=eye,
+        line_grid=rrb.LineGrid3D(visible=False),
+    )
+    # The viewer's own notices come up at the right: an empty view is there, and not on the picture.
+    beside = rrb.TextDocumentView(origin="/nothing")
+    layout = rrb.Blueprint(rrb.Horizontal(view, beside, column_shares=[4, 1.3]), collapse_panels=True)
+    with _viewer() as client:
+        recording = rr.RecordingStream("omnistep film")
+        recording.connect_grpc(client.url)
+        rr.send_blueprint(layout, recording=recording)
+        recording.log_file_from_path(log.path)
+        recording.flush()
+        shown = _loaded(client, float(log.frame_time_s[-1]))
+        for number, moment in enumerate(moments):
+            picture = folder / f"{number:06}.png"
+            client.set_time(_TIMELINE, timestamp=moment, play_state="paused")
+            client.save_screenshot(str(picture), view_id=shown)
+            yield picture
+        recording.disconnect()
+
+
+def _loaded(client: Any, until_s: float) -> Any:
+    """Wait until the viewer has all of a log, and return what names its view of the vehicle."""
+    late = time.monotonic() + _START_S
+    while time.monotonic() < late:
+        state = client.get_state()
+        views = [view.view_id for view in state.views if view.view_class == "3D"]
+        ends = [line.end for one in state.recordings for line in one.timelines if line.name == _TIMELINE]
+        # What was logged last, not later than half a period of the poses before the end.
+        if views and ends and max(ends) >= 1e9 * until_s - 2e7:
+            return views[0]
+        time.sleep(0.1)
+    raise FilmError(f"Rerun's viewer did not read the log within {_START_S:g} s")
+
+
+@contextmanager
+def _viewer() -> Iterator[Any]:
+    """Start Rerun's viewer without a window, on 127.0.0.1, and end it afterwards."""
+    from rerun.experimental import ViewerClient
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    program = shutil.which(
+        "rerun", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    )
+    if program is None:
+        raise ImportError('omnistep film needs Rerun\'s viewer: pip install "omnistep[view]"')
+    command = [program, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
+    command += ["--window-size", "1700x760"]
+    quiet = dict(os.environ, RERUN_ANALYTICS="0", DO_NOT_TRACK="1", RERUN_APP_ONLY="true")
+    process = subprocess.Popen(
+        command, env=quiet, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        late = time.monotonic() + _START_S
+        while True:
+            if process.poll() is not None:
+                said = process.stderr.read().strip().splitlines() if process.stderr else []
+                raise FilmError(f"Rerun's viewer ended: {said[-1] if said else 'no reason given'}")
+            try:
+                client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+                client.get_state()
+                break
+            except Exception as error:
+                if time.monotonic() > late:
+                    raise FilmError(f"Rerun's viewer did not start within {_START_S:g} s: {error}") from error
+                time.sleep(0.2)
+        yield client
+    finally:
+        # The program is a script that starts another one: end both.
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGTERM)
+        else:
+            process.terminate()
+        process.wait()
+
+
+def _joined(pictures: Sequence[Path], out: Path, fps: float) -> None:
+    """Make a film of pictures."""
+    import imageio.v3 as iio
+
+    frames = np.stack([iio.imread(picture)[:, :, :3] for picture in pictures])
+    frames = frames[:, : frames.shape[1] // 2 * 2, : frames.shape[2] // 2 * 2]  # mp4 has pairs of rows and columns
+    if out.suffix == ".gif":
+        iio.imwrite(out, frames, duration=1000.0 / fps, loop=0)
+    else:
+        iio.imwrite(out, frames, fps=fps, codec="libx264", macro_block_size=2)

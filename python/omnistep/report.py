@@ -60,8 +60,8 @@ _HEADINGS = {
 def page(logs: Sequence[Log]) -> str:
     """Make one HTML page of several runs.
 
-    It has a table of their figures, a player of each run, plots of wheel speeds, torques with their limits, slip, disturbed
-    ratio and load, and one cursor in time for all of them. It holds everything it needs.
+    It has a table of their figures, a player of each run, plots of wheel speeds, torques with their limits, slip,
+    disturbed ratio and load, and one cursor in time for all of them. It holds everything it needs.
 
     Args:
         logs: runs to show, at least one.
@@ -86,7 +86,9 @@ def page(logs: Sequence[Log]) -> str:
     return _PAGE.format(
         title=html.escape(title),
         css=assets.joinpath("report.css").read_text(encoding="utf-8"),
-        facts=html.escape(", ".join(f"{key} {value}" for key, value in sorted(first.run.items()) if key not in _OF_A_RUN)),
+        facts=html.escape(
+            ", ".join(f"{key} {value}" for key, value in sorted(first.run.items()) if key not in _OF_A_RUN)
+        ),
         headings="".join(f"<th scope=col>{html.escape(_HEADINGS[key])}</th>" for key in _FIGURES),
         rows="".join(_row(log) for log in logs),
         data=data.replace("</", "<\\/"),

@@ -140,6 +140,8 @@ enum Command {
     },
     /// Makes a film or pictures of a logged run; part of the Python package (pip install "omnistep[view]").
     Film(PythonArgs),
+    /// Draws a logged run from the side; part of the Python package (pip install "omnistep[plot]").
+    Strip(PythonArgs),
     /// Makes one page of logged runs that any browser opens; part of the Python package (pip install "omnistep[view]").
     Report(PythonArgs),
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
@@ -368,6 +370,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
         } => logs::replayed(&log, policy.as_deref(), &overrides, out),
         Command::Urdf { vehicle, overrides } => logs::urdf(&vehicle, &overrides, out),
         Command::Film(_) => Err(in_python("film")),
+        Command::Strip(_) => Err(in_python("strip")),
         Command::Report(_) => Err(in_python("report")),
         Command::Check { files } => files::check(&files, out),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),

@@ -126,6 +126,8 @@ fn column([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], top: f64) -> Visual {
 }
 
 fn of_box(size: [f64; 3], middle: [f64; 3], turn_y_rad: f64) -> Visual {
+    // To the nanometre: what sums leave behind that is for nobody to read.
+    let [size, middle] = [size, middle].map(|v| v.map(|x| (x * 1e9).round() / 1e9));
     visual(
         at(middle, [0.0, turn_y_rad, 0.0]),
         Geometry::Box { size: Vec3(size) },

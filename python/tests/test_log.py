@@ -1,0 +1,180 @@
+"""Logs back into Python, and what is made of them."""
+
+import json
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+
+import omnistep
+from omnistep import film, meshes, report
+from omnistep.__main__ import main
+
+matplotlib.use("Agg")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A climb and its log."""
+    path = tmp_path_factory.mktemp("logs") / "step.mcap"
+    trace = omnistep.run("step", overrides={"duration_s": 2.0}, mcap=path)
+    return trace, path
+
+
+def test_a_log_holds_the_runs_own_numbers(run):
+    trace, path = run
+    log = omnistep.read_mcap(path)
+    assert log.complete and log.outcome == trace.outcome and log.run["policy"] == trace.policy
+    assert len(log.trace) == len(trace) == 2000
+    for signal in log.trace.wheel_signals:
+        assert np.array_equal(log.trace.wheels(signal), trace.wheels(signal)), signal
+    for name in ("time_s", "estimated_vx_m_s", "common_factor"):
+        assert np.array_equal(log.trace[name], trace[name]), name
+    assert repr(log).endswith("unfinished, complete>"), log  # 2 s are not enough for the climb
+    # Frames, 50 a second: the base is where the run has it, wheels where their centres are.
+    rows = np.round(log.frame_time_s * 1000).astype(int) - 1
+    assert np.array_equal(log.frames["base_link"][:, 0], trace["pose_x_m"][rows])
+    for number, name in enumerate(trace.wheel_names):
+        for axis, signal in enumerate(("x_m", "y_m", "z_m")):
+            # Hinges give by some micrometres where a wheel hits the riser.
+            off = log.frames[f"wheel_{name}"][:, axis] - trace.wheels(signal)[rows, number]
+            assert np.abs(off).max() < 1e-4, (name, signal)
+
+
+def test_the_scenario_of_a_log_runs_again_to_the_same_numbers(run, tmp_path):
+    trace, path = run
+    (tmp_path / "again.toml").write_text(omnistep.read_mcap(path).scenario_toml)
+    again = omnistep.run(tmp_path / "again.toml")
+    assert np.array_equal(again.wheels("applied_n_m"), trace.wheels("applied_n_m"))
+
+
+def test_a_log_that_ends_early_is_read_to_its_last_chunk(run, tmp_path):
+    _, path = run
+    part = tmp_path / "step.mcap.part"
+    whole = path.read_bytes()
+    part.write_bytes(whole[: len(whole) * 2 // 3])
+    log = omnistep.read_mcap(part)
+    assert not log.complete and log.outcome is None and log.trace.outcome.verdict == "unfinished"
+    assert 500 < len(log.trace) < 2000
+
+
+@pytest.mark.parametrize("where", ["chunk", "summary"])
+def test_a_flipped_bit_is_an_error_that_names_the_file(run, tmp_path, where):
+    _, path = run
+    bad = bytearray(path.read_bytes())
+    bad[len(bad) // 2 if where == "chunk" else -200] ^= 1
+    (tmp_path / "bad.mcap").write_bytes(bad)
+    with pytest.raises(omnistep.LogError, match=r"bad\.mcap: damaged: .*CRC") as raised:
+        omnistep.read_mcap(tmp_path / "bad.mcap")
+    assert raised.value.file == str(tmp_path / "bad.mcap")
+
+
+def test_what_is_no_log_is_an_error_that_names_the_file(tmp_path):
+    with pytest.raises(omnistep.LogError, match="missing"):
+        omnistep.read_mcap(tmp_path / "missing.mcap")
+    (tmp_path / "x.mcap").write_text("hello")
+    with pytest.raises(omnistep.LogError, match="not an MCAP file"):
+        omnistep.read_mcap(tmp_path / "x.mcap")
+
+
+def test_shapes_of_a_urdf_have_their_sizes(run):
+    log = omnistep.read_mcap(run[1])
+    mesh = meshes.of_urdf(log.urdf)
+    assert set(mesh.links[:3]) == {"base_link", "rear", "front"}
+    wheel = mesh.vertices_m[mesh.link == mesh.links.index("wheel_4")]
+    # It rolls along x: a cylinder of 66 mm whose axis is y, 33 mm wide.
+    assert np.allclose(wheel.min(axis=0), [-0.066, -0.0165, -0.066]) and np.allclose(
+        wheel.max(axis=0), [0.066, 0.0165, 0.066]
+    )
+    # Crosswise wheels roll along y.
+    aside = mesh.vertices_m[mesh.link == mesh.links.index("wheel_2")]
+    assert np.allclose(np.ptp(aside, axis=0), [0.033, 0.132, 0.132])
+    # Triangles face outwards: the volume they enclose is that of the shapes, but for the wheels' corners.
+    for name, volume in (("front", 0.34 * 0.4 * 0.3), ("wheel_4", 12 * 0.066**2 * np.sin(np.pi / 12) * 0.033)):
+        corners = mesh.vertices_m[mesh.triangles[mesh.link[mesh.triangles[:, 0]] == mesh.links.index(name)]]
+        enclosed = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+        assert abs(abs(enclosed) / volume - 1) < 1e-9, name
+    with pytest.raises(ValueError, match="entities"):
+        meshes.of_urdf('<!DOCTYPE x [<!ENTITY a "b">]><robot name="x"/>')
+    with pytest.raises(ValueError, match="not a URDF"):
+        meshes.of_urdf("<robot")
+
+
+@pytest.mark.parametrize("vehicle", omnistep.vehicles())
+def test_urdf_loads_elsewhere_with_the_masses_and_axes_of_the_file(vehicle, tmp_path):
+    yourdfpy = pytest.importorskip("yourdfpy")
+    tomllib = pytest.importorskip("tomllib")
+    text = subprocess.run(
+        [sys.executable, "-m", "omnistep", "urdf", vehicle], check=True, capture_output=True, text=True
+    ).stdout
+    (tmp_path / "v.urdf").write_text(text)
+    robot = yourdfpy.URDF.load(str(tmp_path / "v.urdf"), load_meshes=False, build_scene_graph=True)
+    omnistep.run("flat", overrides={"vehicle": vehicle, "duration_s": 0.01}, mcap=tmp_path / "x.mcap")
+    given = tomllib.loads(omnistep.read_mcap(tmp_path / "x.mcap").scenario_toml)["vehicle"]
+    masses = {link.name: link.inertial.mass for link in robot.robot.links}
+    assert masses["base_link"] == given["body"][0]["mass_kg"]
+    for body in given["body"][1:]:
+        assert masses[body["name"]] == body["mass_kg"]
+    joints = robot.joint_map
+    for hinge in given.get("hinge", []):
+        assert np.allclose(joints[hinge["name"]].axis, np.array(hinge["axis"]) / np.linalg.norm(hinge["axis"]))
+        assert joints[hinge["name"]].limit.upper == hinge["limit_rad"]
+    for wheel in given["wheel"]:
+        dx, dy = np.array(wheel["rolling_direction"]) / np.linalg.norm(wheel["rolling_direction"])
+        joint = joints[f"wheel_{wheel['name']}"]
+        assert joint.type == "continuous" and np.allclose(joint.axis, [-dy, dx, 0.0])
+        assert masses[f"wheel_{wheel['name']}"] == wheel["mass_kg"]
+        # At rest the axle is where the file has it, whatever links are between.
+        at = robot.get_transform(f"wheel_{wheel['name']}", "base_link")[:3, 3]
+        assert np.allclose(at, [*wheel["position_m"], wheel["radius_m"]])
+
+
+def test_a_page_holds_everything_and_asks_for_nothing(run, tmp_path, monkeypatch, capsys):
+    _, path = run
+    out = tmp_path / "page.html"
+    monkeypatch.setattr(sys, "argv", ["omnistep", "report", str(path), str(path), "-o", str(out)])
+    assert main() == 0 and capsys.readouterr().out == f"{out}\n"
+    text = out.read_text(encoding="utf-8")
+    own = text.split("<script>")[0] + text.split("</script>")[-2]
+    assert not re.search(r"""(src|href)=["']?(https?:)?//""", own), "nothing from elsewhere"
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
+    assert len(data["runs"]) == 2 and data["runs"][0]["wheels"] == list("1234567")
+    assert text.count("<tr>") == 1 + 2
+
+
+def test_a_page_of_a_killed_run_says_so(run, tmp_path):
+    whole = run[1].read_bytes()
+    (tmp_path / "x.mcap.part").write_bytes(whole[: len(whole) // 2])
+    assert "ended early" in report.page([omnistep.read_mcap(tmp_path / "x.mcap.part")])
+
+
+def test_a_strip_is_a_picture(run, tmp_path):
+    film.strip(run[1], tmp_path / "strip.png")
+    head = (tmp_path / "strip.png").read_bytes()[:24]
+    width, height = struct.unpack(">II", head[16:24])
+    assert head[:8] == b"\x89PNG\r\n\x1a\n" and width > 4 * height
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["report", "missing.mcap"], "missing.mcap"),
+        (["strip", "LOG", "--every", "0"], "every_s = 0.0, allowed: > 0 [s]"),
+        (["film", "LOG", "-o", "x.avi"], "out = x.avi, allowed: a name that ends with .mp4, .gif or .png"),
+        (["film", "LOG", "--fps", "100"], "fps = 100.0, allowed: more than 0, up to 50"),
+        (["film", "LOG", "-o", "x.png", "--at", "9"], "at_s = 9.0, allowed: 0.001 to 2 [s]"),
+    ],
+)
+def test_what_cannot_be_made_is_one_line(run, tmp_path, monkeypatch, capsys, arguments, expected):
+    monkeypatch.chdir(tmp_path)
+    given = [str(run[1]) if each == "LOG" else each for each in arguments]
+    monkeypatch.setattr(sys, "argv", ["omnistep", *given])
+    assert main() == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and expected in said and said.count("\n") == 1
+    assert list(Path(tmp_path).iterdir()) == []
