@@ -127,7 +127,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         )?;
         if let Some((wheel, signal, [logged, replayed])) = difference(state, &sample) {
             differing += 1;
-            first.get_or_insert_with(|| Difference {
+            first.get_or_insert(Difference {
                 time_ns: *time_ns,
                 period: period as u64,
                 wheel,

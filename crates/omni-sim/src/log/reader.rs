@@ -34,7 +34,7 @@ pub enum LogMessage {
     /// `/joint_states`.
     JointStates(JointState),
     /// `/odom`.
-    Odom(Odometry),
+    Odom(Box<Odometry>),
     /// `/cmd_vel`.
     CmdVel(TwistStamped),
     /// `/markers`.
@@ -218,7 +218,7 @@ impl Seen {
             topic::VEHICLE_STATE => LogMessage::VehicleState(decode(data)?),
             topic::TF => LogMessage::Tf(decode(data)?),
             topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
-            topic::ODOM => LogMessage::Odom(decode(data)?),
+            topic::ODOM => LogMessage::Odom(Box::new(decode(data)?)),
             topic::CMD_VEL => LogMessage::CmdVel(decode(data)?),
             topic::MARKERS => LogMessage::Markers(decode(data)?),
             topic::ROBOT_DESCRIPTION => LogMessage::RobotDescription(decode(data)?),

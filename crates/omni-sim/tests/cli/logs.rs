@@ -42,7 +42,7 @@ fn copied(
             change(time_ns, &mut state);
             send(&mut writer, topic::VEHICLE_STATE, time_ns, &state)
         }
-        LogMessage::Odom(odom) => send(&mut writer, topic::ODOM, time_ns, &odom),
+        LogMessage::Odom(odom) => send(&mut writer, topic::ODOM, time_ns, &*odom),
         _ => Ok(()),
     })
     .unwrap();
