@@ -130,6 +130,7 @@ impl Messages {
     }
 
     /// The policy that messages name from now on.
+    #[cfg(feature = "live")]
     pub(crate) fn policy(&mut self, policy: &str) {
         if self.scenario.control.policy != policy {
             self.scenario.control.policy = policy.to_owned();

@@ -21,6 +21,8 @@ use crate::{Error, Outcome};
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
+/// Bytes of a footer.
+const FOOTER_BYTES: usize = 20;
 /// Records larger than any that we write are damage.
 const LARGEST_RECORD: usize = 1 << 28;
 
@@ -119,7 +121,7 @@ pub fn read_log(
         .with_record_length_limit(LARGEST_RECORD);
     let mut reader = LinearReader::new_with_options(options);
     let mut seen = Seen::default();
-    let (mut read, mut last) = (0, Vec::new());
+    let (mut read, mut last, mut footer_bytes) = (0, Vec::new(), 0);
     let complete = loop {
         match reader.next_event() {
             None => break true,
@@ -132,14 +134,13 @@ pub fn read_log(
                 reader.notify_read(got);
             }
             Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                if opcode == mcap::records::op::FOOTER {
+                    footer_bytes = data.len();
+                }
                 let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
                 if let Some((time, message)) = seen.take(record).map_err(damaged)? {
                     on(time, message)?;
                 }
-            }
-            // A killed run ends anywhere.
-            Some(Err(McapError::UnexpectedEof | McapError::UnexpectedEoc)) if read > mcap::MAGIC.len() => {
-                break false;
             }
             Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
                 return Err(lacks("not an MCAP file, or nothing of it was written").into());
@@ -151,6 +152,10 @@ pub fn read_log(
             Some(Err(error)) => return Err(damaged(error.to_string()).into()),
         }
     };
+    if complete && footer_bytes != FOOTER_BYTES {
+        // No checksum covers that, and nothing that follows would show it.
+        return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
+    }
     let text = seen
         .scenario
         .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;

@@ -186,8 +186,9 @@ fn a_flipped_bit_anywhere_is_noticed() {
     };
     assert!(inspect(&good).status.success());
     // A chunk in the middle, the summary near the end, and some hundred places in between: records of every kind.
-    // And the length of the first record, which then reaches beyond the end.
+    // And the length of the first record, which then reaches beyond the end, and every byte of the footer and the end.
     let places = [good.len() / 2, good.len() - 200].into_iter().chain(9..17);
+    let places = places.chain(good.len() - 37..good.len());
     for at in places.chain((0..good.len()).step_by(good.len() / 97)) {
         let mut bad = good.clone();
         bad[at] ^= 1 << (at % 8);
