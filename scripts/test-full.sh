@@ -1,9 +1,12 @@
 #!/usr/bin/env bash
-# The tests, then what takes longer: wheels of rollers, ensembles around the torque threshold and the benchmarks.
+# The tests, then what takes longer: wheels of rollers, films, ensembles around the torque threshold and the benchmarks.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
 cargo test --release --test roller_wheels -- --ignored
+# Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
+.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[view]"
+.venv/bin/python -m pytest python/tests/test_film.py
 results=$(mktemp -d) # a new folder: results that are there are not computed again
 trap 'rm -rf "$results"' EXIT
 for torque in 1.0 1.4 1.8 2.0; do
