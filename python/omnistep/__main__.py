@@ -11,8 +11,6 @@ from omnistep._omnistep import cli
 
 def main() -> int:
     """Run the command line and return its exit code: 0 done, 1 the run failed, 2 the request was wrong."""
-    # Ctrl-C ends the process at once, as it ends the Rust binary; the log keeps its .part name.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
     arguments = sys.argv[1:]
     if arguments[:1] == ["report"]:
         return _report(arguments[1:])
@@ -20,6 +18,8 @@ def main() -> int:
         return _strip(arguments[1:])
     if arguments[:1] == ["film"]:
         return _film(arguments[1:])
+    # Ctrl-C ends the process at once, as it ends the Rust binary; the log keeps its .part name.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     return cli(["omnistep", *arguments])
 
 
@@ -74,6 +74,8 @@ def _made(make: Callable[[], None], out: Path) -> int:
 
     try:
         make()
+    except KeyboardInterrupt:
+        return 130
     except (OmnistepError, ValueError, ImportError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1 if isinstance(error, RuntimeError) else 2

@@ -492,6 +492,29 @@ class Trace:
         """
     def columns(self) -> dict[str, _Floats]:
         """Every column by name, each (T,), without a copy."""
+    def metrics(self) -> dict[str, Any]:
+        """The figures of the run by name, as :meth:`Outcome.to_dict`."""
+    def to_numpy(self) -> _Floats:
+        """Every column side by side in the order of ``names``, (T, C), without a copy; read-only."""
+    def to_polars(self) -> Any:
+        """A ``polars.DataFrame`` on the trace's own memory.
+
+        >>> import omnistep
+        >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
+        >>> trace.to_polars().shape == (500, len(trace.names))
+        True
+
+        Raises:
+            ImportError: polars is not there.
+        """
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame``: a copy, as pandas keeps its own memory.
+
+        Raises:
+            ImportError: pandas is not there.
+        """
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """The columns as an Arrow stream without a copy: ``pyarrow.table(trace)``, ``duckdb.sql("from trace")``."""
     def __getitem__(self, name: str, /) -> _Floats:
         """A column, (T,), without a copy.
 

@@ -1,5 +1,7 @@
 """Pictures and films of logged runs."""
 
+import contextlib
+import importlib
 import os
 import shutil
 import signal
@@ -87,11 +89,7 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
 
 def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
     """Yield a picture a moment."""
-    try:
-        import rerun as rr
-        import rerun.blueprint as rrb
-    except ImportError as error:
-        raise ImportError('omnistep film needs Rerun: pip install "omnistep[view]"') from error
+    rr, rrb = _extra("rerun"), _extra("rerun.blueprint")
     base = log.frames["base_link"][:, :3]
     near, far = base.min(axis=0), base.max(axis=0)
     middle = (near + far) / 2.0
@@ -127,6 +125,14 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
         recording.disconnect()
 
 
+def _extra(module: str) -> Any:
+    """Import what ``omnistep[view]`` brings."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ImportError(f'omnistep film needs {module}: pip install "omnistep[view]"') from error
+
+
 def _loaded(client: Any, until_s: float) -> Any:
     """Wait until the viewer has all of a log, and return what names its view of the vehicle."""
     late = time.monotonic() + _START_S
@@ -144,8 +150,7 @@ def _loaded(client: Any, until_s: float) -> Any:
 @contextmanager
 def _viewer() -> Iterator[Any]:
     """Start Rerun's viewer without a window, on 127.0.0.1, and end it afterwards."""
-    from rerun.experimental import ViewerClient
-
+    client_of = _extra("rerun.experimental").ViewerClient.connect
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -157,37 +162,51 @@ def _viewer() -> Iterator[Any]:
     command = [program, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
     command += ["--window-size", "1700x760"]
     quiet = dict(os.environ, RERUN_ANALYTICS="0", DO_NOT_TRACK="1", RERUN_APP_ONLY="true")
-    process = subprocess.Popen(
-        command, env=quiet, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    try:
-        late = time.monotonic() + _START_S
-        while True:
-            if process.poll() is not None:
-                said = process.stderr.read().strip().splitlines() if process.stderr else []
-                raise FilmError(f"Rerun's viewer ended: {said[-1] if said else 'no reason given'}")
-            try:
-                client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-                client.get_state()
-                break
-            except Exception as error:
-                if time.monotonic() > late:
-                    raise FilmError(f"Rerun's viewer did not start within {_START_S:g} s: {error}") from error
-                time.sleep(0.2)
-        yield client
-    finally:
-        # The program is a script that starts another one: end both.
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(
+            command, env=quiet, stdout=subprocess.DEVNULL, stderr=said, text=True, start_new_session=True
+        )
+        try:
+            yield _answering(process, client_of, f"rerun+http://127.0.0.1:{port}/proxy", said)
+        finally:
+            _end(process)
+
+
+def _answering(process: subprocess.Popen[str], client_of: Any, address: str, said: Any) -> Any:
+    """Return a client of the viewer as soon as it answers."""
+    late = time.monotonic() + _START_S
+    while True:
+        if process.poll() is not None:
+            said.seek(0)
+            lines = said.read().strip().splitlines() or ["no reason given"]
+            raise FilmError(f"Rerun's viewer ended: {lines[-1]}")
+        try:
+            client = client_of(address)
+            client.get_state()
+            return client
+        except Exception as error:
+            if time.monotonic() > late:
+                raise FilmError(f"Rerun's viewer did not start within {_START_S:g} s: {error}") from error
+            time.sleep(0.2)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """End the viewer: the program is a script that starts another one, so both."""
+    with contextlib.suppress(ProcessLookupError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGTERM)
         else:
             process.terminate()
+    try:
+        process.wait(10.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
         process.wait()
 
 
 def _joined(pictures: Sequence[Path], out: Path, fps: float) -> None:
     """Make a film of pictures."""
-    import imageio.v3 as iio
-
+    iio = _extra("imageio.v3")
     frames = np.stack([iio.imread(picture)[:, :, :3] for picture in pictures])
     frames = frames[:, : frames.shape[1] // 2 * 2, : frames.shape[2] // 2 * 2]  # mp4 has pairs of rows and columns
     if out.suffix == ".gif":

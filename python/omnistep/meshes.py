@@ -59,7 +59,10 @@ def of_urdf(text: str) -> Mesh:
     for number, link in enumerate(robot.iter("link")):
         links.append(link.get("name", ""))
         for visual in link.iter("visual"):
-            parts.extend((number, *part) for part in _shape(visual))
+            try:
+                parts.extend((number, *part) for part in _shape(visual))
+            except (AttributeError, TypeError, ValueError) as error:
+                raise ValueError(f"not a URDF: link {links[-1]!r} has a shape without its numbers") from error
     offsets = np.cumsum([0, *(len(vertices) for _, vertices, _, _ in parts)])
     return Mesh(
         links=links,

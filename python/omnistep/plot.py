@@ -80,7 +80,7 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         The axes.
 
     Raises:
-        ValueError: the time is not positive.
+        ValueError: the time is not positive, or the log has no poses.
     """
     if not every_s > 0.0:
         raise ValueError(f"every_s = {every_s}, allowed: > 0 [s]")
@@ -89,6 +89,8 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         ax = plt.subplots(figsize=(11, 2.3), layout="constrained")[1]
     if isinstance(run, Log):
         trace, time = run.trace, run.frame_time_s
+        if len(time) == 0:
+            raise ValueError(f"{run.path}: no messages on /tf, allowed: a run with poses")
         centres = np.stack([run.frames[f"wheel_{name}"][:, :3] for name in trace.wheel_names], axis=1)
         x, z = centres[:, :, 0], centres[:, :, 2]
     else:

@@ -2,6 +2,7 @@
 
 import base64
 import html
+import importlib
 import json
 from collections.abc import Sequence
 from importlib.resources import files
@@ -76,7 +77,7 @@ def page(logs: Sequence[Log]) -> str:
     if not logs:
         raise ValueError("logs = [], allowed: at least one run")
     try:
-        from plotly.offline import get_plotlyjs
+        get_plotlyjs = importlib.import_module("plotly.offline").get_plotlyjs
     except ImportError as error:
         raise ImportError('omnistep.report needs plotly: pip install "omnistep[view]"') from error
     assets = files("omnistep") / "assets"
@@ -91,7 +92,7 @@ def page(logs: Sequence[Log]) -> str:
         ),
         headings="".join(f"<th scope=col>{html.escape(_HEADINGS[key])}</th>" for key in _FIGURES),
         rows="".join(_row(log) for log in logs),
-        data=data.replace("</", "<\\/"),
+        data=data.replace("<", "\\u003c"),
         plotly=get_plotlyjs(),
         js=assets.joinpath("report.js").read_text(encoding="utf-8"),
     )

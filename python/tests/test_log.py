@@ -101,8 +101,9 @@ def test_shapes_of_a_urdf_have_their_sizes(run):
         assert abs(abs(enclosed) / volume - 1) < 1e-9, name
     with pytest.raises(ValueError, match="entities"):
         meshes.of_urdf('<!DOCTYPE x [<!ENTITY a "b">]><robot name="x"/>')
-    with pytest.raises(ValueError, match="not a URDF"):
-        meshes.of_urdf("<robot")
+    for text in ("<robot", '<robot><link name="a"><visual/></link></robot>'):
+        with pytest.raises(ValueError, match="not a URDF"):
+            meshes.of_urdf(text)
 
 
 @pytest.mark.parametrize("vehicle", omnistep.vehicles())
@@ -145,6 +146,24 @@ def test_a_page_holds_everything_and_asks_for_nothing(run, tmp_path, monkeypatch
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
     assert len(data["runs"]) == 2 and data["runs"][0]["wheels"] == list("1234567")
     assert text.count("<tr>") == 1 + 2
+
+
+def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
+    evil = tmp_path / "<script>alert(1)<!--.mcap"
+    evil.write_bytes(run[1].read_bytes())
+    text = report.page([omnistep.read_mcap(evil)])
+    assert "<script>alert" not in text and "&lt;script&gt;alert(1)&lt;!--.mcap" in text
+    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1]
+    assert "<" not in data
+
+
+def test_a_log_without_poses_is_no_picture(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "x.mcap"
+    omnistep.run("flat", overrides={"duration_s": 0.1, "log": {"tf_hz": 0.0}}, mcap=path)
+    for command in (["strip"], ["film", "-o", "x.png"], ["report"]):
+        monkeypatch.setattr(sys, "argv", ["omnistep", command[0], str(path), *command[1:]])
+        assert main() == 2
+        assert re.search(r"x\.mcap: no messages on .*/tf", capsys.readouterr().err), command
 
 
 def test_a_page_of_a_killed_run_says_so(run, tmp_path):

@@ -82,6 +82,11 @@ test("a client watches a run in step with the clock and changes command, policy 
   assert.ok(took > 1.8 && took < 4, `2 simulated seconds took ${took} s`); // never faster than the clock; later where the machine is
   assert.ok(Math.abs(speed(client).x - 0.3) < 0.02, "the scenario's command is followed");
 
+  // One component alone: the others stay the scenario's.
+  client.send({ op: "setParameters", id: "turn", parameters: [{ name: "command.wz_rad_s", value: 0.2 }] });
+  await client.until(() => Math.abs(client.of("/odom").at(-1).message.twist.twist.angular.z - 0.2) < 0.05 && Math.abs(speed(client).x - 0.3) < 0.02, "turning while driving ahead");
+  client.send({ op: "setParameters", id: "straight", parameters: [{ name: "command.wz_rad_s", value: 0.0 }] });
+
   // A command by parameters: to the left.
   client.send({ op: "setParameters", id: "left", parameters: [{ name: "command.vx_m_s", value: 0.0 }, { name: "command.vy_m_s", value: 0.2 }] });
   await client.until(() => client.texts.some(({ op, id }) => op === "parameterValues" && id === "left"), "the answer");
@@ -113,15 +118,29 @@ test("a client watches a run in step with the clock and changes command, policy 
   header.writeUInt32LE(7, 1);
   client.socket.send(Buffer.concat([header, twist]));
   await client.until(() => Math.abs(speed(client).x + 0.1) < 0.02, "driving backwards");
+
+  // What is no twist, or beyond what a scenario may ask for, is refused with the reason.
+  client.send({ op: "advertise", channels: [{ id: 8, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/TwistStamped" }, { id: 9, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/Twist" }] });
+  for (const [id, text] of [[8, "{}"], [9, JSON.stringify({ linear: { x: 1e9, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } })]]) {
+    const data = Buffer.alloc(5);
+    data.writeUInt8(1, 0);
+    data.writeUInt32LE(id, 1);
+    client.socket.send(Buffer.concat([data, Buffer.from(text)]));
+  }
+  const refused = (pattern) => () => client.texts.some(({ op, message }) => op === "status" && pattern.test(message));
+  await client.until(refused(/\/cmd_vel: geometry_msgs\/msg\/TwistStamped, allowed: geometry_msgs\/msg\/Twist/), "not a twist");
+  await client.until(refused(/command\.vx_m_s: 1e9, allowed: -100 to 100/), "too fast");
   run.kill("SIGINT");
   await once(run, "exit");
 });
 
 test("a run ends with its scenario, faster than the clock if asked to, and prints its figures", async () => {
-  const { run, address, printed } = await started("--set", "duration_s=4", "--speed", "inf");
+  const { run, address, printed } = await started("--set", "duration_s=30", "--speed", "inf");
   const client = await connected(address);
+  const start = performance.now();
   await client.subscribe("/odom");
   const [code] = await once(run, "exit");
+  assert.ok(performance.now() - start < 20_000, "30 s of simulation in less than 20");
   assert.equal(code, 0);
   assert.equal(JSON.parse(printed()).verdict, "driven");
 });

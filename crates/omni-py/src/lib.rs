@@ -1,7 +1,8 @@
 //! Python bindings of omnistep: the module `omnistep._omnistep` and nothing else.
-#![deny(unsafe_code)] // but for the one zero-copy borrow, in trace.rs
+#![deny(unsafe_code)] // but for the zero-copy borrows, in trace.rs and arrow.rs
 
 mod arrays;
+mod arrow;
 mod cli;
 mod counts;
 mod error;

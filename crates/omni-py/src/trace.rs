@@ -1,11 +1,13 @@
 //! A run's columns as NumPy arrays on the trace's own memory.
 
+use std::sync::Arc;
+
 use numpy::ndarray::{ArrayView1, ArrayView2, Dimension, ViewRepr};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
 use omni_sim::config::Scenario;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyImportError, PyKeyError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyCapsule, PyDict};
 
 use crate::arrays::numbers;
 
@@ -13,7 +15,7 @@ use crate::arrays::numbers;
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Trace {
     scenario: Scenario,
-    trace: omni_sim::Trace,
+    trace: Arc<omni_sim::Trace>,
     outcome: Outcome,
 }
 
@@ -22,7 +24,7 @@ impl Trace {
         Self {
             scenario,
             outcome: Outcome::new(*trace.outcome()),
-            trace,
+            trace: Arc::new(trace),
         }
     }
 }
@@ -159,6 +161,41 @@ impl Trace {
         Ok(borrow(slf, &ArrayView1::from(column)))
     }
 
+    /// The columns as an Arrow stream, on the trace's own memory; whatever schema is asked for, they are float64.
+    #[pyo3(signature = (requested_schema = None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        let _ = requested_schema; // the interface lets a producer ignore it
+        crate::arrow::stream(py, &self.trace)
+    }
+
+    /// Every column side by side, (T, C), on the trace's own memory.
+    fn to_numpy<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let trace = &slf.get().trace;
+        let shape = (trace.names().len(), trace.rows());
+        let view = ArrayView2::from_shape(shape, trace.data());
+        let view = view.map_err(|error| PyKeyError::new_err(error.to_string()))?;
+        Ok(borrow(slf, &view.reversed_axes()))
+    }
+
+    /// A polars data frame on the trace's own memory.
+    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        extra(slf.py(), "polars")?.call_method1("DataFrame", (slf,))
+    }
+
+    /// A pandas data frame; a copy, as pandas keeps its own blocks.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        extra(slf.py(), "pandas")?.call_method1("DataFrame", (Self::columns(slf)?,))
+    }
+
+    /// The figures of the run by name: [`Outcome.to_dict`].
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.outcome.to_dict(py)
+    }
+
     fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
         // As in a dict: whatever is not a name is not in it.
         name.extract::<&str>()
@@ -185,6 +222,18 @@ impl Trace {
         let (scenario, policy) = (self.scenario(), self.policy());
         let outcome = self.outcome.summary();
         format!("{scenario}, {policy}: {rows} rows, {columns} columns, {outcome}")
+    }
+}
+
+/// A package that is not ours to require.
+fn extra<'py>(py: Python<'py>, package: &str) -> PyResult<Bound<'py, PyAny>> {
+    match py.import(package) {
+        Ok(module) => Ok(module.into_any()),
+        Err(error) => {
+            let missing = PyImportError::new_err(format!("this needs {package}: pip install {package}"));
+            missing.set_cause(py, Some(error));
+            Err(missing)
+        }
     }
 }
 

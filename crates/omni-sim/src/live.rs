@@ -5,6 +5,7 @@
 
 mod desk;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,19 +21,21 @@ use crate::log::ros2::{
 use crate::log::{Messages, Sink, topic};
 use crate::run::drive;
 use crate::{Error, Outcome, Simulation};
-use desk::Desk;
+use desk::{Desk, Said};
 
 /// Where and how fast a live run is.
 #[derive(Clone, Copy, Debug)]
 pub struct Live {
     /// Port on 127.0.0.1; 0 for any that is free.
     pub port: u16,
-    /// Simulated seconds a second on the clock, > 0; infinity for as fast as it goes.
+    /// Simulated seconds a second on the clock, 0.001 and more; infinity for as fast as it goes.
     pub speed: f64,
     /// Starts when the first client subscribes to something.
     pub wait: bool,
 }
 
+/// Slowest run: an hour of it is then six weeks.
+const SLOWEST: f64 = 1e-3;
 /// How far ahead of the clock a run may be before it waits.
 const AHEAD: Duration = Duration::from_millis(2);
 /// Time between two looks for the first client.
@@ -46,7 +49,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// What is not allowed changes nothing, and the client is told why.
 ///
 /// # Errors
-/// [`Error::Argument`] for a speed that is not positive, [`Error::Live`] where the port cannot be had; as [`crate::run()`], and
+/// [`Error::Argument`] for a speed below 0.001, [`Error::Live`] where the port cannot be had; as [`crate::run()`], and
 /// whatever `watch` returns.
 pub fn run_live<E: From<Error>>(
     scenario: &Scenario,
@@ -54,44 +57,46 @@ pub fn run_live<E: From<Error>>(
     started: impl FnOnce(&str),
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
-    if live.speed.is_nan() || live.speed <= 0.0 {
+    if live.speed.is_nan() || live.speed < SLOWEST {
         return Err(E::from(Error::Argument {
             name: "--speed",
             value: live.speed.to_string(),
-            allowed: "more than 0",
+            allowed: "0.001 and more",
         }));
     }
+    let controller = AnyController::new(scenario)?;
     let desk = Arc::new(Desk::new(scenario));
     let mut server = Server::start(live.port, &desk)?;
     server.advertise();
-    let mut messages = Messages::new(scenario);
+    let messages = Messages::new(scenario);
     let address = format!("ws://127.0.0.1:{}", server.handle.port());
     started(&address);
     while live.wait && !desk.take_subscribed() {
+        server.say(desk.take_said());
         std::thread::sleep(LOOK);
     }
     // Sending cannot fail: who is too slow misses messages.
     let _ = messages.describe(&mut server);
     let start = Instant::now();
+    let messages = RefCell::new(messages);
     let steer = |simulation: &mut Simulation| {
         if let Some(changed) = desk.take_changed() {
             simulation.take_control(&changed)?;
+            // From the next message on; the description is sent to whoever subscribes next.
+            messages.borrow_mut().describes(&changed);
         }
         Ok(desk.command().unwrap_or_else(|| simulation.scenario_command()))
     };
-    let controller = AnyController::new(scenario)?;
     let ended = drive(scenario, controller, steer, |simulation, part| {
+        let mut messages = messages.borrow_mut();
         if desk.take_subscribed() {
             // Latched, as ROS has it: who comes later gets them too.
             let _ = messages.describe(&mut server);
         }
-        messages.policy(&desk.policy());
         let _ = messages.push(simulation.sample(), simulation.observation(), &mut server);
-        for said in desk.take_said() {
-            server.say(&said);
-        }
+        server.say(desk.take_said());
         let due = Duration::try_from_secs_f64(simulation.time_ns() as f64 * 1e-9 / live.speed);
-        let ahead = due.unwrap_or_default().saturating_sub(start.elapsed());
+        let ahead = due.unwrap_or(Duration::MAX).saturating_sub(start.elapsed());
         if ahead > AHEAD {
             std::thread::sleep(ahead);
         }
@@ -133,13 +138,15 @@ impl Server {
         })
     }
 
-    /// Tells every client what became of its request.
-    fn say(&self, said: &desk::Said) {
-        match said {
-            desk::Said::Refused(why) => self
-                .handle
-                .publish_status(foxglove::websocket::Status::error(why.clone())),
-            desk::Said::Set(parameters) => self.handle.publish_parameter_values(parameters.clone()),
+    /// Tells every client what became of its requests.
+    fn say(&self, said: Vec<Said>) {
+        for said in said {
+            match said {
+                Said::Refused(why) => self
+                    .handle
+                    .publish_status(foxglove::websocket::Status::error(why)),
+                Said::Set(parameters) => self.handle.publish_parameter_values(parameters),
+            }
         }
     }
 }

@@ -76,17 +76,16 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         Ok(())
     })?;
     let period_ns = file.scenario.control.period_us * 1000;
-    let expected = (1..).map(|k| k * period_ns);
-    if let Some(((_, state), _)) = states
-        .iter()
-        .zip(expected)
-        .find(|((time_ns, _), expected)| time_ns != expected)
-    {
-        let stamp = state.header.stamp;
+    let missing = (1..)
+        .map(|k| k * period_ns)
+        .zip(states.iter().map(|(time_ns, _)| Some(*time_ns)).chain([None]))
+        .find(|(expected, time_ns)| *time_ns != Some(*expected))
+        .map_or(0, |(expected, _)| expected);
+    // The first period that is missing is the one after the last message of all, and there is one before it.
+    if missing <= file.until_ns || states.is_empty() {
         let what = format!(
-            "/vehicle_state is not there for every control period of {period_ns} ns before t = {}.{:09} s, and replay asks for \
-             that: leave log.vehicle_state_hz out",
-            stamp.sec, stamp.nanosec
+            "no /vehicle_state at t = {} s, and replay asks for one every control period: leave log.vehicle_state_hz out",
+            missing as f64 / 1e9
         );
         return Err(LogError::Lacks {
             path: path.to_path_buf(),

@@ -165,6 +165,12 @@ impl Trace {
         self.data.get(start..start + wheels * self.rows)
     }
 
+    /// All columns, one after the other.
+    #[must_use]
+    pub fn data(&self) -> &[f64] {
+        &self.data
+    }
+
     /// A column by its place in [`Trace::names`].
     ///
     /// # Panics

@@ -8,6 +8,7 @@ use crate::load::Source;
 impl Vehicle {
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
+        own_names(source, self)?;
         unique(source, "body", self.body.iter().map(|b| &b.name))?;
         unique(source, "hinge", self.hinge.iter().map(|h| &h.name))?;
         unique(source, "coupling", self.coupling.iter().map(|c| &c.name))?;
@@ -105,6 +106,24 @@ impl Vehicle {
         }
         Ok(())
     }
+}
+
+/// Names that viewers know: frames and joints of logs and URDFs are called after bodies, hinges and wheels.
+fn own_names(source: &Source, vehicle: &Vehicle) -> Result<(), Error> {
+    let bodies = vehicle.body.iter().skip(1).map(|body| &body.name);
+    let hinges = vehicle.hinge.iter().map(|hinge| &hinge.name);
+    let bodies = bodies.enumerate().map(|(i, name)| ("body", i + 1, name));
+    for (list, i, name) in bodies.chain(hinges.enumerate().map(|(i, name)| ("hinge", i, name))) {
+        let wheel = |w: &WheelSpec| name.strip_prefix("wheel_") == Some(w.name.as_str());
+        if ["world", "base_link"].contains(&name.as_str()) || vehicle.wheel.iter().any(wheel) {
+            let allowed = "neither \"world\" nor \"base_link\", nor \"wheel_\" and a wheel's name: frames of logs are called so";
+            return Err(source.refuse(
+                format!("{list}[{i}].name"),
+                format!("{name:?}, allowed: {allowed}"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn unique<'a>(source: &Source, list: &str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {

@@ -11,7 +11,7 @@ use crate::ground::{Shape, shapes};
 const COLOUR: (&str, [f64; 4]) = ("ground", [0.62, 0.6, 0.56, 1.0]);
 /// How far beyond the vehicle's way ground is shown \[m\].
 const MARGIN_M: f64 = 1.0;
-/// Thickness that is shown \[m\].
+/// Thickness of the lowest ground that is shown \[m\].
 const THICKNESS_M: f64 = 0.1;
 /// Columns that a field of heights is shown as, along each side at most.
 const MOST_COLUMNS: usize = 40;
@@ -30,10 +30,10 @@ pub fn ground_urdf(scenario: &Scenario) -> String {
     let way = scenario.command.fastest_m_s() * scenario.duration_s + 2.0 * MARGIN_M;
     let [x, y] = [scenario.start.x_m, scenario.start.y_m];
     let around = [[x - way, x + way], [y - way, y + way]];
-    let parts = shapes(scenario, 1e3)
-        .iter()
-        .flat_map(|shape| shown(shape, around))
-        .collect();
+    let all = shapes(scenario, 1e3);
+    // Everything reaches down to below the lowest ground: no holes under risers.
+    let floor = all.iter().map(top_m).fold(f64::INFINITY, f64::min) - THICKNESS_M;
+    let parts = all.iter().flat_map(|shape| shown(shape, around, floor)).collect();
     text(&robot(
         "ground",
         vec![link(WORLD_LINK, Inertial::default(), parts)],
@@ -42,7 +42,7 @@ pub fn ground_urdf(scenario: &Scenario) -> String {
 }
 
 /// What of a shape is within `around`: x and y, from and to \[m\].
-fn shown(shape: &Shape, around: [[f64; 2]; 2]) -> Vec<Visual> {
+fn shown(shape: &Shape, around: [[f64; 2]; 2], floor: f64) -> Vec<Visual> {
     match shape {
         Shape::Box {
             half_m,
@@ -61,7 +61,7 @@ fn shown(shape: &Shape, around: [[f64; 2]; 2]) -> Vec<Visual> {
                 )];
             }
             match (cut(0), cut(1)) {
-                (Some(x), Some(y)) => vec![column(x, y, top)],
+                (Some(x), Some(y)) => vec![column(x, y, [floor, top])],
                 _ => Vec::new(),
             }
         }
@@ -102,7 +102,7 @@ fn shown(shape: &Shape, around: [[f64; 2]; 2]) -> Vec<Visual> {
                     clip([x(i), x(i + 1)], around[0]),
                     clip([y(j + 1), y(j)], around[1]),
                 ) {
-                    shown.push(column(x, y, sum / count));
+                    shown.push(column(x, y, [floor, sum / count]));
                 }
             }
             shown
@@ -115,14 +115,23 @@ fn clip([from, to]: [f64; 2], [least, most]: [f64; 2]) -> Option<[f64; 2]> {
     (from < to).then_some([from, to])
 }
 
-/// A box over a rectangle, its upper face at `top`.
-fn column([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], top: f64) -> Visual {
+/// The lowest height of a shape's upper side \[m\].
+fn top_m(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Box { half_m, centre_m, .. } => centre_m[2] + half_m[2],
+        Shape::Bar { .. } => f64::INFINITY, // lies on other ground
+        Shape::Field { heights_m, .. } => heights_m.iter().copied().fold(f64::INFINITY, f64::min),
+    }
+}
+
+/// A box over a rectangle, from `low` to `top`.
+fn column([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], [low, top]: [f64; 2]) -> Visual {
     let middle = [
         f64::midpoint(x0, x1),
         f64::midpoint(y0, y1),
-        top - THICKNESS_M / 2.0,
+        f64::midpoint(low, top),
     ];
-    of_box([x1 - x0, y1 - y0, THICKNESS_M], middle, 0.0)
+    of_box([x1 - x0, y1 - y0, top - low], middle, 0.0)
 }
 
 fn of_box(size: [f64; 3], middle: [f64; 3], turn_y_rad: f64) -> Visual {
@@ -133,4 +142,30 @@ fn of_box(size: [f64; 3], middle: [f64; 3], turn_y_rad: f64) -> Visual {
         Geometry::Box { size: Vec3(size) },
         COLOUR,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Override;
+
+    #[test]
+    fn a_high_step_has_no_hole_under_its_riser() {
+        let high = Override::new("terrain.height_m", 0.3);
+        let scenario = Scenario::load("step", &[high]).expect("valid");
+        let robot = urdf_rs::read_from_string(&ground_urdf(&scenario)).expect("a URDF");
+        let holds = |point: [f64; 3]| {
+            robot.links[0].collision.iter().any(|part| match part.geometry {
+                Geometry::Box { size } => {
+                    (0..3).all(|k| (point[k] - part.origin.xyz[k]).abs() <= size[k] / 2.0)
+                }
+                _ => false,
+            })
+        };
+        // Behind the riser at 0.7 m, from the floor up, and not before it or above.
+        for z in [-0.05, 0.05, 0.15, 0.29] {
+            assert!(holds([0.71, 0.0, z]), "at a height of {z} m");
+        }
+        assert!(!holds([0.69, 0.0, 0.05]) && !holds([0.71, 0.0, 0.31]));
+    }
 }

@@ -10,7 +10,7 @@ use foxglove::websocket::{
 use omni_core::BodyTwist;
 
 use crate::config::{Override, Scenario, Source};
-use crate::log::ros2::Twist;
+use crate::log::ros2::{RosMessage, Twist};
 use crate::log::topic;
 
 const VX: &str = "command.vx_m_s";
@@ -18,6 +18,11 @@ const VY: &str = "command.vy_m_s";
 const WZ: &str = "command.wz_rad_s";
 const POLICY: &str = "control.policy";
 const TORQUE: &str = "vehicle.motor.stall_torque_n_m";
+
+/// Names that clients have for [`Twist`].
+const TWIST: [&str; 2] = [Twist::TYPE, "geometry_msgs/Twist"];
+/// What is kept for clients until it is sent.
+const MOST_SAID: usize = 100;
 
 /// What clients are told.
 pub(super) enum Said {
@@ -59,10 +64,6 @@ impl Desk {
         self.papers().command
     }
 
-    pub(super) fn policy(&self) -> String {
-        self.papers().scenario.control.policy.clone()
-    }
-
     /// The scenario with what was changed since the last time.
     pub(super) fn take_changed(&self) -> Option<Scenario> {
         let mut papers = self.papers();
@@ -80,12 +81,31 @@ impl Desk {
 }
 
 impl Papers {
-    fn parameters(&self) -> Vec<Parameter> {
-        let command = self.command.unwrap_or(BodyTwist {
-            vx_m_s: self.scenario.command.vx_m_s,
-            vy_m_s: self.scenario.command.vy_m_s,
-            wz_rad_s: self.scenario.command.wz_rad_s,
+    /// What the vehicle is told: a client's twist, else the scenario's.
+    fn twist(&self) -> BodyTwist<f64> {
+        let own = &self.scenario.command;
+        self.command.unwrap_or(BodyTwist {
+            vx_m_s: own.vx_m_s,
+            vy_m_s: own.vy_m_s,
+            wz_rad_s: own.wz_rad_s,
+        })
+    }
+
+    /// Follows a twist from now on if it is one that a scenario may ask for.
+    fn follow(&mut self, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<(), String> {
+        let named = [(VX, vx_m_s), (VY, vy_m_s), (WZ, wz_rad_s)];
+        let checked = named.map(|(key, value)| Override::new(key, value));
+        self.with(&checked)?;
+        self.command = Some(BodyTwist {
+            vx_m_s,
+            vy_m_s,
+            wz_rad_s,
         });
+        Ok(())
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let command = self.twist();
         vec![
             Parameter::float64(VX, command.vx_m_s),
             Parameter::float64(VY, command.vy_m_s),
@@ -105,15 +125,9 @@ impl Papers {
         };
         match name {
             VX | VY | WZ => {
-                let value = number()?;
-                let mut command = self.command.unwrap_or(BodyTwist::ZERO);
-                match name {
-                    VX => command.vx_m_s = value,
-                    VY => command.vy_m_s = value,
-                    _ => command.wz_rad_s = value,
-                }
-                self.command = Some(command);
-                Ok(())
+                let mut twist = self.twist().to_array();
+                twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
+                self.follow(twist)
             }
             POLICY => match &parameter.value {
                 Some(ParameterValue::String(policy)) => self.change(Override::new(POLICY, policy.as_str())),
@@ -126,13 +140,25 @@ impl Papers {
         }
     }
 
-    /// The scenario with another value, checked as a file is.
+    /// Another value of the scenario from now on.
     fn change(&mut self, with: Override) -> Result<(), String> {
-        let text = toml::to_string(&self.scenario).map_err(|error| error.to_string())?;
-        let changed = Scenario::from_source(&Source::text("parameter", text), &[with]);
-        self.scenario = changed.map_err(|error| error.to_string())?;
+        self.scenario = self.with(&[with])?;
         self.changed = true;
         Ok(())
+    }
+
+    /// The scenario with other values, checked as a file is.
+    fn with(&self, values: &[Override]) -> Result<Scenario, String> {
+        let text = toml::to_string(&self.scenario).map_err(|error| error.to_string())?;
+        Scenario::from_source(&Source::text("parameter", text), values).map_err(|error| error.to_string())
+    }
+
+    /// Tells clients something; the oldest is forgotten where nobody takes it.
+    fn say(&mut self, said: Said) {
+        if self.said.len() == MOST_SAID {
+            self.said.remove(0);
+        }
+        self.said.push(said);
     }
 }
 
@@ -154,11 +180,11 @@ impl ParameterHandler for Desk {
             let mut papers = self.papers();
             for parameter in &parameters {
                 if let Err(why) = papers.set(parameter) {
-                    papers.said.push(Said::Refused(why));
+                    papers.say(Said::Refused(why));
                 }
             }
             let now = papers.parameters();
-            papers.said.push(Said::Set(now.clone()));
+            papers.say(Said::Set(now.clone()));
             now
         };
         responder.respond(now);
@@ -175,28 +201,29 @@ impl ServerListener for Desk {
         if channel.topic != topic::CMD_VEL {
             return;
         }
-        let twist = match channel.encoding.as_str() {
-            "cdr" => cdr_encoding::from_bytes::<Twist, LittleEndian>(payload.get(4..).unwrap_or_default())
-                .map(|(twist, _)| twist)
-                .map_err(|error| error.to_string()),
-            "json" => serde_json::from_slice::<Twist>(payload).map_err(|error| error.to_string()),
-            other => Err(format!("encoding {other}, allowed: cdr or json")),
-        };
         let mut papers = self.papers();
-        match twist {
-            Ok(Twist { linear, angular })
-                if [linear.x, linear.y, angular.z].iter().all(|v| v.is_finite()) =>
-            {
-                papers.command = Some(BodyTwist {
-                    vx_m_s: linear.x,
-                    vy_m_s: linear.y,
-                    wz_rad_s: angular.z,
-                });
-            }
-            Ok(_) => papers.said.push(Said::Refused(
-                "/cmd_vel: not finite, allowed: finite numbers".into(),
-            )),
-            Err(why) => papers.said.push(Said::Refused(format!("/cmd_vel: {why}"))),
+        let followed = twist(channel, payload).and_then(|twist| papers.follow(twist));
+        if let Err(why) = followed {
+            papers.say(Said::Refused(format!("/cmd_vel: {why}")));
         }
     }
+}
+
+/// The twist of a message: vx, vy \[m/s\] and wz \[rad/s\].
+fn twist(channel: &ClientChannel, payload: &[u8]) -> Result<[f64; 3], String> {
+    if !TWIST.contains(&channel.schema_name.as_str()) {
+        return Err(format!("{}, allowed: {}", channel.schema_name, Twist::TYPE));
+    }
+    let twist: Twist = match (channel.encoding.as_str(), payload) {
+        // Plain CDR, little end first.
+        ("cdr", [0, 1, _, _, body @ ..]) => {
+            let decoded = cdr_encoding::from_bytes::<Twist, LittleEndian>(body);
+            decoded
+                .map(|(twist, _)| twist)
+                .map_err(|error| error.to_string())?
+        }
+        ("json", _) => serde_json::from_slice(payload).map_err(|error| error.to_string())?,
+        (encoding, _) => return Err(format!("encoding {encoding}, allowed: little-endian cdr or json")),
+    };
+    Ok([twist.linear.x, twist.linear.y, twist.angular.z])
 }

@@ -129,12 +129,10 @@ impl Messages {
         }
     }
 
-    /// The policy that messages name from now on.
+    /// Another scenario of the same vehicle from now on: another policy or torque limit.
     #[cfg(feature = "live")]
-    pub(crate) fn policy(&mut self, policy: &str) {
-        if self.scenario.control.policy != policy {
-            self.scenario.control.policy = policy.to_owned();
-        }
+    pub(crate) fn describes(&mut self, scenario: &Scenario) {
+        self.scenario = scenario.clone();
     }
 
     /// What is sent once, at the start.

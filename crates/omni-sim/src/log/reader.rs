@@ -146,9 +146,7 @@ pub fn read_log(
                 return Err(lacks("not an MCAP file, or nothing of it was written").into());
             }
             // A killed run ends anywhere, but never with what ends a whole file.
-            Some(Err(McapError::UnexpectedEof | McapError::UnexpectedEoc)) if last != mcap::MAGIC => {
-                break false;
-            }
+            Some(Err(McapError::UnexpectedEof)) if last != mcap::MAGIC => break false,
             Some(Err(error)) => return Err(damaged(error.to_string()).into()),
         }
     };
@@ -207,6 +205,8 @@ impl Seen {
                 self.topics.insert(channel.id, channel.topic);
             }
             Record::Message { header, data } => return self.message(&header, &data),
+            // Where a flipped bit made a chunk of something else, nothing of it would be missed.
+            Record::Unknown { opcode, .. } => return Err(format!("a record of unknown kind {opcode:#x}")),
             _ => {}
         }
         Ok(None)
@@ -233,12 +233,16 @@ impl Seen {
                 return Ok(None);
             }
         };
-        match self.counts.get_mut(name) {
-            Some(count) => *count += 1,
-            None => {
-                self.counts.insert(name.clone(), 1);
-            }
+        let count = match self.counts.get_mut(name) {
+            Some(count) => count,
+            None => self.counts.entry(name.clone()).or_default(),
+        };
+        // Every topic counts from 0: a chunk that is not there shows.
+        if u64::from(header.sequence) != *count {
+            let sequence = header.sequence;
+            return Err(format!("{name}: message {sequence} follows {count} messages"));
         }
+        *count += 1;
         self.until_ns = self.until_ns.max(header.log_time);
         Ok(Some((header.log_time, message)))
     }
