@@ -43,9 +43,9 @@ def test_pandas_and_duckdb_have_the_same_numbers(trace):
     frame = trace.to_pandas()
     assert isinstance(frame, pd.DataFrame) and list(frame.columns) == trace.names
     assert np.array_equal(frame.to_numpy(), trace.to_numpy())
-    table = pa.table(trace)  # duckdb finds it by its name
-    rows = duckdb.sql("select max(twist_vx_m_s), count(*) from table").fetchone()
-    assert rows == (trace["twist_vx_m_s"].max(), len(table))
+    signals = pa.table(trace)  # duckdb finds it by its name
+    rows = duckdb.sql("select max(twist_vx_m_s), count(*) from signals").fetchall()
+    assert rows == [(trace["twist_vx_m_s"].max(), len(signals))]
 
 
 def test_frames_outlive_the_trace():

@@ -159,7 +159,7 @@ def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
 
 def test_a_log_without_poses_is_no_picture(tmp_path, monkeypatch, capsys):
     path = tmp_path / "x.mcap"
-    omnistep.run("flat", overrides={"duration_s": 0.1, "log": {"tf_hz": 0.0}}, mcap=path)
+    omnistep.run("flat", overrides={"duration_s": 0.1, "log.tf_hz": 0.0}, mcap=path)
     for command in (["strip"], ["film", "-o", "x.png"], ["report"]):
         monkeypatch.setattr(sys, "argv", ["omnistep", command[0], str(path), *command[1:]])
         assert main() == 2
