@@ -91,9 +91,9 @@ pub(crate) const HOLD_PER_S: Range = range(1e-3, 100.0);
 pub(crate) const WALL_CLOCK_S: Range = range(0.01, 1e6);
 pub(crate) const HEADING_RAD: Range = range(0.0, 3.2);
 pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
-/// A period in whole microseconds.
 /// Messages a second.
 pub(crate) const LOG_HZ: Range = range(0.0, 1e6);
+/// A period in whole microseconds.
 pub(crate) const PERIOD_US: Range = range(1.0, 1e5);
 pub(crate) const ITERATIONS: Range = range(1.0, 100.0);
 /// Parts of a physics step.

@@ -373,9 +373,11 @@ impl Scenario {
 
     /// Where every wheel shall have rollers, every wheel has some.
     fn check_rollers(&self, source: &Source) -> Result<(), Error> {
-        if self.physics.wheel_model == WheelModel::Rollers
-            && let Some(i) = (0..self.vehicle.wheel.len()).find(|i| self.rollers(*i).is_none())
-        {
+        let missing = |i: &usize| self.rollers(*i).is_none();
+        let wheels = 0..self.vehicle.wheel.len();
+        let everywhere = self.physics.wheel_model == WheelModel::Rollers;
+        let rolling = everywhere || !wheels.clone().all(|i| missing(&i));
+        if everywhere && let Some(i) = wheels.clone().find(missing) {
             let message = format!(
                 "\"rollers\", allowed: \"contact\" or \"ball\" with {}, whose file has neither [rollers] nor rollers of wheel[{i}]",
                 self.vehicle.name
@@ -387,7 +389,6 @@ impl Scenario {
             roller_substeps: parts,
             ..
         } = self.physics;
-        let rolling = (0..self.vehicle.wheel.len()).any(|i| self.rollers(i).is_some());
         let (least, most) = (step_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
         if rolling && least > most {
             let message = format!(
@@ -433,6 +434,28 @@ impl Scenario {
     #[must_use]
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle
+    }
+
+    /// The same scenario with other keys, checked as a file is; messages name it `file`.
+    ///
+    /// # Errors
+    /// What is wrong with a key, in one line.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let step = Scenario::load("step", &[])?;
+    /// let higher = step.with("step", &[Override::new("terrain.height_m", 0.06)])?;
+    /// assert_eq!(higher, Scenario::load("step", &[Override::new("terrain.height_m", 0.06)])?);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn with(&self, file: &str, overrides: &[Override]) -> Result<Self, Error> {
+        // Plain data; only a seed that TOML's integers cannot hold is refused.
+        let text = toml::to_string(self).map_err(|error| Error::Key {
+            file: file.to_owned(),
+            key: "seed".into(),
+            message: error.to_string(),
+        })?;
+        Self::from_source(&Source::text(file, text), overrides)
     }
 
     /// The same scenario under another coordination preset.

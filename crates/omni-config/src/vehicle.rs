@@ -211,6 +211,22 @@ fn one() -> f64 {
 }
 
 impl WheelSpec {
+    /// Radius of the ball that a wheel touches the ground with where it is one \[m\]: its own, or its rollers'.
+    ///
+    /// ```
+    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
+    /// let [along, crosswise] = [0, 1].map(|i| vehicle.wheel[i].contact_radius_m());
+    /// assert_eq!((along, crosswise), (0.066, 0.025)); // wheel 2 meets a riser with a roller
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn contact_radius_m(&self) -> f64 {
+        match self.contact {
+            WheelContact::Ball {} | WheelContact::Rollers(_) => self.radius_m,
+            WheelContact::Roller { radius_m } => radius_m,
+        }
+    }
+
     /// Width \[m\]: the file's, or half the radius.
     ///
     /// ```

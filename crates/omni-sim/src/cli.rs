@@ -16,6 +16,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use comfy_table::{CellAlignment, Row, Table, presets};
 use omni_core::Coordination;
 
 use crate::Error;
@@ -409,6 +410,18 @@ fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) 
             "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
         );
     }
+}
+
+/// A table with `left` columns of words, the others numbers, flush right.
+fn aligned<H: Into<Row>, R: Into<Row>>(headings: H, rows: impl IntoIterator<Item = R>, left: usize) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header(headings);
+    table.add_rows(rows);
+    for column in table.column_iter_mut().skip(left) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
 }
 
 /// Writes to standard output; a reader that has gone away is no error of ours.

@@ -6,7 +6,7 @@ use omni_core::BodyTwist;
 
 use crate::Error;
 use crate::brain::Brain;
-use crate::config::{Override, Scenario, Source};
+use crate::config::Override;
 use crate::controller::{AnyController, ControlSample, WheelSignals};
 use crate::log::ros2::{Twist, VehicleState, WheelState};
 use crate::log::{LogError, LogFile, LogMessage, read_log};
@@ -93,11 +93,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         }
         .into());
     }
-    let text = toml::to_string(&file.scenario).map_err(|error| LogError::Damaged {
-        path: path.to_path_buf(),
-        reason: error.to_string(),
-    })?;
-    let scenario = Scenario::from_source(&Source::text(path.display().to_string(), text), overrides)?;
+    let scenario = file.scenario.with(&path.display().to_string(), overrides)?;
     let mut brain = Brain::new(&scenario, AnyController::new(&scenario)?);
     let mut sample = ControlSample::default();
     let mut measured = Vec::new();

@@ -1,6 +1,6 @@
 //! A shape that can be and can stand: wheels clear of each other, hinges near the vehicle, its weight over its wheels.
 
-use super::{Vehicle, WheelContact, WheelSpec};
+use super::{Vehicle, WheelSpec};
 use crate::Error;
 use crate::load::Source;
 
@@ -121,18 +121,10 @@ impl Vehicle {
     }
 }
 
-/// The radius of what touches the ground.
-fn contact_radius(wheel: &WheelSpec) -> f64 {
-    match wheel.contact {
-        WheelContact::Ball {} | WheelContact::Rollers(_) => wheel.radius_m,
-        WheelContact::Roller { radius_m } => radius_m,
-    }
-}
-
 /// Balls on the ground intersect nearer than twice the geometric mean of their radii.
 fn touch(a: &WheelSpec, b: &WheelSpec) -> bool {
     let distance = (a.position_m[0] - b.position_m[0]).hypot(a.position_m[1] - b.position_m[1]);
-    distance < 2.0 * (contact_radius(a) * contact_radius(b)).sqrt()
+    distance < 2.0 * (a.contact_radius_m() * b.contact_radius_m()).sqrt()
 }
 
 /// Thin upright discs of the wheels' radii intersect: where their planes cross, both are at the same height.

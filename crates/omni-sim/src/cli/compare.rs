@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::{RunArgs, announce_gains, print};
+use super::{RunArgs, aligned, announce_gains, print};
 use crate::config::{Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::RunLog;
@@ -121,10 +121,8 @@ pub(super) fn live(
             &format!("{}\n", serde_json::to_string(&outcome).unwrap_or_default()),
         )?;
     } else {
-        let mut table = Table::new();
-        table.load_style(presets::ASCII_MARKDOWN);
-        table.set_header(["verdict"].into_iter().chain(FIGURES));
-        table.add_row(figures(&outcome));
+        let headings = ["verdict"].into_iter().chain(FIGURES);
+        let table = aligned(headings, [figures(&outcome)], FIGURES.len() + 1);
         print(out, &format!("{}\n{table}\n", headline(&scenario)))?;
     }
     ended.map_or(Ok(()), Err)
@@ -220,20 +218,12 @@ pub(super) fn figures(o: &Outcome) -> [String; 9] {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
     let headings = ["policy", "verdict"].into_iter().chain(FIGURES);
-    table.set_header(headings.chain(["x real time"]));
-    for row in rows {
-        let mut cells = vec![row.policy.clone()];
-        cells.extend(figures(&row.outcome));
-        cells.push(format!("{:.1}", row.realtime_factor));
-        table.add_row(cells);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+    let rows = rows.iter().map(|row| {
+        let named = std::iter::once(row.policy.clone()).chain(figures(&row.outcome));
+        named.chain([format!("{:.1}", row.realtime_factor)])
+    });
+    aligned(headings.chain(["x real time"]), rows, 1)
 }
 
 /// How it ended, and where if it stalled.

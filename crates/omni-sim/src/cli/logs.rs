@@ -3,11 +3,11 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use serde::Serialize;
 
 use super::compare::{FIGURES, figures};
-use super::{parse_overrides, print};
+use super::{aligned, parse_overrides, print};
 use crate::config::{Override, Source, Vehicle};
 use crate::log::{LogFile, read_log};
 use crate::{Error, Outcome, Replay, replay, vehicle_urdf};
@@ -50,21 +50,16 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     if json {
         return Ok(());
     }
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header(["log", "policy", "verdict"].into_iter().chain(FIGURES));
-    for file in &files {
+    let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
         let mut row = vec![name.into_owned(), file.scenario.control.policy.clone()];
         match &file.outcome {
             Some(outcome) => row.extend(figures(outcome)),
             None => row.push("ended early".into()),
         }
-        table.add_row(row);
-    }
-    for column in table.column_iter_mut().skip(3) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+        row
+    });
+    let table = aligned(["log", "policy", "verdict"].into_iter().chain(FIGURES), rows, 3);
     print(out, &format!("{table}\n"))
 }
 
@@ -136,28 +131,23 @@ fn said(replay: &Replay) -> String {
 }
 
 fn torques(replay: &Replay) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header([
+    let headings = [
         "wheel",
         "logged rms [N.m]",
         "replayed rms [N.m]",
         "largest difference [N.m]",
         "at [s]",
-    ]);
-    for wheel in &replay.wheels {
-        table.add_row([
+    ];
+    let rows = replay.wheels.iter().map(|wheel| {
+        [
             wheel.wheel.clone(),
             format!("{:.4}", wheel.logged_rms_n_m),
             format!("{:.4}", wheel.replayed_rms_n_m),
             format!("{:.4}", wheel.largest_n_m),
             format!("{:.3}", wheel.largest_at_ns as f64 / 1e9),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        ]
+    });
+    aligned(headings, rows, 1)
 }
 
 /// Prints a vehicle as URDF.

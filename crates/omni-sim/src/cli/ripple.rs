@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use serde::Serialize;
 
-use super::{parse_overrides, print};
+use super::{aligned, parse_overrides, print};
 use crate::Error;
 use crate::config::{self, RollerWheel, Source, Vehicle, WheelModel};
 
@@ -87,9 +87,7 @@ pub(super) fn ripple(
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header([
+    let headings = [
         "wheel",
         "rollers",
         "radius",
@@ -100,12 +98,12 @@ fn table(rows: &[Row]) -> Table {
         "ripple [%]",
         "rolling radius",
         "error [%]",
-    ]);
+    ];
     // Adding 0 takes the sign off a zero.
     let thousandths = |x: f64| format!("{:.3}", (1e3 * x).round() / 1e3 + 0.0);
     let mm = |metres: f64| thousandths(1e3 * metres);
-    for row in rows {
-        table.add_row([
+    let rows = rows.iter().map(|row| {
+        [
             row.wheel.clone(),
             format!("{} x {}", row.rows, row.count),
             mm(row.roller_radius_m),
@@ -116,10 +114,7 @@ fn table(rows: &[Row]) -> Table {
             thousandths(100.0 * row.ripple_ratio),
             mm(row.rolling_radius_m),
             thousandths(100.0 * row.rolling_radius_error),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        ]
+    });
+    aligned(headings, rows, 1)
 }

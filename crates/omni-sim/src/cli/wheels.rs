@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 
-use super::{parse_overrides, print};
+use super::{aligned, parse_overrides, print};
 use crate::config::WheelsExperiment;
 use crate::{Error, WHEEL_POLICIES, WheelsTrace, run_wheels};
 
@@ -39,18 +39,13 @@ pub(super) fn wheels(
 }
 
 fn table(traces: &[WheelsTrace], duration_s: f64) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header(std::iter::once("t [s]".to_owned()).chain(traces.iter().map(|t| t.policy.clone())));
-    for time in TIMES_S.into_iter().filter(|t| *t <= duration_s) {
-        let cells = traces.iter().map(|trace| {
+    let headings = std::iter::once("t [s]".to_owned()).chain(traces.iter().map(|t| t.policy.clone()));
+    let rows = TIMES_S.into_iter().filter(|t| *t <= duration_s).map(|time| {
+        let cells = traces.iter().map(move |trace| {
             let [a, b, c] = trace.speeds_at(time);
             format!("{a:.1} / {b:.1} / {c:.1}")
         });
-        table.add_row(std::iter::once(time.to_string()).chain(cells));
-    }
-    for column in table.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        std::iter::once(time.to_string()).chain(cells)
+    });
+    aligned(headings, rows, 0)
 }

@@ -9,7 +9,7 @@ use foxglove::websocket::{
 };
 use omni_core::BodyTwist;
 
-use crate::config::{Override, Scenario, Source};
+use crate::config::{Override, Scenario};
 use crate::log::ros2::{RosMessage, Twist};
 use crate::log::topic;
 
@@ -91,19 +91,6 @@ impl Papers {
         })
     }
 
-    /// Follows a twist from now on if it is one that a scenario may ask for.
-    fn follow(&mut self, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<(), String> {
-        let named = [(VX, vx_m_s), (VY, vy_m_s), (WZ, wz_rad_s)];
-        let checked = named.map(|(key, value)| Override::new(key, value));
-        self.with(&checked)?;
-        self.command = Some(BodyTwist {
-            vx_m_s,
-            vy_m_s,
-            wz_rad_s,
-        });
-        Ok(())
-    }
-
     fn parameters(&self) -> Vec<Parameter> {
         let command = self.twist();
         vec![
@@ -127,7 +114,8 @@ impl Papers {
             VX | VY | WZ => {
                 let mut twist = self.twist().to_array();
                 twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
-                self.follow(twist)
+                self.command = Some(allowed(&self.scenario, twist)?);
+                Ok(())
             }
             POLICY => match &parameter.value {
                 Some(ParameterValue::String(policy)) => self.change(Override::new(POLICY, policy.as_str())),
@@ -142,15 +130,9 @@ impl Papers {
 
     /// Another value of the scenario from now on.
     fn change(&mut self, with: Override) -> Result<(), String> {
-        self.scenario = self.with(&[with])?;
+        self.scenario = checked(&self.scenario, &[with])?;
         self.changed = true;
         Ok(())
-    }
-
-    /// The scenario with other values, checked as a file is.
-    fn with(&self, values: &[Override]) -> Result<Scenario, String> {
-        let text = toml::to_string(&self.scenario).map_err(|error| error.to_string())?;
-        Scenario::from_source(&Source::text("parameter", text), values).map_err(|error| error.to_string())
     }
 
     /// Tells clients something; the oldest is forgotten where nobody takes it.
@@ -201,12 +183,31 @@ impl ServerListener for Desk {
         if channel.topic != topic::CMD_VEL {
             return;
         }
-        let mut papers = self.papers();
-        let followed = twist(channel, payload).and_then(|twist| papers.follow(twist));
-        if let Err(why) = followed {
-            papers.say(Said::Refused(format!("/cmd_vel: {why}")));
+        // Checked without the papers, which the run looks at every period.
+        let scenario = self.papers().scenario.clone();
+        match twist(channel, payload).and_then(|twist| allowed(&scenario, twist)) {
+            Ok(twist) => self.papers().command = Some(twist),
+            Err(why) => self.papers().say(Said::Refused(format!("/cmd_vel: {why}"))),
         }
     }
+}
+
+/// The scenario with other values, checked as a file is.
+fn checked(scenario: &Scenario, values: &[Override]) -> Result<Scenario, String> {
+    scenario
+        .with("parameter", values)
+        .map_err(|error| error.to_string())
+}
+
+/// The twist if it is one that the scenario may ask for.
+fn allowed(scenario: &Scenario, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<BodyTwist<f64>, String> {
+    let named = [(VX, vx_m_s), (VY, vy_m_s), (WZ, wz_rad_s)];
+    checked(scenario, &named.map(|(key, value)| Override::new(key, value)))?;
+    Ok(BodyTwist {
+        vx_m_s,
+        vy_m_s,
+        wz_rad_s,
+    })
 }
 
 /// The twist of a message: vx, vy \[m/s\] and wz \[rad/s\].

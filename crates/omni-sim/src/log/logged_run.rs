@@ -6,6 +6,7 @@ use std::path::Path;
 use omni_core::BodyTwist;
 
 use super::ros2::{Transform, Twist, VehicleState, WheelState};
+use super::turn::{after, rotate};
 use super::{LogFile, LogMessage, read_log};
 use crate::config::{Scenario, Vehicle};
 use crate::description::WORLD_LINK;
@@ -186,7 +187,7 @@ impl Frames {
         let (t, q) = (&link.translation, &link.rotation);
         let local = [t.x, t.y, t.z, q.x, q.y, q.z, q.w];
         let pose = match self.world.get(&parent).and_then(|poses| poses.get(row)) {
-            Some(carrier) => placed(carrier, &local),
+            Some(carrier) => placed(*carrier, local),
             None if parent == WORLD_LINK => local,
             None => [f64::NAN; 7],
         };
@@ -197,23 +198,10 @@ impl Frames {
 }
 
 /// A pose in the frame that `carrier` is the pose of.
-fn placed(carrier: &[f64; 7], pose: &[f64; 7]) -> [f64; 7] {
-    let [x, y, z, a, b, c, w] = *carrier;
-    let [px, py, pz, d, e, f, v] = *pose;
-    // The vector turned: v + 2 u x (u x v + w v).
-    let cross = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| [b * f - c * e, c * d - a * f, a * e - b * d];
-    let (u, p) = ([a, b, c], [px, py, pz]);
-    let inner = cross(u, p);
-    let outer = cross(u, [0, 1, 2].map(|k| inner[k] + w * p[k]));
-    [
-        x + px + 2.0 * outer[0],
-        y + py + 2.0 * outer[1],
-        z + pz + 2.0 * outer[2],
-        w * d + a * v + b * f - c * e,
-        w * e - a * f + b * v + c * d,
-        w * f + a * e - b * d + c * v,
-        w * v - a * d - b * e - c * f,
-    ]
+fn placed([x, y, z, a, b, c, w]: [f64; 7], [px, py, pz, d, e, f, v]: [f64; 7]) -> [f64; 7] {
+    let [dx, dy, dz] = rotate([a, b, c, w], [px, py, pz]);
+    let [d, e, f, v] = after([a, b, c, w], [d, e, f, v]);
+    [x + dx, y + dy, z + dz, d, e, f, v]
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ mod messages;
 mod reader;
 pub mod ros2;
 mod run_log;
+mod turn;
 mod writer;
 
 pub use logged_run::LoggedRun;

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread};
 
 use super::{Outcome, Verdict};
-use crate::config::{Obstacle, Scenario, Terrain, WheelContact};
+use crate::config::{Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
 use crate::observation::Observation;
 
@@ -95,10 +95,7 @@ impl Meter {
         let vehicle = scenario.vehicle();
         let edge_m = scenario.terrain.first_edge_m();
         let reach = |w: &crate::config::WheelSpec| {
-            let radius = match w.contact {
-                WheelContact::Ball {} | WheelContact::Rollers(_) => w.radius_m,
-                WheelContact::Roller { radius_m } => radius_m,
-            };
+            let radius = w.contact_radius_m();
             // How far ahead of its centre a wheel on the ground meets the edge.
             let above = (radius - edge_m).max(0.0);
             (radius * radius - above * above).sqrt()

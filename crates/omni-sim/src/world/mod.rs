@@ -13,7 +13,7 @@ mod wheel;
 use rapier3d_f64::prelude::*;
 
 use crate::Error;
-use crate::config::{Fault, Scenario};
+use crate::config::{Fault, RollerWheel, Scenario};
 use crate::observation::{Observation, Pose3};
 use actuation::Actuation;
 use books::Books;
@@ -61,7 +61,9 @@ impl World {
         let mut physics = PhysicsWorld::new();
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
-        let stiffer = stiffer_for_rollers(scenario);
+        let wheels = 0..scenario.vehicle().wheel.len();
+        let rollers: Vec<_> = wheels.map(|wheel| scenario.rollers(wheel)).collect();
+        let stiffer = stiffer_for_rollers(scenario, &rollers);
         if stiffer.is_some() {
             physics.narrow_phase = NarrowPhase::with_query_dispatcher(wheel::FreshContacts);
         }
@@ -83,7 +85,7 @@ impl World {
             Vector::new(place.x_m + x_m, place.y_m, 0.0),
             AngVector::new(0.0, 0.0, place.heading_rad + yaw_rad),
         );
-        let vehicle = VehicleBodies::insert(&mut physics, scenario, start);
+        let vehicle = VehicleBodies::insert(&mut physics, scenario, &rollers, start);
         // Masses are known from here on: the books need them.
         let handles: Vec<_> = physics.bodies.iter().map(|(handle, _)| handle).collect();
         for handle in handles {
@@ -261,13 +263,10 @@ fn integrate(p: &mut IntegrationParameters, step_s: f64, iterations: usize, cont
 /// What the contacts' frequency and damping ratio are multiplied by so that a light roller's contact is the spring and the
 /// damper that a whole wheel's is: the engine makes these of the ratios and the mass that it pushes, k = m w^2 and c = 2 z m w.
 /// None where no wheel has rollers.
-fn stiffer_for_rollers(scenario: &Scenario) -> Option<f64> {
-    let wheels = scenario.vehicle().wheel.iter().enumerate();
+fn stiffer_for_rollers(scenario: &Scenario, rollers: &[Option<RollerWheel>]) -> Option<f64> {
+    let wheels = scenario.vehicle().wheel.iter().zip(rollers);
     wheels
-        .filter_map(|(i, wheel)| {
-            let rollers = scenario.rollers(i)?;
-            Some((wheel.mass_kg / rollers.roller_mass_kg).sqrt())
-        })
+        .filter_map(|(wheel, rollers)| Some((wheel.mass_kg / rollers.as_ref()?.roller_mass_kg).sqrt()))
         .reduce(f64::max)
 }
 

@@ -4,7 +4,7 @@ use rapier3d_f64::prelude::*;
 
 use super::pose3;
 use super::wheel::Wheel;
-use crate::config::{Body, CouplingSpring, Scenario};
+use crate::config::{Body, CouplingSpring, RollerWheel, Scenario};
 use crate::observation::Observation;
 
 struct HingeBodies {
@@ -72,7 +72,13 @@ pub(super) struct VehicleBodies {
 }
 
 impl VehicleBodies {
-    pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario, start: Pose) -> Self {
+    /// `rollers` has an entry a wheel, none for a ball.
+    pub(super) fn insert(
+        physics: &mut PhysicsWorld,
+        scenario: &Scenario,
+        rollers: &[Option<RollerWheel>],
+        start: Pose,
+    ) -> Self {
         let vehicle = scenario.vehicle();
         let bodies: Vec<_> = vehicle
             .body
@@ -118,8 +124,8 @@ impl VehicleBodies {
         let wheels = vehicle
             .wheel
             .iter()
-            .enumerate()
-            .map(|(i, w)| Wheel::insert(physics, w, scenario.rollers(i).as_ref(), find(&w.body), start))
+            .zip(rollers)
+            .map(|(w, rollers)| Wheel::insert(physics, w, rollers.as_ref(), find(&w.body), start))
             .collect();
         Self {
             names: vehicle.body.iter().map(|b| b.name.clone()).collect(),

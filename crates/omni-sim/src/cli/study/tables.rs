@@ -1,6 +1,6 @@
 //! The map of a study as text.
 
-use comfy_table::{CellAlignment, Table, presets};
+use super::super::aligned;
 
 use crate::study::{Cell, Kind, MapCell, Plan};
 
@@ -108,14 +108,7 @@ fn digits(number: f64) -> String {
 }
 
 fn grid(corner: String, header: Vec<String>, rows: impl Iterator<Item = (String, Vec<String>)>) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN);
-    table.set_header(std::iter::once(corner).chain(header));
-    for (label, cells) in rows {
-        table.add_row(std::iter::once(label).chain(cells));
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    let rows = rows.map(|(label, cells)| std::iter::once(label).chain(cells));
+    let table = aligned(std::iter::once(corner).chain(header), rows, 1);
     format!("{table}\n")
 }

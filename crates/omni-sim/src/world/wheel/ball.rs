@@ -14,7 +14,7 @@
 use rapier3d_f64::prelude::*;
 
 use super::{Wheel, directions, touching};
-use crate::config::{WheelContact, WheelSpec};
+use crate::config::WheelSpec;
 
 /// Adds a wheel to its carrier, whose local frame is the vehicle's.
 pub(super) fn insert(
@@ -23,10 +23,7 @@ pub(super) fn insert(
     frame: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
-    let ball_radius = match spec.contact {
-        WheelContact::Ball {} | WheelContact::Rollers(_) => spec.radius_m,
-        WheelContact::Roller { radius_m } => radius_m,
-    };
+    let ball_radius = spec.contact_radius_m();
     let [x, y] = spec.position_m;
     let way_per_rad = spec.radius_m * libm::cos(spec.roller_angle_rad);
     let ball_per_wheel = way_per_rad / ball_radius;
