@@ -218,9 +218,34 @@ fn a_wheel_of_rollers_among_balls_carries_its_share_and_drives() {
 }
 
 #[test]
-fn wheels_of_rollers_are_not_saved() {
-    let said = at_rest(2).save(&scenario("flat", &[])).expect_err("refused");
-    assert!(said.to_string().contains("rollers cannot be saved"), "{said}");
+fn rollers_saved_and_resumed_go_on_bit_for_bit() {
+    // The front row starts at the riser, and climbs.
+    let climb = scenario("step", &["duration_s=0.3", "start.x_m=0.33"]);
+    let mut simulation = Simulation::new(&climb).expect("valid");
+    let step = |simulation: &mut Simulation| {
+        let command = simulation.scenario_command();
+        simulation.step(&command).expect("finite");
+        (simulation.sample().clone(), simulation.observation().clone())
+    };
+    let (mut saved, mut history) = (Vec::new(), Vec::new());
+    for k in 0..240 {
+        if [0, 1, 90, 140].contains(&k) {
+            saved.push((k, simulation.save(&climb).expect("saved")));
+        }
+        history.push(step(&mut simulation));
+    }
+    for (k, bytes) in saved {
+        // Twice: what is resumed can be saved again.
+        let again = Simulation::resume(&climb, &bytes).and_then(|resumed| resumed.save(&climb));
+        let mut resumed = Simulation::resume(&climb, &again.expect("saved")).expect("a snapshot");
+        for (ahead, expected) in history[k..].iter().enumerate().take(100) {
+            assert_eq!(
+                &step(&mut resumed),
+                expected,
+                "saved at period {k}, {ahead} periods later"
+            );
+        }
+    }
 }
 
 #[test]

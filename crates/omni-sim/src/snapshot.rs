@@ -65,8 +65,7 @@ impl Simulation {
     /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot be read, or where wheels have
-    /// rollers: the engine cannot write down their shapes.
+    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot be read.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -83,9 +82,6 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
-        if (0..scenario.vehicle().wheel.len()).any(|wheel| scenario.rollers(wheel).is_some()) {
-            return Err(refuse("wheels of rollers cannot be saved, only balls"));
-        }
         let (hold, controller) = self
             .brain
             .save()

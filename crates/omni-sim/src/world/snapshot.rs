@@ -39,7 +39,13 @@ impl World {
 
     /// Goes on from a snapshot of a world that was made of the same scenario: bodies have the same handles there.
     pub(crate) fn restore(&mut self, snapshot: WorldSnapshot) {
-        self.physics = snapshot.physics;
+        // At the start the world that was built is the one that was saved.
+        if snapshot.time_ns > 0 {
+            let built = std::mem::replace(&mut self.physics, snapshot.physics);
+            for wheel in &self.vehicle.wheels {
+                wheel.put_rollers_back(&mut self.physics, &built.colliders);
+            }
+        }
         self.actuation.restore(snapshot.actuation);
         self.books.restore(snapshot.books);
         self.time_ns = snapshot.time_ns;

@@ -8,7 +8,7 @@ use rapier3d_f64::parry::query::{
     details::local_point_projection_on_support_map,
 };
 use rapier3d_f64::parry::shape::{
-    Cuboid, FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType, SupportMap, TypedShape,
+    Ball, Cuboid, FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType, SupportMap, TypedShape,
 };
 use rapier3d_f64::prelude::{Pose, Vector};
 
@@ -75,8 +75,10 @@ impl Shape for BarrelShape {
         ShapeType::Custom
     }
 
+    /// What the engine writes down in place of a shape that it does not know; who reads it puts the barrel back.
     fn as_typed_shape(&self) -> TypedShape<'_> {
-        TypedShape::Custom(self)
+        const STAND_IN: Ball = Ball { radius: 1.0 };
+        TypedShape::Ball(&STAND_IN)
     }
 
     fn ccd_thickness(&self) -> f64 {

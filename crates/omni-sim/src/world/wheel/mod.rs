@@ -72,6 +72,21 @@ impl Wheel {
         borne.fold(off(self.frame, self.seat, self.driven), f64::max)
     }
 
+    /// Makes a world as it was read out of a snapshot whole again, with the shapes of one that was built of the same scenario.
+    ///
+    /// The engine's files hold neither shapes of ours nor who finds their contacts. What else depends on a shape is in them, and
+    /// must not be found anew: so the engine is not told of the change.
+    pub(super) fn put_rollers_back(&self, physics: &mut PhysicsWorld, built: &ColliderSet) {
+        if self.borne.is_empty() {
+            return;
+        }
+        physics.narrow_phase.set_query_dispatcher(FreshContacts);
+        for handle in &self.colliders {
+            physics.colliders[*handle].set_shape(built[*handle].shared_shape().clone());
+        }
+        physics.colliders.take_modified();
+    }
+
     /// All that may touch the ground.
     pub(super) fn colliders(&self) -> &[ColliderHandle] {
         &self.colliders
