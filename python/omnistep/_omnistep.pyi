@@ -1,6 +1,6 @@
 """The compiled part of omnistep."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
@@ -15,14 +15,21 @@ _Row: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]
 _Rows: TypeAlias = _Row | Sequence[_Row]
 
 __all__ = [
+    "ControlSample",
+    "Controller",
     "Desaturated",
     "Kinematics",
     "Layout",
     "Log",
+    "Odometry",
     "Outcome",
+    "Pid",
+    "PidSample",
     "Sample",
+    "Scenario",
     "Simulation",
     "Trace",
+    "Vehicle",
     "Wheel",
     "WheelsTrace",
     "__version__",
@@ -40,35 +47,23 @@ __all__ = [
 __version__: str
 
 def run(
-    scenario: str | PathLike[str] = ...,
+    scenario: str | PathLike[str] | Scenario = ...,
     *,
     policy: str | None = None,
     overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     mcap: str | PathLike[str] | None = None,
+    on_progress: Callable[[float], object] | None = None,
 ) -> Trace:
-    """Run a scenario from start to end.
-
-    Other Python threads go on meanwhile; Ctrl-C stops the run.
+    """Run a scenario from start to end: :func:`omnistep.run` without a progress bar.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`) or the path of a .toml file; the step by default.
-        policy: coordination policy instead of the scenario's (see :func:`policies`).
-        overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and the values to put there:
-            ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
-            ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists or arrays of them.
-        seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
-        mcap: path of an MCAP log to write; it has that name only when the run went to its end.
-
-    Returns:
-        Every signal of every control period.
-
-    Raises:
-        ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
-        TypeError: a value is none of what a key can hold.
-        SimulationError: the physics left the finite numbers.
-        LogError: the log could not be written.
-        KeyboardInterrupt: Ctrl-C was pressed; no log is left.
+        scenario: a built-in name, a path or a :class:`Scenario`.
+        policy: as there.
+        overrides: as there.
+        seed: as there.
+        mcap: as there.
+        on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the run.
     """
 
 def wheels(
@@ -89,16 +84,40 @@ def wheels(
 
     Raises:
         ConfigError: a name, key or value is wrong.
+
+    Example:
+        >>> import omnistep
+        >>> trace = omnistep.wheels("synchronised")
+        >>> trace.speed_rpm.shape, float(trace.t_s[-1])
+        ((651, 3), 65.0)
     """
 
 def policies() -> list[str]:
-    """Names of the coordination policies."""
+    """Names of the coordination policies.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.policies()
+        ['independent', 'paper', 'synchronised', 'load_sharing']
+    """
 
 def scenarios() -> list[str]:
-    """Names of the built-in scenarios."""
+    """Names of the built-in scenarios.
+
+    Example:
+        >>> import omnistep
+        >>> "step" in omnistep.scenarios()
+        True
+    """
 
 def vehicles() -> list[str]:
-    """Names of the built-in vehicles."""
+    """Names of the built-in vehicles.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.vehicles()
+        ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
+    """
 
 def cli(argv: Sequence[str]) -> int:
     """Run the command line ``argv`` (the program's name first); return the exit code."""
@@ -119,6 +138,13 @@ def discretize(twists: _Rows, *, dt_s: float) -> _Floats:
     Raises:
         ConfigError: a shape is wrong or a number is not finite.
         TypeError: not numbers.
+
+    Example:
+        >>> import math, omnistep
+        >>> held = omnistep.discretize([1.0, 0.0, math.pi], dt_s=0.5)  # a quarter of a turn while going straight ahead
+        >>> end = omnistep.moved_by([0.0, 0.0, 0.0], 0.5 * held)
+        >>> end.round(9).tolist()
+        [0.5, 0.0, 1.570796327]
     """
 
 def moved_by(poses: _Rows, displacements: _Rows, /) -> _Floats:
@@ -135,6 +161,11 @@ def moved_by(poses: _Rows, displacements: _Rows, /) -> _Floats:
     Raises:
         ConfigError: a shape is wrong or a number is not finite.
         TypeError: not numbers.
+
+    Example:
+        >>> import math, omnistep
+        >>> omnistep.moved_by([0.0, 0.0, math.pi / 2], [1.0, 0.0, 0.0]).round(9).tolist()  # facing left
+        [0.0, 1.0, 1.570796327]
     """
 
 @final
@@ -154,6 +185,11 @@ class Wheel:
     Raises:
         ConfigError: a position or direction is not two numbers.
         TypeError: an argument is not a number.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.Wheel(position_m=(0.3, -0.2), radius_m=0.05, gear=0.05).rolling_direction
+        (1.0, 0.0)
     """
 
     def __new__(
@@ -198,6 +234,12 @@ class Layout:
         ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
             the condition number is above 100.
         TypeError: not a list of wheels.
+
+    Example:
+        >>> import omnistep
+        >>> layout = omnistep.Layout.omni(wheels=3, circle_radius_m=0.2, wheel_radius_m=0.05)
+        >>> len(layout), round(layout.condition_number, 6)
+        (3, 1.0)
     """
 
     def __new__(cls, *, wheels: Sequence[Wheel]) -> Layout: ...
@@ -382,20 +424,498 @@ class Desaturated:
     def limiting(self) -> _Integers:
         """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
 
-def read_mcap(path: str | PathLike[str]) -> Log:
-    """Read an MCAP log of a run, finished or not; every checksum is checked.
+@final
+class Odometry:
+    """Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 
-    Other Python threads go on meanwhile.
+    Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
+    counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity changes nothing; positions make up for it
+    with the next row.
 
     Args:
-        path: the log; a killed run's ends with ``.mcap.part``.
-
-    Returns:
-        The run.
+        kinematics: how wheels say how the vehicle moves.
+        period_s: time between two steps [s], 1e-6 to 10.
+        pose: where it starts; the origin, facing +x, by default.
 
     Raises:
-        LogError: the file cannot be read, is damaged, or is no log of omnistep.
-        ConfigError: its scenario is not of this version.
+        ConfigError: ``period_s`` is out of range, or the pose is not three finite numbers.
+
+    Example:
+        >>> import math, omnistep
+        >>> layout = omnistep.Layout.omni(wheels=3, circle_radius_m=0.2, wheel_radius_m=0.05)
+        >>> kinematics = omnistep.Kinematics(layout=layout)
+        >>> odometry = omnistep.Odometry(kinematics=kinematics, period_s=0.01)
+        >>> circle = kinematics.inverse([[1.0, 0.0, math.tau]] * 50)  # half a turn to the left
+        >>> poses = odometry.step_velocities(circle)
+        >>> poses.shape, abs(float(odometry.pose[1]) - 1.0 / math.pi) < 1e-9  # a circle of 1 / tau
+        ((50, 3), True)
+    """
+
+    def __new__(cls, *, kinematics: Kinematics, period_s: float, pose: _Row | None = None) -> Odometry: ...
+    @property
+    def kinematics(self) -> Kinematics:
+        """How wheels say how the vehicle moves."""
+    @property
+    def period_s(self) -> float:
+        """Time between two steps [s]."""
+    @property
+    def pose(self) -> _Floats:
+        """The pose now, (3,)."""
+    def step_velocities(self, velocities: _Rows) -> _Floats:
+        """One period at each row of actuator velocities, held constant over it.
+
+        Args:
+            velocities: [rad/s], (N,) or (T, N).
+
+        Returns:
+            The pose after each, (3,) or (T, 3).
+
+        Raises:
+            ConfigError: the shape is wrong.
+            TypeError: not numbers.
+        """
+    def step_positions(self, positions: _Rows) -> _Floats:
+        """What the actuators turned since the row before; the first row ever only starts.
+
+        Args:
+            positions: actuator positions [rad], unwrapped, (N,) or (T, N).
+
+        Returns:
+            The pose after each, (3,) or (T, 3).
+
+        Raises:
+            ConfigError: the shape is wrong.
+            TypeError: not numbers.
+        """
+    def step_displacements(self, displacements: _Rows) -> _Floats:
+        """What somebody else measured: displacements along arcs in the body's frame.
+
+        Args:
+            displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).
+
+        Returns:
+            The pose after each, (3,) or (T, 3).
+
+        Raises:
+            ConfigError: the shape is wrong.
+            TypeError: not numbers.
+        """
+    def reset(self, pose: _Row) -> None:
+        """Set the pose; the yaw is wrapped. Positions stay known: the next row adds what turned since the last.
+
+        Raises:
+            ConfigError: not three finite numbers.
+            TypeError: not numbers.
+        """
+    def forget_positions(self) -> None:
+        """Let the next positions only start, as the first did: for encoders that were set to zero."""
+
+@final
+class Pid:
+    """A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
+
+    ``u = kp e + ki (integral of e) + kd e'`` with ``e = reference - measured``; integrals and derivatives are backward
+    differences. The code is that of firmware, in float64.
+
+    Args:
+        kp_n_m_s_rad: proportional gain [N.m per rad/s], 0 to 1e6.
+        ki_n_m_rad: integral gain [N.m per rad], 0 to 1e6.
+        kd_n_m_s2_rad: derivative gain [N.m per rad/s^2], 0 to 1e6.
+        period_s: control period [s], 1e-6 to 10.
+        proportional_weight: weight of the reference in the proportional term, 0 to 1.
+        derivative_weight: weight of the reference in the derivative term, 0 to 1: 0 is the derivative of the
+            measurement alone.
+        derivative_filter_s: time constant of the derivative's filter [s], 0 to 1000.
+        static_friction_n_m: feed-forward in the direction of the reference [N.m], 0 to 1e6.
+        viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
+        inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
+        order: does the integral take in the error before the output is formed, or after.
+        anti_windup: what the integral does while the output is limited. ``clamp`` takes ``integral_limit_n_m``,
+            ``back_calculation`` takes ``tracking_time_s``.
+        integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
+        tracking_time_s: time constant [s], the period to 1e6.
+        output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
+
+    Raises:
+        ConfigError: an argument is out of range, unknown, or does not go with another.
+
+    Example:
+        >>> import omnistep
+        >>> pid = omnistep.Pid(kp_n_m_s_rad=2.0, ki_n_m_rad=10.0, period_s=0.1)
+        >>> pid.step([1.0, 1.0], 0.0).output_n_m.tolist()  # 2 * 1 + 10 * (0.1 * 1), then more
+        [3.0, 4.0]
+    """
+
+    def __new__(
+        cls,
+        *,
+        kp_n_m_s_rad: float,
+        ki_n_m_rad: float = 0.0,
+        kd_n_m_s2_rad: float = 0.0,
+        period_s: float,
+        proportional_weight: float = 1.0,
+        derivative_weight: float = 1.0,
+        derivative_filter_s: float = 0.0,
+        static_friction_n_m: float = 0.0,
+        viscous_friction_n_m_s_rad: float = 0.0,
+        inertia_n_m_s2_rad: float = 0.0,
+        order: Literal["before_output", "after_output"] = "before_output",
+        anti_windup: Literal["conditioned", "conditional", "back_calculation", "clamp", "none"] = "conditioned",
+        integral_limit_n_m: float | None = None,
+        tracking_time_s: float | None = None,
+        output_n_m: tuple[float, float] = ...,
+    ) -> Pid: ...
+    def step(self, reference_rad_s: float | _Row, measured_rad_s: float | _Row) -> PidSample:
+        """One step, or T of them, one after the other.
+
+        Args:
+            reference_rad_s: reference [rad/s], a number or (T,); one number stays the same for every step.
+            measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, changes nothing in the state and
+                yields the integral term alone.
+
+        Returns:
+            Output and terms, () or (T,).
+
+        Raises:
+            ConfigError: the lengths differ.
+            TypeError: not numbers.
+        """
+    def track(self, output_n_m: float, *, reference_rad_s: float, measured_rad_s: float) -> None:
+        """Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
+
+        Without an integral gain there is nothing to set, and the output may jump.
+
+        Raises:
+            ConfigError: a number is not finite.
+        """
+    def reset(self) -> None:
+        """Be as freshly started."""
+    @property
+    def integral_n_m(self) -> float:
+        """What the integral holds [N.m]."""
+    @property
+    def period_s(self) -> float:
+        """Control period [s]."""
+
+@final
+class PidSample:
+    """What one step of a :class:`Pid` did, arrays (), or each of many, (T,)."""
+
+    @property
+    def output_n_m(self) -> _Floats:
+        """Output within the limits [N.m]."""
+    @property
+    def p_n_m(self) -> _Floats:
+        """Proportional term [N.m]."""
+    @property
+    def i_n_m(self) -> _Floats:
+        """Integral term [N.m]."""
+    @property
+    def d_n_m(self) -> _Floats:
+        """Derivative term [N.m]."""
+    @property
+    def ff_n_m(self) -> _Floats:
+        """Feed-forward [N.m]."""
+    @property
+    def saturated(self) -> _Bools:
+        """The limits took something away."""
+
+@final
+class Controller:
+    """The controller of a scenario, as firmware runs it.
+
+    It limits the command, maps it to the wheels, runs a PID loop a wheel within the motors' limits, and coordinates
+    them. It has a state; a call with T rows is the same as T calls with one.
+
+    Args:
+        scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
+        policy: coordination policy instead of the scenario's.
+        overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+
+    Example:
+        >>> import omnistep
+        >>> controller = omnistep.Controller("step", policy="synchronised")
+        >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+        >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
+        >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
+        >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
+        True
+    """
+
+    def __new__(
+        cls,
+        scenario: str | PathLike[str] | Scenario = ...,
+        *,
+        policy: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
+    ) -> Controller: ...
+    def step(self, commands: _Rows, measured_rad_s: _Rows) -> ControlSample:
+        """One control step, or T of them, one after the other; Ctrl-C stops it.
+
+        Args:
+            commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
+                the other.
+            measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel whose encoder says
+                nothing.
+
+        Returns:
+            Every signal, one row each.
+
+        Raises:
+            ConfigError: a shape is wrong, the lengths differ, or a command is not finite.
+            TypeError: not numbers.
+        """
+    def reset(self) -> None:
+        """Be as freshly started."""
+    @property
+    def scenario(self) -> Scenario:
+        """What it was made for."""
+    @property
+    def policy(self) -> str:
+        """Name of the coordination policy."""
+    @property
+    def period_s(self) -> float:
+        """Control period [s]."""
+
+@final
+class ControlSample:
+    """What one step of a :class:`Controller` did, or each of T: then every shape below begins with T."""
+
+    @property
+    def command(self) -> _Floats:
+        """The command within the vehicle's limits, (3,)."""
+    @property
+    def estimated(self) -> _Floats:
+        """The twist that the measured velocities amount to, (3,)."""
+    @property
+    def common_factor(self) -> _Floats:
+        """Factor of the policy on all torques or all references, 0 to 1, ()."""
+    @property
+    def reference_rad_s(self) -> _Floats:
+        """References as commanded [rad/s], (N,)."""
+    @property
+    def p_n_m(self) -> _Floats:
+        """Proportional terms [N.m], (N,)."""
+    @property
+    def i_n_m(self) -> _Floats:
+        """Integral terms [N.m], (N,)."""
+    @property
+    def d_n_m(self) -> _Floats:
+        """Derivative terms [N.m], (N,)."""
+    @property
+    def requested_n_m(self) -> _Floats:
+        """Torques asked for with the whole reference [N.m], (N,)."""
+    @property
+    def applied_n_m(self) -> _Floats:
+        """Torques to apply [N.m], (N,), within the limits."""
+    @property
+    def limit_lower_n_m(self) -> _Floats:
+        """Lowest torques allowed [N.m], <= 0, (N,)."""
+    @property
+    def limit_upper_n_m(self) -> _Floats:
+        """Highest torques allowed [N.m], >= 0, (N,)."""
+    @property
+    def residual_rad_s(self) -> _Floats:
+        """Parts of the measured velocities that no motion of the vehicle explains [rad/s], (N,)."""
+    @property
+    def saturated(self) -> _Bools:
+        """The request was outside the limits, (N,)."""
+
+@final
+class Vehicle:
+    """A vehicle as its file describes it, checked. It does not change; two with the same numbers are equal; it pickles.
+
+    ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
+
+    Args:
+        vehicle: a built-in name (see :func:`vehicles`), the path of a .toml file or another :class:`Vehicle`.
+        overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
+
+    Raises:
+        ConfigError: a name, key or value is wrong; the message names it and what is allowed.
+        TypeError: a value is none of what a key can hold.
+
+    Example:
+        >>> import omnistep
+        >>> vehicle = omnistep.Vehicle("chugo7", overrides={"wheel.0.radius_m": 0.07})
+        >>> vehicle.mass_kg, vehicle["wheel.0.radius_m"], len(vehicle.layout)
+        (20.0, 0.07, 7)
+    """
+
+    def __new__(
+        cls, vehicle: str | PathLike[str] | Vehicle = ..., *, overrides: Mapping[str, Any] | None = None
+    ) -> Vehicle: ...
+    @staticmethod
+    def from_toml(text: str, *, overrides: Mapping[str, Any] | None = None) -> Vehicle:
+        """The vehicle that the text of a file describes.
+
+        Raises:
+            ConfigError: a key or value is wrong.
+        """
+    @staticmethod
+    def from_dict(keys: Mapping[str, Any]) -> Vehicle:
+        """The vehicle that a file with these keys would describe; None is a key that is not there.
+
+        Raises:
+            ConfigError: a key or value is wrong.
+            TypeError: a value is none of what a key can hold.
+        """
+    def replace(self, overrides: Mapping[str, Any] | None) -> Vehicle:
+        """The same vehicle with other keys.
+
+        Raises:
+            ConfigError: a key or value is wrong.
+        """
+    def to_toml(self) -> str:
+        """The vehicle as a file says it."""
+    def to_dict(self) -> dict[str, Any]:
+        """Every key of the file."""
+    def __getitem__(self, key: str, /) -> Any:
+        """The value at a dotted key; elements of lists count from 0.
+
+        Raises:
+            KeyError: there is none; the message names what there is.
+        """
+    @property
+    def name(self) -> str:
+        """Name in logs."""
+    @property
+    def wheel_names(self) -> list[str]:
+        """Names of the N wheels, in the order of every array over wheels."""
+    @property
+    def layout(self) -> Layout:
+        """What kinematics see of it."""
+    @property
+    def mass_kg(self) -> float:
+        """Mass of everything [kg]."""
+    @property
+    def centre_of_mass_m(self) -> _Floats:
+        """Centre of mass as the vehicle stands on flat ground [m], (3,)."""
+    @property
+    def no_load_rad_s(self) -> float | None:
+        """Velocity at which the motors have no torque left [rad/s]; None where the limit is constant."""
+    def static_loads_n(self, *, gravity_m_s2: float = 9.81) -> _Floats | None:
+        """What each wheel carries on flat ground [N], (N,); None where moment balance alone does not say.
+
+        Raises:
+            ConfigError: gravity is not above 0.
+        """
+    def speeds_at(self, actuator_rad_s: float) -> _Floats:
+        """Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast, (3,).
+
+        Raises:
+            ConfigError: not a finite number.
+        """
+    def urdf(self) -> str:
+        """The vehicle as URDF, for RViz, Rerun and other simulators."""
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Scenario:
+    """A vehicle on a ground and what it is told to do, checked. It does not change; it pickles.
+
+    ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
+
+    Args:
+        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
+        policy: coordination policy instead of the scenario's (see :func:`policies`).
+        vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
+        overrides: keys to replace, as in :func:`omnistep.run`.
+        seed: seed of perturbation and noise, 0 to 2**63 - 1.
+
+    Raises:
+        ConfigError: a name, key or value is wrong; the message names it and what is allowed.
+        TypeError: a value is none of what a key can hold.
+
+    Example:
+        >>> import omnistep
+        >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+        >>> low["terrain.height_m"], low.vehicle.name, low.policy
+        (0.03, 'chugo7', 'paper')
+        >>> omnistep.Scenario.from_dict(low.to_dict()) == low
+        True
+    """
+
+    def __new__(
+        cls,
+        scenario: str | PathLike[str] | Scenario = ...,
+        *,
+        policy: str | None = None,
+        vehicle: str | PathLike[str] | Vehicle | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+    ) -> Scenario: ...
+    @staticmethod
+    def from_toml(text: str, *, overrides: Mapping[str, Any] | None = None) -> Scenario:
+        """The scenario that the text of a file describes; paths in it are relative to the working directory.
+
+        Raises:
+            ConfigError: a key or value is wrong.
+        """
+    @staticmethod
+    def from_dict(keys: Mapping[str, Any]) -> Scenario:
+        """The scenario that a file with these keys would describe; None is a key that is not there.
+
+        Raises:
+            ConfigError: a key or value is wrong.
+            TypeError: a value is none of what a key can hold.
+        """
+    def replace(
+        self,
+        overrides: Mapping[str, Any] | None = None,
+        *,
+        policy: str | None = None,
+        vehicle: str | PathLike[str] | Vehicle | None = None,
+        seed: int | None = None,
+    ) -> Scenario:
+        """The same scenario with other keys.
+
+        Raises:
+            ConfigError: a name, key or value is wrong.
+        """
+    def to_toml(self) -> str:
+        """The scenario as a file says it, its vehicle inside; gains that were derived are left out."""
+    def to_dict(self) -> dict[str, Any]:
+        """Every key of that file, the vehicle's under ``vehicle``."""
+    def __getitem__(self, key: str, /) -> Any:
+        """The value at a dotted key; elements of lists count from 0.
+
+        Raises:
+            KeyError: there is none; the message names what there is.
+        """
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def policy(self) -> str:
+        """Name of the coordination policy."""
+    @property
+    def seed(self) -> int:
+        """Seed of perturbation and noise."""
+    @property
+    def period_s(self) -> float:
+        """Control period [s]."""
+    @property
+    def duration_s(self) -> float:
+        """Length of a run at most [s]."""
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle; gains that its file leaves out are derived here."""
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+def read_mcap(path: str | PathLike[str], *, on_progress: Callable[[float], object] | None = None) -> Log:
+    """Read an MCAP log: :func:`omnistep.read_mcap` without a progress bar.
+
+    Args:
+        path: as there.
+        on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
     """
 
 @final
@@ -590,18 +1110,26 @@ class Simulation:
     """A scenario being simulated, one control period at a time.
 
     Args:
-        scenario: a built-in name or the path of a .toml file; the step by default.
+        scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
         policy: coordination policy instead of the scenario's.
-        overrides: keys to replace, as in :func:`run`.
+        overrides: keys to replace, as in :func:`omnistep.run`.
         seed: seed of the scenario's perturbation.
 
     Raises:
         ConfigError: a name, key or value is wrong.
+
+    Example:
+        >>> import omnistep
+        >>> simulation = omnistep.Simulation("flat")
+        >>> for _ in range(1000):
+        ...     sample = simulation.step((0.2, 0.0, 0.0))
+        >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
+        (1.0, True)
     """
 
     def __new__(
         cls,
-        scenario: str | PathLike[str] = ...,
+        scenario: str | PathLike[str] | Scenario = ...,
         *,
         policy: str | None = None,
         overrides: Mapping[str, Any] | None = None,
@@ -646,6 +1174,9 @@ class Simulation:
     @property
     def wheel_names(self) -> list[str]:
         """Names of the N wheels."""
+    @property
+    def scenario(self) -> Scenario:
+        """What is being simulated."""
     @property
     def policy(self) -> str:
         """Name of the coordination policy."""

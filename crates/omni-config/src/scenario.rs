@@ -449,13 +449,30 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with(&self, file: &str, overrides: &[Override]) -> Result<Self, Error> {
-        // Plain data; only a seed that TOML's integers cannot hold is refused.
-        let text = toml::to_string(self).map_err(|error| Error::Key {
-            file: file.to_owned(),
+        Self::from_source(&Source::text(file, self.to_toml()?), overrides)
+    }
+
+    /// The scenario as a file says it, its vehicle inside. Gains that were derived are left out: they would be derived again.
+    ///
+    /// # Errors
+    /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.
+    ///
+    /// ```
+    /// use omni_config::{Scenario, Source};
+    /// let step = Scenario::load("step", &[])?;
+    /// assert_eq!(Scenario::from_source(&Source::text("step", step.to_toml()?), &[])?, step);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn to_toml(&self) -> Result<String, Error> {
+        let mut plain = self.clone();
+        if self.derived_gains.is_some() {
+            plain.vehicle.gains = None;
+        }
+        toml::to_string(&plain).map_err(|error| Error::Key {
+            file: format!("scenario {}", self.name),
             key: "seed".into(),
             message: error.to_string(),
-        })?;
-        Self::from_source(&Source::text(file, text), overrides)
+        })
     }
 
     /// The same scenario under another coordination preset.

@@ -67,6 +67,18 @@ pub(crate) fn whole(name: &str, value: &Bound<'_, PyAny>, allowed: &str) -> PyRe
     })
 }
 
+/// One of the names that an argument may have.
+pub(crate) fn choice<T: Copy>(argument: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
+    let found = known.iter().find(|(each, _)| *each == name);
+    found.map(|&(_, value)| value).ok_or_else(|| {
+        let known: Vec<&str> = known.iter().map(|&(each, _)| each).collect();
+        refused(
+            argument,
+            &format!("{argument} = {name:?}, allowed: {}", known.join(", ")),
+        )
+    })
+}
+
 /// One row of numbers, (C,), or T of them, (T, C): finite, one after the other.
 pub(crate) struct Rows {
     /// The numbers of all rows.
@@ -78,7 +90,24 @@ pub(crate) struct Rows {
 impl Rows {
     /// A copy of `value`, which is an array of `columns` columns or converts to one.
     pub(crate) fn read(name: &str, value: &Bound<'_, PyAny>, columns: usize) -> PyResult<Self> {
-        let array = contiguous(name, value, columns)?;
+        let rows = Self::with_gaps(name, value, columns)?;
+        if let Some(at) = rows.values.iter().position(|value| !value.is_finite()) {
+            let (row, column, value) = (at / columns, at % columns, rows.values[at]);
+            let index = match rows.count {
+                Some(_) => format!("{row}, {column}"),
+                None => column.to_string(),
+            };
+            return Err(refused(
+                name,
+                &format!("{name}[{index}] = {value}, allowed: finite numbers"),
+            ));
+        }
+        Ok(rows)
+    }
+
+    /// [`Rows::read`] where NaN says that nothing was measured.
+    pub(crate) fn with_gaps(name: &str, value: &Bound<'_, PyAny>, columns: usize) -> PyResult<Self> {
+        let array = as_array(name, value, &shapes(columns))?;
         let count = match *array.shape() {
             [c] if c == columns => None,
             [t, c] if c == columns => Some(t),
@@ -91,18 +120,12 @@ impl Rows {
             }
         };
         let values = array.try_readonly()?.as_slice()?.to_vec();
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            let (row, column, value) = (at / columns, at % columns, values[at]);
-            let index = match count {
-                Some(_) => format!("{row}, {column}"),
-                None => column.to_string(),
-            };
-            return Err(refused(
-                name,
-                &format!("{name}[{index}] = {value}, allowed: finite numbers"),
-            ));
-        }
         Ok(Self { values, count })
+    }
+
+    /// How many rows; none for a single one without a dimension of its own.
+    pub(crate) fn count(&self) -> Option<usize> {
+        self.count
     }
 
     /// The shape of these rows with other columns.
@@ -113,6 +136,19 @@ impl Rows {
     /// The shape of one number a row: none for a single row.
     pub(crate) fn shape_of_scalars(&self) -> Vec<usize> {
         self.count.into_iter().collect()
+    }
+}
+
+/// A number, or T of them, (T,), and their shape. NaN and infinities pass.
+pub(crate) fn floats(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let array = as_array(name, value, "allowed: a number or shape (T,)")?;
+    match *array.shape() {
+        [] | [_] => Ok((array.try_readonly()?.as_slice()?.to_vec(), array.shape().to_vec())),
+        _ => {
+            let shape = array.getattr("shape")?;
+            let message = format!("{name} = an array of shape {shape}, allowed: a number or shape (T,)");
+            Err(refused(name, &message))
+        }
     }
 }
 
@@ -132,7 +168,7 @@ fn shapes(columns: usize) -> String {
 }
 
 /// `value` itself where it is an array of float64 in the order of C, else a copy that is.
-fn contiguous<'py>(name: &str, value: &Bound<'py, PyAny>, columns: usize) -> PyResult<Array<'py, f64>> {
+fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>, allowed: &str) -> PyResult<Array<'py, f64>> {
     let usable = |array: &Array<'py, f64>| {
         array.is_c_contiguous() && array.try_readonly().is_ok_and(|a| a.as_slice().is_ok())
     };
@@ -145,10 +181,7 @@ fn contiguous<'py>(name: &str, value: &Bound<'py, PyAny>, columns: usize) -> PyR
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
         if error.is_instance_of::<PyValueError>(py) {
-            refused(
-                name,
-                &format!("{name} = rows of several lengths, {}", shapes(columns)),
-            )
+            refused(name, &format!("{name} = rows of several lengths, {allowed}"))
         } else {
             error
         }

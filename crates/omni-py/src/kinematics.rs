@@ -5,10 +5,11 @@ use omni_core::{BodyTwist, Desaturation, ForwardMap, SpeedLimits, WheelVelocitie
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, Rows, array, numbers, sized};
+use crate::arrays::{Array, Rows, array, choice, numbers, sized};
 use crate::counts;
 use crate::error::{of_core, refused};
 use crate::layout::Layout;
+use crate::odometry::{self, Track};
 
 /// The maps of any wheel count: rows of 3 or N numbers in, rows out.
 trait Maps: Send + Sync {
@@ -18,6 +19,8 @@ trait Maps: Send + Sync {
     fn desaturate(&self, twists: &[f64], limits_rad_s: &[f64], gives_way: Desaturation) -> PyResult<Reduced>;
     fn inverse_matrix(&self) -> Vec<f64>;
     fn forward_matrix(&self) -> Vec<f64>;
+    /// Odometry that starts at the origin.
+    fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>>;
 }
 
 /// Columns of [`Desaturated`], row after row.
@@ -81,6 +84,10 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
     fn forward_matrix(&self) -> Vec<f64> {
         self.forward_matrix().as_flattened().to_vec()
     }
+
+    fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
+        odometry::track(self, period_s)
+    }
 }
 
 /// An argument, or the element of it that a wheel's index points to.
@@ -102,18 +109,6 @@ fn weighted<const N: usize>(layout: &Layout, weights: &[f64]) -> PyResult<Box<dy
     }
 }
 
-/// One of the names that an argument may have.
-fn choice<T: Copy>(argument: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
-    let found = known.iter().find(|(each, _)| *each == name);
-    found.map(|&(_, value)| value).ok_or_else(|| {
-        let known: Vec<&str> = known.iter().map(|&(each, _)| each).collect();
-        refused(
-            argument,
-            &format!("{argument} = {name:?}, allowed: {}", known.join(", ")),
-        )
-    })
-}
-
 /// Body twist to wheel velocities and back.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Kinematics {
@@ -121,6 +116,16 @@ pub(crate) struct Kinematics {
     wheels: usize,
     forward: String,
     maps: Box<dyn Maps>,
+}
+
+impl Kinematics {
+    pub(crate) fn wheels(&self) -> usize {
+        self.wheels
+    }
+
+    pub(crate) fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
+        self.maps.track(period_s)
+    }
 }
 
 #[pymethods]
@@ -156,7 +161,7 @@ impl Kinematics {
 
     /// The layout.
     #[getter]
-    fn layout(&self, py: Python<'_>) -> Py<Layout> {
+    pub(crate) fn layout(&self, py: Python<'_>) -> Py<Layout> {
         self.layout.clone_ref(py)
     }
 

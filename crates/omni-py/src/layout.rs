@@ -1,7 +1,7 @@
 //! Wheels and layouts of the control library.
 
 use omni_core::{ConfigError, WheelLayout};
-use omni_sim::config::for_wheel_count;
+use omni_sim::config::{Vehicle, for_wheel_count};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -115,6 +115,11 @@ impl Layout {
         self.wheels.len()
     }
 
+    /// The layout of a vehicle that was checked.
+    pub(crate) fn of_vehicle(vehicle: &Vehicle) -> PyResult<Self> {
+        for_wheel_count!(vehicle.wheel.len(), vehicles[](vehicle), counts::refuse)
+    }
+
     fn checked<const N: usize>(layout: &WheelLayout<f64, N>) -> Result<Self, ConfigError> {
         Ok(Self {
             wheels: layout.wheels().to_vec(),
@@ -136,6 +141,10 @@ fn of_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<Wheel
 
 fn checked_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<Layout> {
     Layout::checked::<N>(&of_wheels(wheels)?).map_err(|error| of_core("wheels", &error))
+}
+
+fn vehicles<const N: usize>(vehicle: &Vehicle) -> PyResult<Layout> {
+    preset(vehicle.layout::<f64, N>(), |same| same)
 }
 
 /// A layout of the control library's making; `argument` is Python's name of a parameter of its wheels.

@@ -4,17 +4,22 @@
 mod arrays;
 mod arrow;
 mod cli;
+mod controller;
 mod counts;
 mod error;
 mod kinematics;
 mod layout;
 mod log;
 mod motion;
+mod odometry;
+mod pid;
 mod run;
 mod sample;
 mod scenario;
 mod simulation;
 mod trace;
+mod values;
+mod vehicle;
 mod wheels;
 
 /// Control and simulation of omni-directional vehicles that climb steps.
@@ -22,6 +27,8 @@ mod wheels;
 mod _omnistep {
     #[pymodule_export]
     use crate::cli::cli;
+    #[pymodule_export]
+    use crate::controller::{ControlSample, Controller};
     #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
@@ -31,15 +38,21 @@ mod _omnistep {
     #[pymodule_export]
     use crate::motion::{discretize, moved_by};
     #[pymodule_export]
+    use crate::odometry::Odometry;
+    #[pymodule_export]
+    use crate::pid::{Pid, PidSample};
+    #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]
     use crate::sample::Sample;
     #[pymodule_export]
-    use crate::scenario::{policies, scenarios, vehicles};
+    use crate::scenario::{Scenario, policies, scenarios, vehicles};
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
     use crate::trace::{Outcome, Trace};
+    #[pymodule_export]
+    use crate::vehicle::Vehicle;
     #[pymodule_export]
     use crate::wheels::{WheelsTrace, wheels};
 

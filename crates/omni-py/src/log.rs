@@ -8,7 +8,7 @@ use omni_sim::log::LoggedRun;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::exception;
+use crate::error::{exception, looked};
 use crate::trace::{Outcome, Trace};
 
 /// A run read back from its log.
@@ -26,12 +26,21 @@ pub(crate) struct Log {
     terrain_urdf: String,
 }
 
-/// Reads an MCAP log of a run.
+/// Reads an MCAP log of a run; `on_progress` is told the part done, 0 to 1, every some milliseconds.
 #[pyfunction]
-pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf) -> PyResult<Log> {
-    let logged = py
-        .detach(|| LoggedRun::read(&path))
-        .map_err(|error| exception(&error))?;
+#[pyo3(signature = (path, *, on_progress = None))]
+pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<PyAny>>) -> PyResult<Log> {
+    let mut interrupted = None;
+    let logged = py.detach(|| {
+        LoggedRun::read_watched(&path, |part| {
+            interrupted = Python::attach(|py| looked(py, on_progress.as_ref(), part)).err();
+            interrupted.is_none()
+        })
+    });
+    if let Some(interrupted) = interrupted {
+        return Err(interrupted);
+    }
+    let logged = logged.map_err(|error| exception(&error))?;
     let file = logged.file;
     // Plain data, which was read from such a text.
     let scenario = toml::to_string(&file.scenario).unwrap_or_default();

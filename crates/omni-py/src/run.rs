@@ -7,31 +7,34 @@ use omni_sim::log::RunLog;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::error::Stop;
-use crate::scenario::load;
+use crate::error::{Stop, looked};
+use crate::scenario::{ScenarioArg, load};
 use crate::trace::Trace;
 
 /// Control periods between two looks at Ctrl-C: some milliseconds.
 const PERIODS_PER_LOOK: u32 = 64;
 
-/// Runs a scenario from start to end.
+/// Runs a scenario from start to end; `on_progress` is told the part done, 0 to 1, every some milliseconds.
 #[pyfunction]
-#[pyo3(signature = (scenario = PathBuf::from("step"), *, policy = None, overrides = None, seed = None, mcap = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+#[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None, mcap = None,
+    on_progress = None))]
 pub(crate) fn run(
     py: Python<'_>,
-    scenario: PathBuf,
+    scenario: ScenarioArg,
     policy: Option<&str>,
     overrides: Option<&Bound<'_, PyMapping>>,
     seed: Option<&Bound<'_, PyAny>>,
     mcap: Option<PathBuf>,
+    on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Trace> {
     let scenario = load(scenario, policy, overrides, seed)?;
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;
-        let look = |_: &omni_sim::Simulation, _| {
+        let look = |_: &omni_sim::Simulation, part: f64| {
             periods += 1;
             if periods % PERIODS_PER_LOOK == 0 {
-                Python::attach(|py| py.check_signals()).map_err(Stop::Interrupted)?;
+                Python::attach(|py| looked(py, on_progress.as_ref(), part)).map_err(Stop::Interrupted)?;
             }
             Ok(())
         };

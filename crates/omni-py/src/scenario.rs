@@ -1,55 +1,129 @@
-//! Scenarios by name or path, with overrides from a dictionary.
+//! Scenarios by name, path, text or dictionary, with overrides.
 
 use std::path::PathBuf;
 
 use omni_sim::Error;
-use omni_sim::config::{self, Override, Scenario};
+use omni_sim::config::{self, Source};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
-use toml::Value;
+use pyo3::types::{PyMapping, PyTuple};
+use toml::{Table, Value};
 
 use crate::error::exception;
+use crate::values;
+use crate::vehicle::{Vehicle, VehicleArg};
 
-/// The scenario of that name or path with some keys replaced.
+/// A vehicle on a ground, with what it is told to do.
+#[pyclass(frozen, eq, module = "omnistep")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct Scenario {
+    inner: config::Scenario,
+}
+
+/// A scenario, or where to find one.
+pub(crate) enum ScenarioArg {
+    Loaded(Box<config::Scenario>),
+    Name(String),
+}
+
+impl Default for ScenarioArg {
+    fn default() -> Self {
+        Self::Name("step".into())
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for ScenarioArg {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(scenario) = given.cast::<Scenario>() {
+            return Ok(Self::Loaded(Box::new(scenario.get().inner.clone())));
+        }
+        let name = given.extract::<PathBuf>().map_err(|_| {
+            let found = given.get_type();
+            PyTypeError::new_err(format!(
+                "scenario: {found}, allowed: a name, a path or an omnistep.Scenario"
+            ))
+        })?;
+        Ok(Self::Name(name.to_string_lossy().into_owned()))
+    }
+}
+
+/// The scenario given, with some keys replaced.
 pub(crate) fn load(
-    scenario: PathBuf,
+    scenario: ScenarioArg,
     policy: Option<&str>,
     overrides: Option<&Bound<'_, PyMapping>>,
     seed: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Scenario> {
-    let name = scenario.to_string_lossy();
-    let overrides = from_mapping(overrides)?;
-    let seed = seed.map(checked_seed).transpose()?;
-    let build = || -> Result<Scenario, Error> {
-        let mut scenario = Scenario::load(&name, &overrides)?;
-        if let Some(policy) = policy {
-            scenario = scenario.with_policy(policy)?;
+) -> PyResult<config::Scenario> {
+    match scenario {
+        ScenarioArg::Name(name) => {
+            let source = Source::scenario(&name).map_err(|error| exception(&Error::Config(error)))?;
+            read(&source, policy, None, overrides, seed)
         }
-        scenario.seed = seed.unwrap_or(scenario.seed);
-        Ok(scenario)
-    };
-    build().map_err(|error| exception(&error))
+        ScenarioArg::Loaded(scenario) => changed(*scenario, policy, None, overrides, seed),
+    }
 }
 
-/// `{"terrain.height_m": 0.03}` as overrides.
-pub(crate) fn from_mapping(overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
-    let Some(overrides) = overrides else {
-        return Ok(Vec::new());
+fn changed(
+    scenario: config::Scenario,
+    policy: Option<&str>,
+    vehicle: Option<VehicleArg>,
+    overrides: Option<&Bound<'_, PyMapping>>,
+    seed: Option<&Bound<'_, PyAny>>,
+) -> PyResult<config::Scenario> {
+    if vehicle.is_none() && overrides.is_none() {
+        return finished(scenario, policy, seed);
+    }
+    let file = format!("scenario {}", scenario.name);
+    let text = scenario
+        .to_toml()
+        .map_err(|error| exception(&Error::Config(error)))?;
+    read(&Source::text(file, text), policy, vehicle, overrides, seed)
+}
+
+fn read(
+    source: &Source,
+    policy: Option<&str>,
+    vehicle: Option<VehicleArg>,
+    overrides: Option<&Bound<'_, PyMapping>>,
+    seed: Option<&Bound<'_, PyAny>>,
+) -> PyResult<config::Scenario> {
+    let overrides = values::overrides(overrides)?;
+    let build = || {
+        let Some(vehicle) = vehicle else {
+            return config::Scenario::from_source(source, &overrides);
+        };
+        // First the vehicle: other keys may be its own.
+        let mut all = overrides.clone();
+        let inline = Value::try_from(vehicle.load()?);
+        all.extend(inline.ok().map(|table| config::Override::new("vehicle", table)));
+        all.rotate_right(1);
+        config::Scenario::from_source(source, &all)
     };
-    overrides
-        .items()?
-        .iter()
-        .map(|item| {
-            let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;
-            let value = to_toml(&key, &value)?;
-            Ok(Override::new(key, value))
-        })
-        .collect()
+    let scenario = build().map_err(|error| exception(&Error::Config(error)))?;
+    finished(scenario, policy, seed)
+}
+
+fn finished(
+    scenario: config::Scenario,
+    policy: Option<&str>,
+    seed: Option<&Bound<'_, PyAny>>,
+) -> PyResult<config::Scenario> {
+    let mut scenario = match policy {
+        Some(policy) => scenario
+            .with_policy(policy)
+            .map_err(|error| exception(&Error::Config(error)))?,
+        None => scenario,
+    };
+    if let Some(seed) = seed {
+        scenario.seed = checked_seed(seed)?;
+    }
+    Ok(scenario)
 }
 
 /// A seed that TOML can hold too: what a log says of its scenario must read back.
-fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
+pub(crate) fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
     match seed.extract::<i64>().map(u64::try_from) {
         Ok(Ok(seed)) => Ok(seed),
         Err(error) if !error.is_instance_of::<PyOverflowError>(seed.py()) => Err(error),
@@ -61,41 +135,140 @@ fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
     }
 }
 
-fn to_toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
-    if value.is_instance_of::<PyBool>() {
-        return Ok(Value::Boolean(value.extract()?));
+impl Scenario {
+    pub(crate) fn of(inner: config::Scenario) -> Self {
+        Self { inner }
     }
-    if value.is_instance_of::<PyInt>() {
-        let integer = value.extract().map_err(|_| {
-            exception(&Error::Config(config::Error::Key {
-                file: "overrides".into(),
-                key: key.into(),
-                message: format!("{value}, allowed: an integer of 64 bits"),
-            }))
-        })?;
-        return Ok(Value::Integer(integer));
+
+    /// Its seed is one that TOML can hold.
+    fn text(&self) -> String {
+        self.inner.to_toml().unwrap_or_default()
     }
-    if value.is_instance_of::<PyString>() {
-        return Ok(Value::String(value.extract()?));
+
+    fn table(&self) -> Table {
+        self.text().parse().unwrap_or_default()
     }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        return value
-            .try_iter()?
-            .map(|item| to_toml(key, &item?))
-            .collect::<PyResult<_>>()
-            .map(Value::Array);
+}
+
+#[pymethods]
+impl Scenario {
+    #[new]
+    #[pyo3(signature = (
+        scenario = ScenarioArg::default(), *, policy = None, vehicle = None, overrides = None, seed = None
+    ))]
+    fn new(
+        scenario: ScenarioArg,
+        policy: Option<&str>,
+        vehicle: Option<VehicleArg>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        seed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let inner = match scenario {
+            ScenarioArg::Loaded(scenario) => changed(*scenario, policy, vehicle, overrides, seed)?,
+            ScenarioArg::Name(name) => {
+                let source = Source::scenario(&name).map_err(|error| exception(&Error::Config(error)))?;
+                read(&source, policy, vehicle, overrides, seed)?
+            }
+        };
+        Ok(Self { inner })
     }
-    // NumPy's arrays and scalars know what they are in Python: an int64 stays an integer.
-    if value.hasattr("tolist")? {
-        return to_toml(key, &value.call_method0("tolist")?);
+
+    /// The scenario that a TOML text describes.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, overrides = None))]
+    fn from_toml(text: String, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
+        let inner = read(&Source::text("scenario", text), None, None, overrides, None)?;
+        Ok(Self { inner })
     }
-    if value.is_instance_of::<PyFloat>() || value.hasattr("__float__")? {
-        return Ok(Value::Float(value.extract()?));
+
+    /// The scenario that a dictionary of a file's keys describes.
+    #[staticmethod]
+    fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        let table = values::table("scenario", keys)?;
+        Self::from_toml(table.to_string(), None)
     }
-    let found = value.get_type();
-    Err(PyTypeError::new_err(format!(
-        "override {key}: {found}, allowed: a number, a string, a bool or a list of them"
-    )))
+
+    /// The same scenario with other keys.
+    #[pyo3(signature = (overrides = None, *, policy = None, vehicle = None, seed = None))]
+    fn replace(
+        &self,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        policy: Option<&str>,
+        vehicle: Option<VehicleArg>,
+        seed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let inner = changed(self.inner.clone(), policy, vehicle, overrides, seed)?;
+        Ok(Self { inner })
+    }
+
+    /// The scenario as a TOML file says it, its vehicle inside.
+    fn to_toml(&self) -> String {
+        self.text()
+    }
+
+    /// Every key of the file, the vehicle's under `vehicle`.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        values::to_python(py, &Value::Table(self.table()))
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        values::at(py, &self.table(), key)
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Name of the coordination policy.
+    #[getter]
+    fn policy(&self) -> &str {
+        &self.inner.control.policy
+    }
+
+    /// Seed of the perturbation and of noise.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.inner.seed
+    }
+
+    /// Control period [s].
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.inner.control.period_us as f64 * 1e-6
+    }
+
+    /// Length of a run at most [s].
+    #[getter]
+    fn duration_s(&self) -> f64 {
+        self.inner.duration_s
+    }
+
+    /// The vehicle; gains that its file leaves out are derived here.
+    #[getter]
+    fn vehicle(&self) -> Vehicle {
+        Vehicle {
+            inner: self.inner.vehicle().clone(),
+        }
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let read = py.get_type::<Self>().getattr("from_toml")?;
+        Ok((read, PyTuple::new(py, [self.text()])?))
+    }
+
+    fn __repr__(&self) -> String {
+        let scenario = &self.inner;
+        format!(
+            "<omnistep.Scenario {}: {}, {}, seed {}, {} s>",
+            scenario.name,
+            scenario.vehicle().name,
+            scenario.control.policy,
+            scenario.seed,
+            scenario.duration_s
+        )
+    }
 }
 
 /// Names of the coordination presets.

@@ -1,7 +1,5 @@
 //! A user's own loop: one control period at a time.
 
-use std::path::PathBuf;
-
 use omni_core::BodyTwist;
 use omni_sim::Error;
 use omni_sim::config::Scenario;
@@ -12,7 +10,7 @@ use pyo3::types::PyMapping;
 use crate::arrays::numbers;
 use crate::error::exception;
 use crate::sample::Sample;
-use crate::scenario::load;
+use crate::scenario::{Scenario as PyScenario, ScenarioArg, load};
 
 /// A scenario being simulated.
 #[pyclass(module = "omnistep")]
@@ -24,9 +22,9 @@ pub(crate) struct Simulation {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario = PathBuf::from("step"), *, policy = None, overrides = None, seed = None))]
+    #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None))]
     fn new(
-        scenario: PathBuf,
+        scenario: ScenarioArg,
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
         seed: Option<&Bound<'_, PyAny>>,
@@ -95,6 +93,12 @@ impl Simulation {
             .iter()
             .map(|wheel| wheel.name.clone())
             .collect()
+    }
+
+    /// What is being simulated.
+    #[getter]
+    fn scenario(&self) -> PyScenario {
+        PyScenario::of(self.scenario.clone())
     }
 
     /// Name of the coordination policy.

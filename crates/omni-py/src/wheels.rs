@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use crate::error::exception;
-use crate::scenario::from_mapping;
+use crate::values;
 
 /// Speeds and loads of wheels A, B and C.
 #[pyclass(frozen, module = "omnistep")]
@@ -83,7 +83,7 @@ pub(crate) fn wheels(
     overrides: Option<&Bound<'_, PyMapping>>,
     experiment: PathBuf,
 ) -> PyResult<WheelsTrace> {
-    let overrides = from_mapping(overrides)?;
+    let overrides = values::overrides(overrides)?;
     let experiment = experiment.to_string_lossy();
     let run = || omni_sim::run_wheels(&WheelsExperiment::load(&experiment, &overrides)?, policy);
     let inner = py.detach(run).map_err(|error| exception(&error))?;

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use omni_core::BodyTwist;
 
+use super::reader::read_log_watched;
 use super::ros2::{Transform, Twist, VehicleState, WheelState};
 use super::turn::{after, rotate};
-use super::{LogFile, LogMessage, read_log};
+use super::{LogError, LogFile, LogMessage};
 use crate::config::{Scenario, Vehicle};
 use crate::description::WORLD_LINK;
 use crate::outcome::Outcome;
@@ -84,13 +85,21 @@ impl LoggedRun {
     /// ```
     ///
     /// # Errors
-    /// As [`read_log`].
+    /// As [`read_log`](super::read_log).
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read_watched(path, |_| true)
+    }
+
+    /// [`LoggedRun::read`] that tells `watch` the part done, 0 to 1, every some milliseconds, and stops where that says false.
+    ///
+    /// # Errors
+    /// As [`read_log`](super::read_log), and [`LogError::Stopped`].
+    pub fn read_watched(path: impl AsRef<Path>, mut watch: impl FnMut(f64) -> bool) -> Result<Self, Error> {
         // The columns need the vehicle, which a finished log names at its end too, but messages come before.
         let mut states = Vec::new();
         let mut frames = Frames::default();
         let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
-        let file = read_log(path, |time_ns, message| {
+        let file = read_log_watched(path, &mut watch, |time_ns, message| {
             match message {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),
                 LogMessage::Tf(message) => {
@@ -110,7 +119,10 @@ impl LoggedRun {
             COMMON.map(String::from).into(),
             WHEEL.iter().map(|(name, _)| *name).collect(),
         );
-        for (time_ns, state) in &states {
+        for (i, (time_ns, state)) in states.iter().enumerate() {
+            if i % ROWS_PER_LOOK == 0 && !watch(1.0) {
+                return Err(LogError::Stopped { path: file.path }.into());
+            }
             push(&mut rows.rows, *time_ns, state, file.scenario.vehicle());
         }
         let outcome = file.outcome.unwrap_or(UNFINISHED);
@@ -130,6 +142,9 @@ impl LoggedRun {
         &self.file.scenario
     }
 }
+
+/// Rows between two looks at whether to go on.
+const ROWS_PER_LOOK: usize = 4096;
 
 /// Of a run that was killed.
 const UNFINISHED: Outcome = Outcome {

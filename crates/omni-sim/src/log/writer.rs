@@ -104,6 +104,12 @@ pub enum LogError {
         /// What is missing, and where it would come from.
         what: String,
     },
+    /// Reading was stopped by whoever watched it.
+    #[error("{}: reading was stopped", path.display())]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+    },
     /// The finished log could not be given its final name; it is complete and keeps the name of `part`.
     #[error("{}: the log is complete, but cannot be renamed from {}: {source}", path.display(), part.display())]
     Rename {

@@ -1,0 +1,208 @@
+//! The controller that firmware runs, on recorded or invented measurements.
+
+use numpy::PyArrayDyn;
+use omni_core::BodyTwist;
+use omni_sim::config;
+use omni_sim::controller::{AnyController, ControlSample as Step, WheelSignals};
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+
+use crate::arrays::{Rows, array};
+use crate::error::{Stop, exception, refused};
+use crate::scenario::{Scenario, ScenarioArg, load};
+
+/// Steps between two looks at Ctrl-C: some milliseconds.
+const STEPS_PER_LOOK: usize = 4096;
+
+/// Velocity limits, kinematics, a PID loop a wheel, motor limits and a coordination policy.
+#[pyclass(module = "omnistep")]
+pub(crate) struct Controller {
+    scenario: config::Scenario,
+    inner: AnyController,
+}
+
+fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
+    AnyController::new(scenario).map_err(|error| exception(&error))
+}
+
+#[pymethods]
+impl Controller {
+    #[new]
+    #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None))]
+    fn new(
+        scenario: ScenarioArg,
+        policy: Option<&str>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+    ) -> PyResult<Self> {
+        let scenario = load(scenario, policy, overrides, None)?;
+        let inner = started(&scenario)?;
+        Ok(Self { scenario, inner })
+    }
+
+    /// One control step for each pair of a command and measured velocities.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        commands: &Bound<'_, PyAny>,
+        measured_rad_s: &Bound<'_, PyAny>,
+    ) -> PyResult<ControlSample> {
+        let wheels = self.scenario.vehicle().wheel.len();
+        let commands = Rows::read("commands", commands, 3)?;
+        let measured = Rows::with_gaps("measured_rad_s", measured_rad_s, wheels)?;
+        let count = match (commands.count(), measured.count()) {
+            (Some(a), Some(b)) if a != b => {
+                let message = format!("measured_rad_s = {b} rows, allowed: as many as commands, {a}, or one");
+                return Err(refused("measured_rad_s", &message));
+            }
+            (a, b) => a.or(b),
+        };
+        let mut columns = Columns::default();
+        py.detach(|| -> Result<(), Stop> {
+            let mut step = Step::default();
+            for i in 0..count.unwrap_or(1) {
+                if i % STEPS_PER_LOOK == STEPS_PER_LOOK - 1 {
+                    Python::attach(|py| py.check_signals()).map_err(Stop::Interrupted)?;
+                }
+                // What is one row stays the same.
+                let pick = |rows: &Rows| if rows.count().is_some() { i } else { 0 };
+                let (c, m) = (3 * pick(&commands), wheels * pick(&measured));
+                let c = &commands.values[c..c + 3];
+                let command = BodyTwist::from_array([c[0], c[1], c[2]]);
+                self.inner
+                    .step(&command, &measured.values[m..m + wheels], &mut step)?;
+                columns.push(&step);
+            }
+            Ok(())
+        })?;
+        columns.finish(py, count, wheels)
+    }
+
+    /// As freshly started.
+    fn reset(&mut self) -> PyResult<()> {
+        self.inner = started(&self.scenario)?;
+        Ok(())
+    }
+
+    /// What it was made for.
+    #[getter]
+    fn scenario(&self) -> Scenario {
+        Scenario::of(self.scenario.clone())
+    }
+
+    /// Name of the coordination policy.
+    #[getter]
+    fn policy(&self) -> &str {
+        &self.scenario.control.policy
+    }
+
+    /// Control period [s].
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.scenario.control.period_us as f64 * 1e-6
+    }
+
+    fn __repr__(&self) -> String {
+        let (vehicle, policy) = (&self.scenario.vehicle().name, &self.scenario.control.policy);
+        format!("<omnistep.Controller of {vehicle}, {policy}>")
+    }
+}
+
+/// Columns over wheels, in the order of the fields below.
+const OF_WHEELS: [fn(&WheelSignals) -> f64; 9] = [
+    |wheel| wheel.reference_rad_s,
+    |wheel| wheel.p_n_m,
+    |wheel| wheel.i_n_m,
+    |wheel| wheel.d_n_m,
+    |wheel| wheel.requested_n_m,
+    |wheel| wheel.applied_n_m,
+    |wheel| wheel.limit_lower_n_m,
+    |wheel| wheel.limit_upper_n_m,
+    |wheel| wheel.residual_rad_s,
+];
+
+#[derive(Default)]
+struct Columns {
+    command: Vec<f64>,
+    estimated: Vec<f64>,
+    common_factor: Vec<f64>,
+    saturated: Vec<bool>,
+    wheels: [Vec<f64>; OF_WHEELS.len()],
+}
+
+impl Columns {
+    fn push(&mut self, step: &Step) {
+        self.command.extend(step.command.to_array());
+        self.estimated.extend(step.estimated.to_array());
+        self.common_factor.push(step.common_factor);
+        self.saturated
+            .extend(step.wheels.iter().map(|wheel| wheel.saturated));
+        for (column, signal) in self.wheels.iter_mut().zip(OF_WHEELS) {
+            column.extend(step.wheels.iter().map(signal));
+        }
+    }
+
+    fn finish(self, py: Python<'_>, count: Option<usize>, wheels: usize) -> PyResult<ControlSample> {
+        let shape = |columns: Option<usize>| count.into_iter().chain(columns).collect::<Vec<_>>();
+        let floats = |columns, values| Ok::<_, PyErr>(array(py, shape(columns), values)?.unbind());
+        let [reference, p, i, d, requested, applied, lower, upper, residual] = self.wheels;
+        Ok(ControlSample {
+            command: floats(Some(3), self.command)?,
+            estimated: floats(Some(3), self.estimated)?,
+            common_factor: floats(None, self.common_factor)?,
+            reference_rad_s: floats(Some(wheels), reference)?,
+            p_n_m: floats(Some(wheels), p)?,
+            i_n_m: floats(Some(wheels), i)?,
+            d_n_m: floats(Some(wheels), d)?,
+            requested_n_m: floats(Some(wheels), requested)?,
+            applied_n_m: floats(Some(wheels), applied)?,
+            limit_lower_n_m: floats(Some(wheels), lower)?,
+            limit_upper_n_m: floats(Some(wheels), upper)?,
+            residual_rad_s: floats(Some(wheels), residual)?,
+            saturated: array(py, shape(Some(wheels)), self.saturated)?.unbind(),
+        })
+    }
+}
+
+/// What one control step did, or each of many.
+#[pyclass(frozen, get_all, module = "omnistep")]
+pub(crate) struct ControlSample {
+    /// The commands, within the vehicle's limits.
+    command: Py<PyArrayDyn<f64>>,
+    /// The twists that the measured velocities amount to.
+    estimated: Py<PyArrayDyn<f64>>,
+    /// Factor of the policy on all torques or all references.
+    common_factor: Py<PyArrayDyn<f64>>,
+    /// References as commanded [rad/s].
+    reference_rad_s: Py<PyArrayDyn<f64>>,
+    /// Proportional terms [N.m].
+    p_n_m: Py<PyArrayDyn<f64>>,
+    /// Integral terms [N.m].
+    i_n_m: Py<PyArrayDyn<f64>>,
+    /// Derivative terms [N.m].
+    d_n_m: Py<PyArrayDyn<f64>>,
+    /// Torques asked for with the whole reference [N.m].
+    requested_n_m: Py<PyArrayDyn<f64>>,
+    /// Torques to apply [N.m].
+    applied_n_m: Py<PyArrayDyn<f64>>,
+    /// Lowest torques allowed [N.m].
+    limit_lower_n_m: Py<PyArrayDyn<f64>>,
+    /// Highest torques allowed [N.m].
+    limit_upper_n_m: Py<PyArrayDyn<f64>>,
+    /// Parts of the measured velocities that no motion of the vehicle explains [rad/s].
+    residual_rad_s: Py<PyArrayDyn<f64>>,
+    /// The request was outside the limits.
+    saturated: Py<PyArrayDyn<bool>>,
+}
+
+#[pymethods]
+impl ControlSample {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (applied, factor) = (
+            self.applied_n_m.bind(py).repr()?,
+            self.common_factor.bind(py).repr()?,
+        );
+        Ok(format!(
+            "<omnistep.ControlSample: applied_n_m {applied}, common_factor {factor}>"
+        ))
+    }
+}

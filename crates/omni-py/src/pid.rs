@@ -1,0 +1,248 @@
+//! One PID loop, step by step and over arrays.
+
+use numpy::PyArrayDyn;
+use omni_core::{AntiWindup, FeedForward, IntegrationOrder, PidConfig, PidGains, PidState, TorqueRange};
+use pyo3::prelude::*;
+
+use crate::arrays::{array, choice, floats};
+use crate::error::{of_core, refused};
+
+/// A PID loop with its state.
+#[pyclass(module = "omnistep")]
+pub(crate) struct Pid {
+    config: PidConfig<f64>,
+    inner: omni_core::Pid<f64>,
+    state: PidState<f64>,
+}
+
+/// What a parameter of the control library is called here.
+fn argument(parameter: &'static str) -> &'static str {
+    match parameter {
+        "output.lower_n_m" | "output.upper_n_m" => "output_n_m",
+        "static_n_m" => "static_friction_n_m",
+        "velocity_n_m_s_rad" => "viscous_friction_n_m_s_rad",
+        "acceleration_n_m_s2_rad" => "inertia_n_m_s2_rad",
+        same => same,
+    }
+}
+
+#[pymethods]
+impl Pid {
+    #[new]
+    #[pyo3(signature = (
+        *, kp_n_m_s_rad, ki_n_m_rad = 0.0, kd_n_m_s2_rad = 0.0, period_s, proportional_weight = 1.0,
+        derivative_weight = 1.0, derivative_filter_s = 0.0, static_friction_n_m = 0.0,
+        viscous_friction_n_m_s_rad = 0.0, inertia_n_m_s2_rad = 0.0, order = "before_output",
+        anti_windup = "conditioned", integral_limit_n_m = None, tracking_time_s = None,
+        output_n_m = (f64::NEG_INFINITY, f64::INFINITY)
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of a Python constructor")]
+    fn new(
+        kp_n_m_s_rad: f64,
+        ki_n_m_rad: f64,
+        kd_n_m_s2_rad: f64,
+        period_s: f64,
+        proportional_weight: f64,
+        derivative_weight: f64,
+        derivative_filter_s: f64,
+        static_friction_n_m: f64,
+        viscous_friction_n_m_s_rad: f64,
+        inertia_n_m_s2_rad: f64,
+        order: &str,
+        anti_windup: &str,
+        integral_limit_n_m: Option<f64>,
+        tracking_time_s: Option<f64>,
+        output_n_m: (f64, f64),
+    ) -> PyResult<Self> {
+        let order = choice(
+            "order",
+            order,
+            &[
+                ("before_output", IntegrationOrder::BeforeOutput),
+                ("after_output", IntegrationOrder::AfterOutput),
+            ],
+        )?;
+        let clamp = AntiWindup::Clamp {
+            limit_n_m: integral_limit_n_m.unwrap_or_default(),
+        };
+        let back_calculation = AntiWindup::BackCalculation {
+            tracking_time_s: tracking_time_s.unwrap_or_default(),
+        };
+        let chosen = choice(
+            "anti_windup",
+            anti_windup,
+            &[
+                ("conditioned", AntiWindup::Conditioned),
+                ("conditional", AntiWindup::Conditional),
+                ("back_calculation", back_calculation),
+                ("clamp", clamp),
+                ("none", AntiWindup::None),
+            ],
+        )?;
+        let goes_with = |name: &str, given: bool, with: &str| {
+            if given == (anti_windup == with) {
+                return Ok(());
+            }
+            let is = if given { "given" } else { "not given" };
+            let message = format!(
+                "{name} {is} with anti_windup = {anti_windup:?}, allowed: with {with:?}, and always there"
+            );
+            Err(refused(name, &message))
+        };
+        goes_with("integral_limit_n_m", integral_limit_n_m.is_some(), "clamp")?;
+        goes_with("tracking_time_s", tracking_time_s.is_some(), "back_calculation")?;
+        let gains = PidGains {
+            kp_n_m_s_rad,
+            ki_n_m_rad,
+            kd_n_m_s2_rad,
+        };
+        let config = PidConfig {
+            proportional_weight,
+            derivative_weight,
+            derivative_filter_s,
+            feed_forward: FeedForward {
+                static_n_m: static_friction_n_m,
+                velocity_n_m_s_rad: viscous_friction_n_m_s_rad,
+                acceleration_n_m_s2_rad: inertia_n_m_s2_rad,
+            },
+            order,
+            anti_windup: chosen,
+            output: TorqueRange {
+                lower_n_m: output_n_m.0,
+                upper_n_m: output_n_m.1,
+            },
+            ..PidConfig::new(gains, period_s)
+        };
+        let inner =
+            omni_core::Pid::new(config).map_err(|error| of_core(argument(error.parameter), &error))?;
+        Ok(Self {
+            config,
+            inner,
+            state: PidState::default(),
+        })
+    }
+
+    /// One step for each pair of a reference and a measurement [rad/s].
+    fn step(
+        &mut self,
+        reference_rad_s: &Bound<'_, PyAny>,
+        measured_rad_s: &Bound<'_, PyAny>,
+    ) -> PyResult<PidSample> {
+        let py = reference_rad_s.py();
+        let (references, shape) = floats("reference_rad_s", reference_rad_s)?;
+        let (measured, measured_shape) = floats("measured_rad_s", measured_rad_s)?;
+        let count = match (shape.first(), measured_shape.first()) {
+            (Some(a), Some(b)) if a != b => {
+                let message =
+                    format!("measured_rad_s = {b} numbers, allowed: as many as references, {a}, or one");
+                return Err(refused("measured_rad_s", &message));
+            }
+            (None, None) => None,
+            (Some(n), _) | (None, Some(n)) => Some(*n),
+        };
+        let steps = count.unwrap_or(1);
+        let (pid, state) = (&self.inner, &mut self.state);
+        let mut columns: [Vec<f64>; 5] = Default::default();
+        let mut saturated = Vec::with_capacity(steps);
+        py.detach(|| {
+            // What is one number stays the same.
+            let pick = |values: &[f64], i: usize| values[i.min(values.len() - 1)];
+            for i in 0..steps {
+                let sample = pid.step(state, pick(&references, i), pick(&measured, i));
+                let terms = sample.terms;
+                let row = [
+                    sample.output_n_m,
+                    terms.p_n_m,
+                    terms.i_n_m,
+                    terms.d_n_m,
+                    terms.ff_n_m,
+                ];
+                columns
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(column, value)| column.push(value));
+                saturated.push(sample.saturated);
+            }
+        });
+        let shape: Vec<usize> = count.into_iter().collect();
+        let [output, p, i, d, ff] = columns;
+        let column = |values| Ok::<_, PyErr>(array(py, shape.clone(), values)?.unbind());
+        Ok(PidSample {
+            output_n_m: column(output)?,
+            p_n_m: column(p)?,
+            i_n_m: column(i)?,
+            d_n_m: column(d)?,
+            ff_n_m: column(ff)?,
+            saturated: array(py, shape.clone(), saturated)?.unbind(),
+        })
+    }
+
+    /// Bumpless transfer: the next step with this reference and measurement yields `output_n_m`.
+    #[pyo3(signature = (output_n_m, *, reference_rad_s, measured_rad_s))]
+    fn track(&mut self, output_n_m: f64, reference_rad_s: f64, measured_rad_s: f64) -> PyResult<()> {
+        for (name, value) in [
+            ("output_n_m", output_n_m),
+            ("reference_rad_s", reference_rad_s),
+            ("measured_rad_s", measured_rad_s),
+        ] {
+            if !value.is_finite() {
+                return Err(refused(name, &format!("{name} = {value}, allowed: finite")));
+            }
+        }
+        self.inner
+            .track(&mut self.state, output_n_m, reference_rad_s, measured_rad_s);
+        Ok(())
+    }
+
+    /// As freshly started.
+    fn reset(&mut self) {
+        self.state = PidState::default();
+    }
+
+    /// What the integral holds [N.m].
+    #[getter]
+    fn integral_n_m(&self) -> f64 {
+        self.state.integral_n_m
+    }
+
+    /// Control period [s].
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.config.period_s
+    }
+
+    fn __repr__(&self) -> String {
+        let gains = &self.config.gains;
+        format!(
+            "<omnistep.Pid: kp {} N.m.s/rad, ki {} N.m/rad, kd {} N.m.s2/rad, every {} s>",
+            gains.kp_n_m_s_rad, gains.ki_n_m_rad, gains.kd_n_m_s2_rad, self.config.period_s
+        )
+    }
+}
+
+/// What one step of a PID loop did, or each of many.
+#[pyclass(frozen, get_all, module = "omnistep")]
+pub(crate) struct PidSample {
+    /// Output within the limits [N.m].
+    output_n_m: Py<PyArrayDyn<f64>>,
+    /// Proportional term [N.m].
+    p_n_m: Py<PyArrayDyn<f64>>,
+    /// Integral term [N.m].
+    i_n_m: Py<PyArrayDyn<f64>>,
+    /// Derivative term [N.m].
+    d_n_m: Py<PyArrayDyn<f64>>,
+    /// Feed-forward [N.m].
+    ff_n_m: Py<PyArrayDyn<f64>>,
+    /// The limits took something away.
+    saturated: Py<PyArrayDyn<bool>>,
+}
+
+#[pymethods]
+impl PidSample {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (output, saturated) = (self.output_n_m.bind(py).repr()?, self.saturated.bind(py).repr()?);
+        Ok(format!(
+            "<omnistep.PidSample: output_n_m {output}, saturated {saturated}>"
+        ))
+    }
+}

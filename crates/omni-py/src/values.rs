@@ -1,0 +1,145 @@
+//! What files hold, from Python and back: TOML's values.
+
+use omni_sim::Error;
+use omni_sim::config::{self, Override};
+use pyo3::exceptions::{PyKeyError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use toml::{Table, Value};
+
+use crate::error::exception;
+
+/// `{"terrain.height_m": 0.03}` as overrides.
+pub(crate) fn overrides(given: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
+    let Some(given) = given else {
+        return Ok(Vec::new());
+    };
+    let items = given.items()?;
+    let each = items.iter().map(|item| {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let key = name("overrides", &key)?;
+        let value = from_python("overrides", &key, &value)?;
+        Ok(Override::new(key, value))
+    });
+    each.collect()
+}
+
+/// A dictionary as the table of a file; `file` is what messages call it.
+pub(crate) fn table(file: &str, given: &Bound<'_, PyMapping>) -> PyResult<Table> {
+    tables(file, "", given)
+}
+
+fn tables(file: &str, parent: &str, given: &Bound<'_, PyMapping>) -> PyResult<Table> {
+    let mut table = Table::new();
+    for item in given.items()?.iter() {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let key = name(file, &key)?;
+        let path = if parent.is_empty() {
+            key.clone()
+        } else {
+            format!("{parent}.{key}")
+        };
+        if !value.is_none() {
+            table.insert(key, from_python(file, &path, &value)?);
+        }
+    }
+    Ok(table)
+}
+
+fn name(file: &str, key: &Bound<'_, PyAny>) -> PyResult<String> {
+    key.extract()
+        .map_err(|_| PyTypeError::new_err(format!("{file}: the key {key}, allowed: strings")))
+}
+
+/// `key` is the whole path, for messages.
+fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        let integer = value.extract().map_err(|_| {
+            exception(&Error::Config(config::Error::Key {
+                file: file.into(),
+                key: key.into(),
+                message: format!("{value}, allowed: an integer of 64 bits"),
+            }))
+        })?;
+        return Ok(Value::Integer(integer));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let items = value.try_iter()?.enumerate();
+        let items = items.map(|(i, item)| from_python(file, &format!("{key}[{i}]"), &item?));
+        return items.collect::<PyResult<_>>().map(Value::Array);
+    }
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        return tables(file, key, mapping).map(Value::Table);
+    }
+    // NumPy's arrays and scalars know what they are in Python: an int64 stays an integer.
+    if value.hasattr("tolist")? {
+        return from_python(file, key, &value.call_method0("tolist")?);
+    }
+    if value.is_instance_of::<PyFloat>() || value.hasattr("__float__")? {
+        return Ok(Value::Float(value.extract()?));
+    }
+    let found = value.get_type();
+    Err(PyTypeError::new_err(format!(
+        "{file}: {key}: {found}, allowed: a number, a string, a bool, or lists and dictionaries of them"
+    )))
+}
+
+/// A value of a file as Python's own.
+pub(crate) fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Boolean(value) => PyBool::new(py, *value).to_owned().into_any(),
+        Value::Integer(value) => value.into_pyobject(py)?.into_any(),
+        Value::Float(value) => value.into_pyobject(py)?.into_any(),
+        Value::String(text) => text.into_pyobject(py)?.into_any(),
+        Value::Array(items) => {
+            let list = PyList::empty(py);
+            for item in items {
+                list.append(to_python(py, item)?)?;
+            }
+            list.into_any()
+        }
+        Value::Table(table) => {
+            let dict = PyDict::new(py);
+            for (key, value) in table {
+                dict.set_item(key, to_python(py, value)?)?;
+            }
+            dict.into_any()
+        }
+        Value::Datetime(time) => time.to_string().into_pyobject(py)?.into_any(),
+    })
+}
+
+/// The value at a dotted key; elements of lists count from 0.
+///
+/// A `KeyError` names the keys that there are.
+pub(crate) fn at<'py>(py: Python<'py>, table: &Table, key: &str) -> PyResult<Bound<'py, PyAny>> {
+    let dotted = key.replace('[', ".").replace(']', "");
+    let (mut path, mut parts) = (String::new(), dotted.split('.'));
+    let first = parts.next().unwrap_or_default();
+    let missing = |inside: &str, known: String| {
+        let inside = if inside.is_empty() { "top level" } else { inside };
+        PyKeyError::new_err(format!("{key}: {inside} has {known}"))
+    };
+    let names = |table: &Table| table.keys().cloned().collect::<Vec<_>>().join(", ");
+    let mut value = table.get(first).ok_or_else(|| missing(&path, names(table)))?;
+    path.push_str(first);
+    for part in parts {
+        value = match value {
+            Value::Table(inner) => inner.get(part).ok_or_else(|| missing(&path, names(inner)))?,
+            Value::Array(items) => {
+                let item = part.parse().ok().and_then(|i: usize| items.get(i));
+                item.ok_or_else(|| missing(&path, format!("{} elements, from 0", items.len())))?
+            }
+            _ => return Err(missing(&path, "no keys".into())),
+        };
+        path.push('.');
+        path.push_str(part);
+    }
+    to_python(py, value)
+}

@@ -1,0 +1,202 @@
+//! Vehicle files, and what follows from their numbers.
+
+use std::path::PathBuf;
+
+use omni_sim::config::{self, Source};
+use omni_sim::{Error, vehicle_urdf};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyMapping, PyTuple};
+use toml::{Table, Value};
+
+use crate::arrays::{Array, array};
+use crate::error::{exception, refused};
+use crate::layout::Layout;
+use crate::values;
+
+/// A vehicle as its file describes it.
+#[pyclass(frozen, eq, module = "omnistep")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct Vehicle {
+    pub(crate) inner: config::Vehicle,
+}
+
+/// A vehicle, or where to find one.
+pub(crate) enum VehicleArg {
+    Loaded(Box<config::Vehicle>),
+    Name(String),
+}
+
+impl Default for VehicleArg {
+    fn default() -> Self {
+        Self::Name("chugo7".into())
+    }
+}
+
+impl VehicleArg {
+    pub(crate) fn load(self) -> Result<config::Vehicle, config::Error> {
+        match self {
+            Self::Loaded(vehicle) => Ok(*vehicle),
+            Self::Name(name) => config::Vehicle::load(&name),
+        }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for VehicleArg {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(vehicle) = given.cast::<Vehicle>() {
+            return Ok(Self::Loaded(Box::new(vehicle.get().inner.clone())));
+        }
+        let name = given.extract::<PathBuf>().map_err(|_| {
+            let found = given.get_type();
+            PyTypeError::new_err(format!(
+                "vehicle: {found}, allowed: a name, a path or an omnistep.Vehicle"
+            ))
+        })?;
+        Ok(Self::Name(name.to_string_lossy().into_owned()))
+    }
+}
+
+/// Plain data read from TOML: it can be written as TOML.
+fn table(vehicle: &config::Vehicle) -> Table {
+    Table::try_from(vehicle).unwrap_or_default()
+}
+
+fn text(vehicle: &config::Vehicle) -> String {
+    toml::to_string(vehicle).unwrap_or_default()
+}
+
+fn read(source: &Source, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vehicle> {
+    let overrides = values::overrides(overrides)?;
+    let inner = config::Vehicle::from_source(source, &overrides);
+    Ok(Vehicle {
+        inner: inner.map_err(|error| exception(&Error::Config(error)))?,
+    })
+}
+
+fn config_error(error: config::Error) -> PyErr {
+    exception(&Error::Config(error))
+}
+
+#[pymethods]
+impl Vehicle {
+    #[new]
+    #[pyo3(signature = (vehicle = VehicleArg::default(), *, overrides = None))]
+    fn new(vehicle: VehicleArg, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
+        match vehicle {
+            VehicleArg::Loaded(inner) => Self { inner: *inner }.replace(overrides),
+            VehicleArg::Name(name) => {
+                let source = Source::vehicle(&name, None).map_err(config_error)?;
+                read(&source, overrides)
+            }
+        }
+    }
+
+    /// The vehicle that a TOML text describes.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, overrides = None))]
+    fn from_toml(text: String, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
+        read(&Source::text("vehicle", text), overrides)
+    }
+
+    /// The vehicle that a dictionary of a file's keys describes.
+    #[staticmethod]
+    fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        let table = values::table("vehicle", keys)?;
+        read(&Source::text("vehicle", table.to_string()), None)
+    }
+
+    /// The same vehicle with other keys.
+    fn replace(&self, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
+        let file = format!("vehicle {}", self.inner.name);
+        read(&Source::text(file, text(&self.inner)), overrides)
+    }
+
+    /// The vehicle as a TOML file says it.
+    fn to_toml(&self) -> String {
+        text(&self.inner)
+    }
+
+    /// Every key of the file.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        values::to_python(py, &Value::Table(table(&self.inner)))
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        values::at(py, &table(&self.inner), key)
+    }
+
+    /// Name in logs.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Names of the wheels.
+    #[getter]
+    pub(crate) fn wheel_names(&self) -> Vec<String> {
+        self.inner.wheel.iter().map(|wheel| wheel.name.clone()).collect()
+    }
+
+    /// What kinematics see of it.
+    #[getter]
+    fn layout(&self) -> PyResult<Layout> {
+        Layout::of_vehicle(&self.inner)
+    }
+
+    /// Mass of everything [kg].
+    #[getter]
+    fn mass_kg(&self) -> f64 {
+        self.inner.mass_kg()
+    }
+
+    /// Centre of mass as it stands on flat ground [m], (3,).
+    #[getter]
+    fn centre_of_mass_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![3], self.inner.centre_of_mass_m().to_vec())
+    }
+
+    /// Velocity at which the motors have no torque left [rad/s].
+    #[getter]
+    fn no_load_rad_s(&self) -> Option<f64> {
+        self.inner.no_load_rad_s()
+    }
+
+    /// What each wheel carries on flat ground [N], (N,); none where statics do not say.
+    #[pyo3(signature = (*, gravity_m_s2 = 9.81))]
+    fn static_loads_n<'py>(&self, py: Python<'py>, gravity_m_s2: f64) -> PyResult<Option<Array<'py, f64>>> {
+        if !(gravity_m_s2.is_finite() && gravity_m_s2 > 0.0) {
+            let message = format!("gravity_m_s2 = {gravity_m_s2}, allowed: finite and > 0");
+            return Err(refused("gravity_m_s2", &message));
+        }
+        let loads = self.inner.static_loads_n(gravity_m_s2);
+        loads.map(|loads| array(py, vec![loads.len()], loads)).transpose()
+    }
+
+    /// Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast [rad/s].
+    fn speeds_at<'py>(&self, py: Python<'py>, actuator_rad_s: f64) -> PyResult<Array<'py, f64>> {
+        if !actuator_rad_s.is_finite() {
+            let message = format!("actuator_rad_s = {actuator_rad_s}, allowed: finite");
+            return Err(refused("actuator_rad_s", &message));
+        }
+        let speeds = self.inner.speeds_at(actuator_rad_s).map_err(config_error)?;
+        array(py, vec![3], speeds.to_vec())
+    }
+
+    /// For RViz, Rerun and other simulators.
+    fn urdf(&self) -> String {
+        vehicle_urdf(&self.inner)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let read = py.get_type::<Self>().getattr("from_toml")?;
+        Ok((read, PyTuple::new(py, [text(&self.inner)])?))
+    }
+
+    fn __repr__(&self) -> String {
+        let (name, wheels, mass) = (&self.inner.name, self.inner.wheel.len(), self.inner.mass_kg());
+        format!("<omnistep.Vehicle {name}: {wheels} wheels, {mass:.1} kg>")
+    }
+}

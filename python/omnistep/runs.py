@@ -1,0 +1,150 @@
+"""Whole runs: one, one a policy, or one read back from its log."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from os import PathLike
+from typing import Any
+
+from tqdm import tqdm
+
+from omnistep._omnistep import Log, Scenario, Trace, policies
+from omnistep._omnistep import read_mcap as _read_mcap
+from omnistep._omnistep import run as _run
+
+_SHORT_S = 1.0  # a call that is done by then shows no bar
+
+
+@contextmanager
+def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar that is told the part done, 0 to 1."""
+    layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed} of {elapsed}+{remaining}"
+    with tqdm(total=1.0, desc=label, delay=_SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
+
+        def told(part: float) -> None:
+            bar.update(part - bar.n)
+
+        yield told
+
+
+def run(
+    scenario: str | PathLike[str] | Scenario = "step",
+    *,
+    policy: str | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+    mcap: str | PathLike[str] | None = None,
+    progress: bool = True,
+) -> Trace:
+    """Run a scenario from start to end.
+
+    Other Python threads go on meanwhile; Ctrl-C stops the run.
+
+    Args:
+        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
+            default.
+        policy: coordination policy instead of the scenario's (see :func:`policies`).
+        overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and the values to put there:
+            ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
+            ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists, arrays
+            or dictionaries of them.
+        seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
+        mcap: path of an MCAP log to write; it has that name only when the run went to its end.
+        progress: show a bar on standard error when it takes more than a second.
+
+    Returns:
+        Every signal of every control period.
+
+    Raises:
+        ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
+        TypeError: a value is none of what a key can hold.
+        SimulationError: the physics left the finite numbers.
+        LogError: the log could not be written.
+        KeyboardInterrupt: Ctrl-C was pressed; no log is left.
+
+    Example:
+        >>> import omnistep
+        >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
+        >>> len(trace), trace.outcome.verdict
+        (500, 'driven')
+    """
+    with _bar("run", shown=progress) as told:
+        on_progress = told if progress else None
+        return _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
+
+
+def compare(
+    scenario: str | PathLike[str] | Scenario = "step",
+    *,
+    policies: Iterable[str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+    progress: bool = True,
+) -> dict[str, Trace]:
+    """Run a scenario under several coordination policies.
+
+    Args:
+        scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
+        policies: names of policies; all of them by default.
+        overrides: keys to replace, as in :func:`run`.
+        seed: seed of the scenario's perturbation.
+        progress: show a bar on standard error when it takes more than a second.
+
+    Returns:
+        The trace of each policy by name, in the order given.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+        TypeError: ``policies`` is one string.
+        SimulationError: the physics left the finite numbers.
+
+    Example:
+        >>> import omnistep
+        >>> traces = omnistep.compare("flat", policies=["paper", "load_sharing"], overrides={"duration_s": 0.1})
+        >>> [trace.policy for trace in traces.values()]
+        ['paper', 'load_sharing']
+    """
+    if isinstance(policies, str):
+        raise TypeError(f"policies: the string {policies!r}, allowed: a list of names")
+    names = list(policies) if policies is not None else _all_policies()
+    traces: dict[str, Trace] = {}
+    with _bar("compare", shown=progress) as told:
+
+        def told_of_all(part: float) -> None:
+            told((len(traces) + part) / len(names))
+
+        on_progress = told_of_all if progress else None
+        for name in names:
+            traces[name] = _run(scenario, policy=name, overrides=overrides, seed=seed, on_progress=on_progress)
+    return traces
+
+
+_all_policies = policies
+
+
+def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
+    """Read an MCAP log of a run, finished or not; every checksum is checked.
+
+    Other Python threads go on meanwhile; Ctrl-C stops it.
+
+    Args:
+        path: the log; a killed run's ends with ``.mcap.part``.
+        progress: show a bar on standard error when it takes more than a second.
+
+    Returns:
+        The run.
+
+    Raises:
+        LogError: the file cannot be read, is damaged, or is no log of omnistep.
+        ConfigError: its scenario is not of this version.
+
+    Example:
+        >>> import omnistep, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder) / "flat.mcap"
+        ...     trace = omnistep.run("flat", overrides={"duration_s": 0.5}, mcap=path)
+        ...     log = omnistep.read_mcap(path)
+        >>> log.complete, log.outcome == trace.outcome
+        (True, True)
+    """
+    with _bar("read", shown=progress) as told:
+        return _read_mcap(path, on_progress=told if progress else None)

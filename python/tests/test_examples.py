@@ -1,0 +1,57 @@
+"""Every example of every docstring does what it says."""
+
+import ast
+import doctest
+import importlib
+import pkgutil
+from pathlib import Path
+
+import pytest
+
+import omnistep
+
+STUB = Path(omnistep.__file__).with_name("_omnistep.pyi")
+MODULES = ["omnistep", *(f"omnistep.{module.name}" for module in pkgutil.iter_modules(omnistep.__path__))]
+DEFINITIONS = (ast.ClassDef, ast.FunctionDef)
+
+
+def stub_examples():
+    for node in ast.walk(ast.parse(STUB.read_text())):
+        text = ast.get_docstring(node) if isinstance(node, DEFINITIONS) else None
+        if text and ">>>" in text:
+            yield pytest.param(node.name, text, node.lineno, id=node.name)
+
+
+def failures(test):
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    said = []
+    runner.run(test, out=said.append)
+    return "".join(said)
+
+
+@pytest.mark.parametrize(("name", "text", "line"), list(stub_examples()))
+def test_an_example_of_the_compiled_part_holds(name, text, line):
+    test = doctest.DocTestParser().get_doctest(text, {}, name, str(STUB), line)
+    assert test.examples
+    assert failures(test) == ""
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if not name.endswith(("_omnistep", "__main__"))])
+def test_the_examples_of_a_module_hold(name):
+    module = importlib.import_module(name)
+    for test in doctest.DocTestFinder(exclude_empty=True).find(module, globs={}):
+        assert failures(test) == "", test.name
+
+
+def test_every_public_class_and_function_has_an_example_or_is_made_by_one_that_has():
+    # What only calls hand out is shown where it is handed out.
+    handed_out = {"ControlSample", "Desaturated", "Outcome", "PidSample", "Sample", "Trace", "WheelsTrace"}
+    stub = {name.values[0] for name in stub_examples()}
+    missing = []
+    for name in set(omnistep.__all__) - handed_out - {"__version__", "plot"}:
+        thing = getattr(omnistep, name)
+        if isinstance(thing, type) and issubclass(thing, Exception):
+            continue
+        if name not in stub and ">>>" not in (thing.__doc__ or ""):
+            missing.append(name)
+    assert sorted(missing) == []

@@ -1,0 +1,127 @@
+"""Scenarios and vehicles as values: read, changed, compared, sent elsewhere."""
+
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+
+import omnistep
+
+
+@pytest.mark.parametrize("name", omnistep.scenarios())
+def test_a_scenario_survives_toml_dictionaries_and_pickle(name):
+    scenario = omnistep.Scenario(name)
+    assert omnistep.Scenario.from_toml(scenario.to_toml()) == scenario
+    assert omnistep.Scenario.from_dict(scenario.to_dict()) == scenario
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
+    assert tomllib.loads(scenario.to_toml()) == scenario.to_dict()
+
+
+@pytest.mark.parametrize("name", omnistep.vehicles())
+def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
+    vehicle = omnistep.Vehicle(name)
+    assert omnistep.Vehicle.from_toml(vehicle.to_toml()) == vehicle
+    assert omnistep.Vehicle.from_dict(vehicle.to_dict()) == vehicle
+    assert pickle.loads(pickle.dumps(vehicle)) == vehicle
+    assert vehicle.wheel_names == [wheel["name"] for wheel in vehicle["wheel"]]
+
+
+def test_a_scenario_runs_as_its_name_with_the_same_keys_does():
+    keys = {"duration_s": 0.3, "terrain.friction": 0.4}
+    scenario = omnistep.Scenario("flat", policy="paper", overrides=keys, seed=3)
+    by_name = omnistep.run("flat", policy="paper", overrides=keys, seed=3)
+    for trace in (omnistep.run(scenario), omnistep.run("flat", seed=3, policy="paper", overrides=keys)):
+        assert (trace.to_numpy() == by_name.to_numpy()).all()
+    assert (scenario.seed, scenario.policy, scenario.duration_s, scenario.period_s) == (3, "paper", 0.3, 0.001)
+    # Arguments change it further, and leave it as it is.
+    assert omnistep.run(scenario, policy="load_sharing").policy == "load_sharing"
+    assert omnistep.Simulation(scenario, seed=9).scenario.seed == 9
+    assert scenario.seed == 3
+
+
+def test_a_dictionary_of_the_keys_that_differ_is_enough_for_another_scenario():
+    step = omnistep.Scenario("step")
+    higher = step.replace({"terrain": {**step["terrain"], "height_m": 0.06}})
+    assert higher == omnistep.Scenario("step", overrides={"terrain.height_m": 0.06})
+    assert higher != step
+    faulty = step.replace({"fault": [{"kind": "wheel_lost", "wheel": "5", "from_s": 1.0}]})
+    assert faulty["fault.0.wheel"] == "5"
+
+
+def test_another_vehicle_is_a_name_or_a_value_and_keys_reach_into_it():
+    light = omnistep.Vehicle("omni3", overrides={"body.0.mass_kg": 4.0})
+    scenario = omnistep.Scenario("flat", vehicle=light, overrides={"vehicle.body.0.com_m": [0.0, 0.0, 0.1]})
+    assert scenario["vehicle.body.0.mass_kg"] == 4.0
+    assert scenario["vehicle.body.0.com_m"] == [0.0, 0.0, 0.1]
+    assert scenario.vehicle.mass_kg == pytest.approx(omnistep.Vehicle("omni3").mass_kg - 2.0)
+    assert omnistep.Scenario("flat", vehicle="omni3") == omnistep.Scenario("flat", overrides={"vehicle": "omni3"})
+
+
+def test_gains_that_a_file_leaves_out_are_derived_again_for_a_heavier_vehicle():
+    keys = omnistep.Vehicle("omni3").to_dict()
+    del keys["gains"]
+    flat = omnistep.Scenario("flat", vehicle=omnistep.Vehicle.from_dict(keys))
+    assert "gains" not in flat.to_dict()["vehicle"]
+    heavier = flat.replace({"vehicle.body.0.mass_kg": 12.0})
+    assert heavier.vehicle["gains.ki_n_m_rad"] != flat.vehicle["gains.ki_n_m_rad"]
+    keys["body"][0]["mass_kg"] = 12.0
+    assert heavier == omnistep.Scenario("flat", vehicle=omnistep.Vehicle.from_dict(keys))
+
+
+def test_what_follows_from_a_vehicles_numbers():
+    vehicle = omnistep.Vehicle("chugo7")
+    assert vehicle.mass_kg == 20.0
+    # Moment balance: the wheels carry the weight, whoever carries how much of it. The sum is exact but for rounding.
+    loads = vehicle.static_loads_n()
+    assert loads is not None
+    assert loads.sum() == pytest.approx(20.0 * 9.81, rel=1e-12)
+    assert vehicle.static_loads_n(gravity_m_s2=1.62).sum() == pytest.approx(20.0 * 1.62, rel=1e-12)
+    # One actuator at 10 rad/s: the same map as kinematics'.
+    speeds = vehicle.speeds_at(10.0)
+    for axis in range(3):
+        fastest = np.abs(omnistep.Kinematics(layout=vehicle.layout).inverse(np.eye(3)[axis] * speeds[axis])).max()
+        assert fastest == pytest.approx(10.0, rel=1e-12)
+    assert vehicle.urdf().startswith('<robot name="chugo7">')
+
+
+def test_a_missing_key_names_the_keys_that_there_are():
+    step = omnistep.Scenario("step")
+    with pytest.raises(KeyError, match=r"terrain\.hight_m: terrain has .*height_m"):
+        step["terrain.hight_m"]
+    with pytest.raises(KeyError, match=r"vehicle\.wheel has 7 elements"):
+        step["vehicle.wheel.7"]
+    with pytest.raises(KeyError, match="seed has no keys"):
+        step["seed.x"]
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: omnistep.Scenario("stairway"), "unknown scenario"),
+        (lambda: omnistep.Scenario("step", policy="papier"), "load_sharing"),
+        (lambda: omnistep.Scenario("step", vehicle="chugo8"), "unknown vehicle"),
+        (lambda: omnistep.Scenario("step", seed=-1), "seed"),
+        (lambda: omnistep.Scenario("step").replace({"terrain.friction": -1}), "scenario step: terrain.friction: -1"),
+        (lambda: omnistep.Scenario.from_dict({"name": "x"}), "allowed|missing"),
+        (lambda: omnistep.Scenario.from_toml("name = "), "scenario:1:"),
+        (lambda: omnistep.Vehicle("chugo7").replace({"wheel.0.radius_m": 0}), r"vehicle chugo7: wheel\[0\].radius_m"),
+        (lambda: omnistep.Vehicle("chugo7").static_loads_n(gravity_m_s2=0.0), "gravity_m_s2 = 0, allowed"),
+    ],
+)
+def test_bad_input_is_one_line_that_says_what_is_allowed(build, message):
+    with pytest.raises(omnistep.ConfigError, match=message) as caught:
+        build()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [object(), {1: 2.0}, [None]])
+def test_a_value_that_no_file_can_hold_is_a_type_error_with_its_key(value):
+    with pytest.raises(TypeError, match=r"overrides.*allowed"):
+        omnistep.Scenario("step", overrides={"terrain": value})
+
+
+@pytest.mark.parametrize("thing", [3, None, ["step"]])
+def test_a_scenario_of_another_type_is_a_type_error(thing):
+    with pytest.raises(TypeError, match=r"scenario: .*allowed: a name, a path or an omnistep.Scenario"):
+        omnistep.run(thing)
