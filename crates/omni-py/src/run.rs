@@ -16,7 +16,6 @@ const PERIODS_PER_LOOK: u32 = 64;
 
 /// Runs a scenario from start to end; `on_progress` is told the part done, 0 to 1, every some milliseconds.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None, mcap = None,
     on_progress = None))]
 pub(crate) fn run(
