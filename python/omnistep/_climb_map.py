@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -122,7 +123,7 @@ def _panels(axes: Any, count: int, *, width: float, height: float) -> NDArray[An
         return given_or_new(axes, (count,), size=(0.0, 0.0))
     across = min(count, _IN_A_ROW)
     down = -(-count // across)
-    size = (0.8 + across * max(width, 2.2), down * (0.9 + max(height, 1.2)))
+    size = (0.8 + across * max(width, 2.8), down * (0.9 + max(height, 1.2)))  # wide enough for a label
     every = given_or_new(None, (down, across), size=size, share_y=True).ravel()
     for ax in every[count:]:
         ax.remove()
@@ -162,5 +163,6 @@ def _label(name: str) -> str:
     words = name.replace(".", "_")
     for ending, unit in _UNITS.items():
         if words.endswith(ending):
-            return f"{words.removesuffix(ending).replace('_', ' ')} [{unit}]"
-    return words.replace("_", " ")
+            words = f"{words.removesuffix(ending)} [{unit}]"
+            break
+    return fill(words.replace("_", " "), width=34)

@@ -32,13 +32,18 @@ def columns(rows: Any, wanted: Mapping[str, str], *, optional: Sequence[str] = (
     if hasattr(table, "collect"):  # a lazy frame of polars
         table = table.collect()
     names = _names(table)
-    for name, argument in wanted.items():
-        if name not in names:
-            near = get_close_matches(name, names, n=3, cutoff=0.5) or names[:12]
-            raise ConfigError(f"{argument} = {name!r}: no such column, nearest: {', '.join(near)}", key=argument)
-    found = {name: _values(table, names, name) for name in (*wanted, *optional) if name in names}
-    if not any(found.values()):
+    if hasattr(table, "fetchall"):  # a relation of duckdb; every call runs it again, in any order: ask once
+        here = [name for name in (*wanted, *optional) if name in names]
+        fetched = table.select(", ".join(f'"{name}"' for name in here)).fetchall() if here else []
+        table = {name: [row[number] for row in fetched] for number, name in enumerate(here)}
+    found = {name: _values(table, name) for name in (*wanted, *optional) if name in names}
+    if (isinstance(table, Sequence | Mapping) and not table) or (found and not any(found.values())):
         raise ConfigError("rows: none, allowed: at least one run", key="rows")
+    for name, argument in wanted.items():
+        if name not in found:
+            near = get_close_matches(name, names, n=3, cutoff=0.5)
+            hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names)}"
+            raise ConfigError(f"{argument}: no column {name!r}, {hint}", key=argument)
     return found
 
 
@@ -78,11 +83,9 @@ def _names(table: Any) -> list[str]:
     return [str(name) for name in names]
 
 
-def _values(table: Any, names: list[str], name: str) -> list[Any]:
+def _values(table: Any, name: str) -> list[Any]:
     if isinstance(table, Sequence):
         return [row.get(name) for row in table]
-    if hasattr(table, "fetchall"):  # a relation of duckdb
-        return [value for (value,) in table.select(f'"{name}"').fetchall()]
     column = table[name]
     if hasattr(column, "notna"):  # pandas has several ways to say that there is no value
         column = column.astype(object).where(column.notna(), None)
