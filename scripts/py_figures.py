@@ -1,5 +1,11 @@
-"""Draws the pictures that the documents show, from runs: python scripts/py_figures.py."""
+"""Draws the pictures that the documents show, from runs: python scripts/py_figures.py [RESULTS].
 
+The map is of the study climb_map, which takes some minutes. RESULTS is the folder of its results, out/climb_map if left
+out; the study is run or finished there first.
+"""
+
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -8,20 +14,28 @@ matplotlib.use("Agg")
 
 import omnistep
 
-FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
+ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "docs" / "images"
 
 
-def main() -> None:
-    """Write climb.png, figure8.png, figure10.png and figure11.png."""
+def main(results: Path) -> None:
+    """Write climb.png, figure-8.png to figure-11.png and climb-map.png."""
+    subprocess.run([sys.executable, "-m", "omnistep", "study", "climb_map", "--out", results], check=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
     synchronised = omnistep.run("step", policy="synchronised")
-    omnistep.plot.strip(synchronised).figure.savefig(FOLDER / "climb.png", dpi=110)
-    omnistep.plot.climb(synchronised)[0].figure.savefig(FOLDER / "figure10.png", dpi=100)
     independent = omnistep.run("step", policy="independent")
-    omnistep.plot.climb(independent)[0].figure.savefig(FOLDER / "figure11.png", dpi=100)
-    runs = [omnistep.wheels(policy) for policy in ("synchronised", "paper")]
-    omnistep.plot.wheels(runs)[0].figure.savefig(FOLDER / "figure8.png", dpi=100)
+    wheels = [omnistep.wheels(policy) for policy in ("synchronised", "paper")]
+    pictures = {
+        "climb": omnistep.plot.strip(synchronised),
+        "figure-8": omnistep.plot.wheels(wheels)[0],
+        "figure-9": omnistep.plot.strips([synchronised, independent])[0],
+        "figure-10": omnistep.plot.climb(synchronised)[0],
+        "figure-11": omnistep.plot.climb(independent)[0],
+        "climb-map": omnistep.plot.climb_map(results)[0],
+    }
+    for name, ax in pictures.items():
+        ax.figure.savefig(FOLDER / f"{name}.png", dpi=90)
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]) if sys.argv[1:] else ROOT / "out" / "climb_map")

@@ -1,5 +1,9 @@
 """Figures: the data drawn is the data given, on the axes given."""
 
+import subprocess
+import sys
+
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -56,11 +60,139 @@ def test_strip_marks_the_middle_joint_every_three_tenths(climb):
         omnistep.plot.strip(climb, every_s=0.0)
 
 
-def test_wheels_draws_each_wheel_of_each_run_and_the_loads():
-    runs = [omnistep.wheels("paper"), omnistep.wheels("synchronised")]
-    axes = omnistep.plot.wheels(runs)
+def test_wheels_draws_each_wheel_of_each_run_and_the_loads(wheel_runs):
+    axes = omnistep.plot.wheels(wheel_runs)
     for k in range(3):
-        for run in runs:
+        for run in wheel_runs:
             np.testing.assert_array_equal(line(axes[k], run.policy).get_ydata(), run.speed_rpm[:, k])
-    np.testing.assert_array_equal(line(axes[3], "load C").get_ydata(), runs[0].load_n_m_s_rad[:, 2])
-    assert omnistep.plot.wheels(runs[0]).shape == (4,)
+    np.testing.assert_array_equal(line(axes[3], "load C").get_ydata(), wheel_runs[0].load_n_m_s_rad[:, 2])
+    assert omnistep.plot.wheels(wheel_runs[0]).shape == (4,)
+
+
+def test_a_second_run_of_a_policy_has_its_colour_and_other_dashes(wheel_runs):
+    again = omnistep.wheels("paper", overrides={"friction_n_m_s_rad": 2e-4})
+    axes = omnistep.plot.wheels([wheel_runs[1], again])
+    first, second = line(axes[0], "paper"), line(axes[0], "paper (2)")
+    np.testing.assert_array_equal(second.get_ydata(), again.speed_rpm[:, 0])
+    assert first.get_color() == second.get_color() and first.get_linestyle() != second.get_linestyle()
+
+
+def test_climbs_are_the_climbs_side_by_side_on_one_scale(climb, general_climb):
+    axes = omnistep.plot.climbs([climb, general_climb])
+    assert axes.shape == (3, 2)
+    for column, trace in zip(axes.T, (climb, general_climb), strict=True):
+        assert column[0].get_title() == f"step, {trace.policy}"
+        for ax, signal in zip(column, ("disturbed_ratio", "slip_ratio", "measured_rad_s"), strict=True):
+            np.testing.assert_array_equal(line(ax, "front (wheel 5)").get_ydata(), trace.wheels(signal)[:, 4])
+    for left, right in axes:
+        assert left.get_ylim() == right.get_ylim()
+        drawn = np.concatenate([each.get_ydata() for ax in (left, right) for each in ax.lines])
+        assert left.get_ylim()[0] < drawn.min() and drawn.max() < left.get_ylim()[1]
+    by_name = omnistep.plot.climbs({"any": climb})  # as omnistep.compare returns them
+    assert by_name.shape == (3, 1)
+
+
+def test_strips_show_the_same_ground_once_below_each_run(climb):
+    short = omnistep.run("step", overrides={"duration_s": 1.0})
+    axes = omnistep.plot.strips([climb, short], every_s=0.5)
+    assert axes[0].get_xlim() == axes[1].get_xlim() == pytest.approx(span(climb))
+    for ax, trace, letter in zip(axes, (climb, short), "ab", strict=True):
+        assert ax.get_title() == f"({letter}) step, synchronised"
+        points = line(ax, "joint on wheel 4, every 0.5 s")
+        np.testing.assert_array_equal(points.get_xdata()[1:], trace["wheel_4_x_m"][499::500])
+        assert len(ax.collections) == 1  # a second ground would hide the vehicle
+
+
+def span(trace):
+    x = trace.wheels("x_m")
+    return x.min() - 0.15, x.max() + 0.15
+
+
+def test_paper_has_every_panel_of_figures_8_to_11(climb, general_climb, wheel_runs):
+    axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)
+    assert {name: each.shape for name, each in axes.items()} == {"8": (4,), "9": (2,), "10": (3,), "11": (3,)}
+    assert len({ax.get_figure(root=True) for each in axes.values() for ax in each}) == 1
+    np.testing.assert_array_equal(line(axes["8"][2], "paper").get_ydata(), wheel_runs[1].speed_rpm[:, 2])
+    for name, trace in {"10": climb, "11": general_climb}.items():
+        drawn = line(axes[name][1], "middle (wheel 4)").get_ydata()
+        np.testing.assert_array_equal(drawn, trace["wheel_4_slip_ratio"])
+    for ax, trace in zip(axes["9"], (climb, general_climb), strict=True):
+        drawn = line(ax, "joint on wheel 4, every 0.3 s").get_xdata()
+        np.testing.assert_array_equal(drawn[1:], trace["wheel_4_x_m"][299::300])
+    given = plt.figure()
+    axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs, figure=given)
+    assert axes["9"][0].get_figure(root=True) is given
+
+
+def test_a_policy_has_one_colour_and_nothing_else_has_it(climb, general_climb, wheel_runs):
+    colours = {policy: omnistep.plot.policy_colour(policy) for policy in omnistep.policies()}
+    assert len(set(colours.values())) == len(colours) == 4
+    axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)
+    for run in wheel_runs:
+        assert line(axes["8"][1], run.policy).get_color() == colours[run.policy]
+    for ax, trace in zip(axes["9"], (climb, general_climb), strict=True):
+        points = line(ax, "joint on wheel 4, every 0.3 s")
+        assert points.get_markeredgecolor() == colours[trace.policy]
+    others = {each.get_color() for ax in (axes["8"][3], *axes["10"], *axes["11"]) for each in ax.lines}
+    assert len(others) == 4 and others.isdisjoint(colours.values())
+
+
+def test_no_legend_covers_data_and_no_setting_is_changed(climb, general_climb, wheel_runs, monkeypatch):
+    monkeypatch.setattr(plt, "show", lambda: pytest.fail("a window was opened"))
+    settings = dict(matplotlib.rcParams)
+    figures = [
+        omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)["8"],
+        omnistep.plot.wheels(wheel_runs),
+        omnistep.plot.climb(climb),
+        omnistep.plot.climbs([climb, general_climb]).ravel(),
+        omnistep.plot.strips([climb, general_climb]),
+        np.array([omnistep.plot.strip(climb)]),
+    ]
+    assert dict(matplotlib.rcParams) == settings
+    legends = 0
+    for axes in figures:
+        figure = axes[0].get_figure(root=True)
+        figure.canvas.draw()
+        for ax in figure.axes:
+            if (legend := ax.get_legend()) is None:
+                continue
+            legends += 1
+            box = legend.get_window_extent()
+            for drawn in ax.lines:  # rows are denser than a legend is wide: looking at their points is enough
+                points = ax.transData.transform(drawn.get_xydata())
+                assert not box.count_contains(points), f"{ax.get_title()}: {drawn.get_label()}"
+            assert not any(box.overlaps(patch.get_window_extent()) for patch in ax.patches)
+    assert legends == (2 + 2 + 2) + 2 + 1 + 2 + 2 + 1
+
+
+def test_wrong_requests_are_one_line(climb, wheel_runs, tmp_path):
+    other = omnistep.wheels("paper", overrides={"load.0.damper_n_m_s_rad": 0.002})
+    path = tmp_path / "bare.mcap"
+    bare = {"duration_s": 0.1, "log.vehicle_state_hz": 0.0, "log.tf_hz": 0.0}
+    omnistep.run("flat", overrides=bare, mcap=path)
+    log = omnistep.read_mcap(path)
+    cases = {
+        "other loads than traces": lambda: omnistep.plot.wheels([wheel_runs[0], other]),
+        "at least one WheelsTrace": lambda: omnistep.plot.wheels([]),
+        "at least one Trace": lambda: omnistep.plot.climbs({}),
+        "4 axes, allowed: 3 x 2": lambda: omnistep.plot.climbs([climb, climb], axes=plt.subplots(2, 2)[1]),
+        "wheels = \\[\\]": lambda: omnistep.plot.climb(climb, wheels=[]),
+        "no messages on /tf": lambda: omnistep.plot.strip(log),
+        "a run without a row": lambda: omnistep.plot.climb(log.trace),
+        "every_s = nan": lambda: omnistep.plot.strip(climb, every_s=float("nan")),
+    }
+    for message, draw in cases.items():
+        before = plt.get_fignums()
+        with pytest.raises(omnistep.ConfigError, match=message) as caught:
+            draw()
+        assert "\n" not in str(caught.value)
+        assert len(plt.get_fignums()) <= len(before) + ("axes" in message)  # no empty figure is left
+    with pytest.raises(TypeError, match=r"runs\[0\]: a WheelsTrace, allowed: Trace"):
+        omnistep.plot.climbs([wheel_runs[0]])
+
+
+def test_matplotlib_is_loaded_by_drawing_only_and_its_absence_is_one_line():
+    code = "import sys, omnistep; assert 'matplotlib' not in sys.modules; sys.modules['matplotlib'] = None\n"
+    code += "try: omnistep.plot.wheels(omnistep.wheels())\nexcept ImportError as error: print(error)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == 'omnistep.plot needs matplotlib: pip install "omnistep[plot]"\n'

@@ -1,0 +1,105 @@
+"""What every figure shares: matplotlib where it is there, axes to draw on, colours that mean something, legends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnistep.errors import ConfigError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from omnistep._omnistep import Trace
+
+# Okabe and Ito's colours: told apart by colour-blind readers too. A policy has the same one in every figure, and
+# nothing but a policy has it.
+_POLICIES = {
+    "independent": "#CC79A7",
+    "paper": "#D55E00",
+    "synchronised": "#0072B2",
+    "load_sharing": "#009E73",
+}
+_OTHER_POLICY = "0.4"
+# Wheels and loads have the rest of them; from the fourth on with other dashes.
+_WHEELS = ("#000000", "#E69F00", "#56B4E9")
+_DASHES = ("-", "--", ":", "-.")
+
+
+def policy_colour(policy: str) -> str:
+    """Return the colour of a policy, the same in every figure.
+
+    Args:
+        policy: a name of :func:`omnistep.policies`; any other is grey.
+
+    Returns:
+        A colour of matplotlib: ``#RRGGBB``, or a level of grey.
+
+    Example:
+        >>> import omnistep
+        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.policies()})
+        4
+    """
+    return _POLICIES.get(policy, _OTHER_POLICY)
+
+
+def wheel_style(number: int) -> dict[str, str]:
+    """Return colour and dashes of the first, second, ... wheel drawn."""
+    dashes = _DASHES[number // len(_WHEELS) % len(_DASHES)]
+    return {"color": _WHEELS[number % len(_WHEELS)], "linestyle": dashes}
+
+
+def dashes(number: int) -> str:
+    """Return the dashes of the first, second, ... line of one colour."""
+    return _DASHES[number % len(_DASHES)]
+
+
+def pyplot() -> Any:
+    """Return ``matplotlib.pyplot``."""
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError('omnistep.plot needs matplotlib: pip install "omnistep[plot]"') from error
+    return plt
+
+
+def given_or_new(
+    axes: Any, shape: tuple[int, ...], *, size: tuple[float, float], share_y: bool | str = False
+) -> NDArray[Any]:
+    """Return the axes given, in that shape, or those of a new figure of that size [inch]."""
+    if axes is None:
+        rows, columns = shape if len(shape) == 2 else (shape[0], 1)
+        options = {"sharex": True, "sharey": share_y, "figsize": size, "layout": "constrained", "squeeze": False}
+        return np.asarray(pyplot().subplots(rows, columns, **options)[1]).reshape(shape)
+    given = np.asarray(axes)
+    if given.size != np.prod(shape):
+        raise ConfigError(f"axes = {given.size} axes, allowed: {' x '.join(map(str, shape))}", key="axes")
+    return given.reshape(shape)
+
+
+def same_limits(axes: Sequence[Axes] | NDArray[Any]) -> None:
+    """Give axes the limits along y that hold what each of them shows."""
+    limits = np.array([ax.get_ylim() for ax in axes])
+    for ax in axes:
+        ax.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+
+
+def legend_above(ax: Axes, *, columns: int, room: float = 0.35) -> None:
+    """Make room above what is drawn, that share of its height, and put the legend there."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + room * (high - low))
+    ax.legend(loc="upper center", fontsize="small", ncols=columns)
+
+
+def title(trace: Trace) -> str:
+    """Return what a run is of."""
+    return f"{trace.scenario}, {trace.policy}"
+
+
+def not_empty(trace: Trace) -> None:
+    """Refuse a run without a row, as of a log without ``/vehicle_state``."""
+    if len(trace) == 0:
+        raise ConfigError(f"{title(trace)}: a run without a row, allowed: at least one control period", key="trace")

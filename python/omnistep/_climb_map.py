@@ -1,0 +1,168 @@
+"""Where a vehicle climbs, over two axes of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnistep import _omnistep
+from omnistep._axes import given_or_new, pyplot
+from omnistep._columns import columns
+from omnistep.errors import ConfigError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+# Endings of names and their units (docs/conventions.md), the longest first.
+_UNITS = {
+    "_n_m_s_rad": "N.m.s/rad",
+    "_n_m_rad": "N.m/rad",
+    "_rad_s": "rad/s",
+    "_kg_m2": "kg.m^2",
+    "_n_m": "N.m",
+    "_m_s": "m/s",
+    "_rad": "rad",
+    "_deg": "deg",
+    "_kg": "kg",
+    "_hz": "Hz",
+    "_us": "us",
+    "_ns": "ns",
+    "_m": "m",
+    "_s": "s",
+    "_n": "N",
+}
+_IN_A_ROW = 4
+
+
+def climb_map(
+    rows: str | PathLike[str] | Any,
+    *,
+    x: str = "vehicle.motor.stall_torque_n_m",
+    y: str = "terrain.height_m",
+    panel: str | None = "control.policy",
+    axes: Sequence[Axes] | NDArray[Any] | None = None,
+) -> NDArray[Any]:
+    """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
+
+    Every cell says how many climbed of how many runs, as ``omnistep study`` does; its colour is the share, dark for
+    none and light for all. Runs that failed are not counted: the cell says how many there were. Runs that differ in
+    anything but x, y and panel, as in their seeds, are counted together.
+
+    Args:
+        rows: the folder that ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb,
+            or a list of dictionaries; with a column ``climbed``, and ``error`` where runs may have failed. Files
+            need pyarrow, polars or duckdb.
+        x: key or column along x; numbers or names.
+        y: key or column along y.
+        panel: key or column with a panel a value; None for one panel.
+        axes: axes to draw on, as many as panels; a new figure by default.
+
+    Returns:
+        The axes, (P,), in the order of the panels' values; policies in that of :func:`omnistep.policies`.
+
+    Raises:
+        ConfigError: no rows, a column is not there or has no value somewhere, or the axes are not as many as panels.
+        ImportError: matplotlib is not there, or nothing that reads Parquet.
+
+    Example:
+        >>> import omnistep
+        >>> rows = [{"height_m": h, "torque_n_m": t, "climbed": t > 10 * h} for h in (0.1, 0.2) for t in (0.5, 1.5)]
+        >>> (ax,) = omnistep.plot.climb_map(rows, x="torque_n_m", y="height_m", panel=None)
+        >>> [text.get_text() for text in ax.texts]  # lowest row first
+        ['0/1', '1/1', '0/1', '0/1']
+    """
+    wanted = {name.replace(".", "_"): key for key, name in {"x": x, "y": y, "panel": panel}.items() if name is not None}
+    if len(wanted) != (2 if panel is None else 3):
+        raise ConfigError(f"x = {x!r}, y = {y!r}, panel = {panel!r}: allowed: each another column", key="x")
+    found = columns(rows, wanted | {"climbed": "rows"}, optional=["error"])
+    for name, argument in wanted.items():
+        if None in found[name]:
+            message = f"rows[{found[name].index(None)}]: no {name}, allowed: a value in every row"
+            raise ConfigError(message, key=argument)
+    along_x, along_y, in_panel = (
+        found[name.replace(".", "_")] if name is not None else [""] * len(found["climbed"]) for name in (x, y, panel)
+    )
+    columns_x, rows_y, panels = _ordered(along_x), _ordered(along_y), _ordered(in_panel)
+    shape = (len(panels), len(rows_y), len(columns_x))
+    climbed, counted, failed = (np.zeros(shape, dtype=int) for _ in range(3))
+    errors = found.get("error", [None] * len(found["climbed"]))
+    for number, outcome in enumerate(found["climbed"]):
+        cell = panels.index(in_panel[number]), rows_y.index(along_y[number]), columns_x.index(along_x[number])
+        if errors[number] is not None or outcome is None:
+            failed[cell] += 1
+        elif outcome in (0, 1):
+            climbed[cell] += int(outcome)
+            counted[cell] += 1
+        else:
+            message = f"rows[{number}]: climbed = {outcome!r}, allowed: true, false or none"
+            raise ConfigError(message, key="climbed")
+
+    drawn = _panels(axes, len(panels), width=0.7 * len(columns_x), height=0.55 * len(rows_y))
+    for ax, name, one, of, lost in zip(drawn, panels, climbed, counted, failed, strict=True):
+        _draw(ax, one, of, lost)
+        ax.set_xticks(np.arange(len(columns_x)) + 0.5, [_text(value) for value in columns_x])
+        ax.set_yticks(np.arange(len(rows_y)) + 0.5, [_text(value) for value in rows_y])
+        ax.set_title(": ".join(filter(None, (_text(name), "climbed / runs"))), fontsize="medium")
+        ax.set_xlabel(_label(x))
+        ax.set_ylabel(_label(y))
+    if axes is None:
+        for number, ax in enumerate(drawn):
+            last_in_column = number + _IN_A_ROW >= len(drawn)
+            ax.set_xlabel(ax.get_xlabel() if last_in_column else "")
+            ax.set_ylabel(ax.get_ylabel() if number % _IN_A_ROW == 0 else "")
+    return drawn
+
+
+def _panels(axes: Any, count: int, *, width: float, height: float) -> NDArray[Any]:
+    if axes is not None:
+        return given_or_new(axes, (count,), size=(0.0, 0.0))
+    across = min(count, _IN_A_ROW)
+    down = -(-count // across)
+    size = (0.8 + across * max(width, 2.8), down * (0.9 + max(height, 1.2)))  # wide enough for a label
+    every = given_or_new(None, (down, across), size=size, share_y=True).ravel()
+    for ax in every[count:]:
+        ax.remove()
+    return every[:count]
+
+
+def _draw(ax: Axes, climbed: NDArray[Any], counted: NDArray[Any], failed: NDArray[Any]) -> None:
+    share = np.ma.masked_array(climbed / np.maximum(counted, 1), mask=counted == 0)
+    colours = pyplot().get_cmap("cividis")
+    ax.set_facecolor("0.9")  # where nothing was measured
+    ax.pcolormesh(share, cmap=colours, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=1.0)
+    for row, column in np.ndindex(share.shape):
+        none = counted[row, column] == 0
+        text = "-" if none else f"{climbed[row, column]}/{counted[row, column]}"
+        if failed[row, column]:
+            text += f"\n{failed[row, column]} failed"
+        dark = not none and share[row, column] < 0.5
+        place = (column + 0.5, row + 0.5)
+        ax.text(*place, text, ha="center", va="center", color="white" if dark else "black", fontsize="small")
+
+
+def _ordered(values: Sequence[Any]) -> list[Any]:
+    """Return each value once: numbers by size, policies as `omnistep.policies`, other names by the alphabet."""
+    each = set(values)
+    if all(isinstance(value, int | float) for value in each):
+        return sorted(each)
+    known = _omnistep.policies()
+    return sorted(each, key=lambda value: (known.index(value) if value in known else len(known), str(value)))
+
+
+def _text(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _label(name: str) -> str:
+    """Return a column's name with its unit in brackets."""
+    words = name.replace(".", "_")
+    for ending, unit in _UNITS.items():
+        if words.endswith(ending):
+            words = f"{words.removesuffix(ending)} [{unit}]"
+            break
+    return fill(words.replace("_", " "), width=34)
