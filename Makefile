@@ -10,8 +10,8 @@ test:           ## every Rust and Python test; makes its own virtual environment
 test-full:      ## test, then the long checks: ensembles and benchmarks
 	scripts/test-full.sh
 
-bench:          ## ratios of control and simulation cost
-	cargo bench
+bench:          ## ratios of control and simulation cost, and of what Python pays
+	scripts/bench.sh
 
 lint:           ## formatting and lints of Rust and Python
 	scripts/lint.sh

@@ -6,6 +6,6 @@ cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
 cargo clippy --locked --workspace --all-targets -- -D warnings
 scripts/venv.sh
-.venv/bin/ruff check python scripts
-.venv/bin/ruff format --check python scripts
+.venv/bin/ruff check python scripts benches
+.venv/bin/ruff format --check python scripts benches
 .venv/bin/mypy

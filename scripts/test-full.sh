@@ -13,4 +13,4 @@ for torque in 1.0 1.4 1.8 2.0; do
     echo "torque limit $torque N.m"
     cargo run --release --quiet -- study ensemble --set "vehicle.motor.stall_torque_n_m=$torque" --out "$results/$torque"
 done
-cargo bench
+scripts/bench.sh

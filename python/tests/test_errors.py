@@ -1,10 +1,5 @@
 """What is said of bad input: one line, the key, the file, what is allowed."""
 
-import os
-import signal
-import threading
-import time
-
 import numpy as np
 import pytest
 
@@ -103,31 +98,6 @@ def test_a_log_that_cannot_be_written_is_named(tmp_path):
     with pytest.raises(omnistep.LogError, match="missing") as caught:
         omnistep.run("flat", mcap=path)
     assert caught.value.file == f"{path}.part"  # the name it has until it is whole
-
-
-@pytest.fixture
-def interrupts():
-    """Python's own answer to Ctrl-C, also where the tests run in the background and it was switched off."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("interrupts")
-def test_ctrl_c_stops_a_run_within_a_fraction_of_a_second_and_leaves_no_log(tmp_path):
-    pressed = []
-
-    def press():
-        pressed.append(time.monotonic())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(0.3, press)
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        omnistep.run("flat", overrides={"duration_s": 3600.0}, mcap=tmp_path / "x.mcap")
-    # 64 control periods are some milliseconds; two seconds allow for a busy machine, an hour was asked for.
-    assert time.monotonic() - pressed[0] < 2.0
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_simulation_that_diverged_says_so_ever_after():

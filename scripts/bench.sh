@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# Ratios within one run: of the controller and the simulation, then of Python.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cargo bench --locked
+scripts/venv.sh
+.venv/bin/python benches/python.py
