@@ -12,4 +12,9 @@ if [ ! -x .venv/bin/python ]; then
         { echo "no virtual environment can be made; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
 fi
 echo "building the extension and installing the test tools (the first time takes some minutes)"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[test]"
+# The wheel as users get it; the tests try it in a clean environment as well.
+rm -rf out/wheel
+.venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir out/wheel .
+# By name and version alone pip would keep the one that is there.
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps out/wheel/*.whl
+.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[test]"

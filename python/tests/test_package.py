@@ -1,7 +1,10 @@
 """The package as others meet it: typed, one command line, logs that foreign readers open."""
 
+import json
 import subprocess
 import sys
+import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -72,3 +75,47 @@ def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
     applied = trace.wheels("applied_n_m")
     assert all([w.applied_n_m for w in state.wheels] == list(row) for state, row in zip(states, applied, strict=True))
     assert {state.policy for state in states} == {policy}
+
+
+@pytest.fixture(scope="module")
+def wheel():
+    """The file that scripts/venv.sh built, of which the installed package was made."""
+    (wheel,) = (ROOT / "out" / "wheel").glob("omnistep-*.whl")
+    return wheel
+
+
+def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and_no_tests(wheel):
+    assert "-cp311-abi3-" in wheel.name
+    names = zipfile.ZipFile(wheel).namelist()
+    inside = {name.split("/", 1)[1] for name in names if name.startswith("omnistep/")}
+    assert {"py.typed", "_omnistep.pyi", "_omnistep.abi3.so", "assets/report.js"} <= inside
+    assert {"LICENSE-MIT", "LICENSE-APACHE"} <= {Path(name).name for name in names}
+    assert not [name for name in names if "test" in name or "baseline" in name]
+
+
+def test_the_wheel_works_in_a_clean_environment_with_numpy_and_tqdm_alone(wheel, tmp_path):
+    venv.create(tmp_path / "venv", with_pip=True)
+    python = tmp_path / "venv" / "bin" / "python"
+
+    def clean(*args):
+        # -I: neither this folder nor the variables of whoever runs the tests.
+        return subprocess.run([python, "-I", *args], capture_output=True, text=True, check=False, cwd=tmp_path)
+
+    installed = clean("-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel))
+    assert installed.returncode == 0, installed.stderr
+    listed = json.loads(clean("-m", "pip", "list", "--format", "json").stdout)
+    assert {package["name"] for package in listed} - {"pip", "setuptools"} == {"numpy", "omnistep", "tqdm"}
+    program = """
+import pathlib, omnistep
+assert "venv" in pathlib.Path(omnistep.__file__).parts
+trace = omnistep.run("step", mcap="step.mcap")
+log = omnistep.read_mcap("step.mcap")
+assert (log.trace.wheels("applied_n_m") == trace.wheels("applied_n_m")).all()
+print(trace.outcome.verdict)
+"""
+    ran = clean("-c", program)
+    assert (ran.returncode, ran.stdout) == (0, "climbed\n"), ran.stderr
+    listed = subprocess.run(
+        [python.with_name("omnistep"), "list"], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert listed.returncode == 0 and "chugo7" in listed.stdout
