@@ -140,33 +140,54 @@ damping_n_m_s_rad = 0.0
     );
 }
 
-/// Mean crossing time of some perturbed runs with a physics step \[us\].
-fn crossing(step_us: u64) -> f64 {
-    let runs = 6;
+/// Mean crossing time of some perturbed runs under a policy with a physics step \[us\].
+fn crossing(policy: &str, step_us: u64, runs: u32) -> f64 {
     let each = |seed: u32| {
         let keys = [
             format!("physics.step_us={step_us}"),
             format!("seed={seed}"),
-            "control.policy=independent".into(),
+            format!("control.policy={policy}"),
             "perturbation.yaw_rad=0.03".into(),
             "perturbation.start_m=0.02".into(),
             "duration_s=4.5".into(),
         ];
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let trace: Trace = run(&load("step", &keys)).expect("runs");
-        trace.outcome().crossing_s.expect("climbed")
+        trace.outcome().crossing_s
     };
-    (0..runs).map(each).sum::<f64>() / f64::from(runs)
+    // The torque is near the threshold: of 24 a few do not climb, at any step.
+    let climbed: Vec<f64> = (0..runs).filter_map(each).collect();
+    assert!(
+        climbed.len() * 4 >= runs as usize * 3,
+        "{policy} at {step_us} us: {climbed:?}"
+    );
+    climbed.iter().sum::<f64>() / climbed.len() as f64
+}
+
+/// Single climbs are chaotic: the unperturbed one takes 2.57, 2.48 and 2.49 s. A mean says what the step does; that of 24 is uncertain
+/// by 0.1 to 0.5 %.
+fn crossing_time_agrees(policy: &str, runs: u32) {
+    let [coarse, default, fine] = [1000, 500, 250].map(|step_us| crossing(policy, step_us, runs));
+    println!("{policy}: {coarse} s, {default} s, {fine} s at 1, 0.5 and 0.25 ms");
+    for other in [coarse, fine] {
+        assert!(
+            (other / default - 1.0).abs() < 0.02,
+            "{policy}: {coarse} s, {default} s, {fine} s at 1, 0.5 and 0.25 ms"
+        );
+    }
 }
 
 #[test]
 fn crossing_time_does_not_depend_on_the_physics_step() {
-    // Single climbs are chaotic: the unperturbed one takes 2.57, 2.48 and 2.49 s. The mean of a few says what the step does.
-    let [coarse, default, fine] = [1000, 500, 250].map(crossing);
-    for other in [coarse, fine] {
-        assert!(
-            (other / default - 1.0).abs() < 0.02,
-            "{coarse} s, {default} s, {fine} s at 1, 0.5 and 0.25 ms"
-        );
-    }
+    crossing_time_agrees("independent", 6);
+}
+
+#[test]
+#[ignore = "288 runs of 4.5 s: make test-full"]
+fn crossing_time_does_not_depend_on_the_physics_step_under_any_policy() {
+    std::thread::scope(|threads| {
+        for policies in [["independent", "synchronised"], ["paper", "load_sharing"]] {
+            threads.spawn(move || policies.map(|policy| crossing_time_agrees(policy, 24)));
+        }
+    });
 }

@@ -71,7 +71,7 @@ impl World {
         integrate(
             &mut physics.integration_parameters,
             settings.step_us as f64 * 1e-6 / substeps as f64,
-            settings.solver_iterations,
+            settings.iterations(substeps),
             [
                 settings.contact_hz * stiffer.unwrap_or(1.0),
                 settings.contact_damping * stiffer.unwrap_or(1.0),

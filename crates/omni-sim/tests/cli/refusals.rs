@@ -243,8 +243,8 @@ fn more_that_no_single_key_shows_is_named() {
     );
     refused_file(
         "s.toml",
-        "solver_iterations = 8",
-        "solver_iterations = 0",
+        "step_us = 500",
+        "step_us = 500\nsolver_iterations = 0",
         "solver_iterations: 0, allowed: 1 to 100",
     );
     refused_file(
