@@ -32,7 +32,9 @@ from omnistep._omnistep import (
     vehicles,
     wheels,
 )
-from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError
+from omnistep.ensembles import StudyResult, study, sweep
+from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError, StudyError
+from omnistep.tuning import TuneResult, tune
 
 __all__ = [
     "ConfigError",
@@ -47,7 +49,10 @@ __all__ = [
     "Sample",
     "Simulation",
     "SimulationError",
+    "StudyError",
+    "StudyResult",
     "Trace",
+    "TuneResult",
     "Wheel",
     "WheelsTrace",
     "__version__",
@@ -59,6 +64,9 @@ __all__ = [
     "read_mcap",
     "run",
     "scenarios",
+    "study",
+    "sweep",
+    "tune",
     "vehicles",
     "wheels",
 ]

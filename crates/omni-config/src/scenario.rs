@@ -449,13 +449,27 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with(&self, file: &str, overrides: &[Override]) -> Result<Self, Error> {
-        // Plain data; only a seed that TOML's integers cannot hold is refused.
-        let text = toml::to_string(self).map_err(|error| Error::Key {
-            file: file.to_owned(),
+        Self::from_source(&Source::text(file, self.to_toml()?), overrides)
+    }
+
+    /// The scenario as a file, its vehicle inside.
+    ///
+    /// # Errors
+    /// A seed above 2^63 - 1, which TOML's integers cannot hold.
+    ///
+    /// ```
+    /// use omni_config::{Scenario, Source};
+    /// let step = Scenario::load("step", &[])?;
+    /// assert_eq!(Scenario::from_source(&Source::text("step.toml", step.to_toml()?), &[])?, step);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn to_toml(&self) -> Result<String, Error> {
+        // Plain data; only a seed is refused.
+        toml::to_string(self).map_err(|error| Error::Key {
+            file: format!("scenario {}", self.name),
             key: "seed".into(),
             message: error.to_string(),
-        })?;
-        Self::from_source(&Source::text(file, text), overrides)
+        })
     }
 
     /// The same scenario under another coordination preset.

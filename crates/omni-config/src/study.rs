@@ -71,6 +71,7 @@ pub struct Study {
 struct Origin {
     file: String,
     folder: Option<PathBuf>,
+    points: bool,
 }
 
 /// A key of the scenario and the values it takes.
@@ -219,12 +220,27 @@ impl Seeds {
 
 impl<'de> Deserialize<'de> for Seeds {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::from_value(Value::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+impl Seeds {
+    /// The seeds that a value of a file means.
+    ///
+    /// # Errors
+    /// The value and what is allowed.
+    ///
+    /// ```
+    /// use omni_config::Seeds;
+    /// assert_eq!(Seeds::from_value(3.into())?.list(), [0, 1, 2]);
+    /// assert!(Seeds::from_value(vec![1, 5, 1].into()).is_err());
+    /// # Ok::<(), String>(())
+    /// ```
+    pub fn from_value(value: Value) -> Result<Self, String> {
         let refuse = |value: &dyn std::fmt::Display| {
-            D::Error::custom(format!(
-                "{value}, allowed: how many, 1 to {MOST_SEEDS}, or a list of seeds, each once and >= 0"
-            ))
+            format!("{value}, allowed: how many, 1 to {MOST_SEEDS}, or a list of seeds, each once and >= 0")
         };
-        match Value::deserialize(deserializer)? {
+        match value {
             Value::Integer(count) if (1..=MOST_SEEDS as i64).contains(&count) => {
                 u32::try_from(count).map(Self::Count).map_err(|_| refuse(&count))
             }
@@ -262,6 +278,7 @@ impl Study {
         study.origin = Origin {
             file: source.file.clone(),
             folder: source.folder().map(PathBuf::from),
+            points: false,
         };
         for axis in &mut study.axis {
             axis.key = dotted(&axis.key);
@@ -288,6 +305,57 @@ impl Study {
             return Err(source.refuse("map.y", "allowed: another axis than map.x"));
         }
         Ok(study)
+    }
+
+    /// A study of points that a program lists; `axis` has the keys that differ and the values that occur.
+    ///
+    /// # Errors
+    /// A name that no folder can have, or a key that is no axis', such as `seed`.
+    ///
+    /// ```
+    /// use omni_config::{Axis, Seeds, Study};
+    /// let axis = Axis::new("terrain.height_m", vec![0.03.into(), 0.05.into()]);
+    /// let study = Study::of_points("heights", "step", vec![axis], Seeds::Count(3))?;
+    /// assert_eq!((study.lists_points(), study.seeds.list()), (true, vec![0, 1, 2]));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn of_points(
+        name: impl Into<String>,
+        scenario: impl Into<String>,
+        axis: Vec<Axis>,
+        seeds: Seeds,
+    ) -> Result<Self, Error> {
+        let name = name.into();
+        let study = Self {
+            schema_version: crate::SCHEMA_VERSION,
+            origin: Origin {
+                file: format!("sweep {name}"),
+                folder: None,
+                points: true,
+            },
+            name,
+            scenario: scenario.into(),
+            set: Table::new(),
+            axis,
+            seeds,
+            map: MapAxes::default(),
+        };
+        study.validate().map_err(|report| {
+            let (key, message) = report
+                .iter()
+                .next()
+                .map_or_else(Default::default, |(path, error)| {
+                    (path.to_string(), error.to_string())
+                });
+            study.refuse(key, message)
+        })?;
+        Ok(study)
+    }
+
+    /// Does a program list its points ([`Study::of_points`])? They need not be every combination of the axes' values.
+    #[must_use]
+    pub fn lists_points(&self) -> bool {
+        self.origin.points
     }
 
     /// The axes along the map's columns and rows, as indices into `axis`.

@@ -14,6 +14,7 @@ mod run;
 mod sample;
 mod scenario;
 mod simulation;
+mod study;
 mod trace;
 mod wheels;
 
@@ -38,6 +39,8 @@ mod _omnistep {
     use crate::scenario::{policies, scenarios, vehicles};
     #[pymodule_export]
     use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::study::{Plan, Rows, Store, compute_batch};
     #[pymodule_export]
     use crate::trace::{Outcome, Trace};
     #[pymodule_export]

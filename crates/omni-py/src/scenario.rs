@@ -61,7 +61,7 @@ fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
     }
 }
 
-fn to_toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+pub(crate) fn to_toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }

@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::plan::{Lines, VERSION, hex};
+use super::key::{Lines, VERSION, hex};
 use super::table::{self, Notes, Opened};
 use super::{Columns, Plan, Row};
 use crate::Error;
+
+/// Who holds it computes the study.
+const LOCK: &str = ".lock";
 
 /// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns.
 ///
@@ -55,12 +58,36 @@ impl Store {
         })
     }
 
+    /// The folder where another program keeps the results of a study.
+    pub(super) fn shared(
+        folder: PathBuf,
+        columns: Columns,
+        shared: Lines,
+        study: String,
+    ) -> Result<Self, Error> {
+        let store = Self {
+            folder,
+            columns,
+            shared,
+            study,
+        };
+        // Made by whoever holds the study.
+        if store.folder.join(LOCK).is_file() {
+            return Ok(store);
+        }
+        let reason = "not the folder of a study on this machine; every worker must see the same folder";
+        Err(Error::Study {
+            folder: store.folder,
+            reason: reason.into(),
+        })
+    }
+
     /// Keeps other programs from computing the same runs for as long as the result lives.
     ///
     /// # Errors
     /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
     pub fn lock(&self) -> Result<File, Error> {
-        let path = self.folder.join(".lock");
+        let path = self.folder.join(LOCK);
         let file = File::create(&path).map_err(io_error(&path))?;
         match file.try_lock() {
             Err(fs::TryLockError::WouldBlock) => {
@@ -80,13 +107,16 @@ impl Store {
             return Ok(None);
         }
         // The same rows are the same part, whoever writes them and whenever.
-        let mut digest = Sha256::new();
-        rows.iter().for_each(|row| digest.update(&row.key));
-        let digest = hex(&digest.finalize(), 8);
-        let path = self.folder.join(format!("part-{digest}.parquet"));
+        self.write_as(&named(rows.iter().map(|row| row.key.as_str())), rows)
+            .map(Some)
+    }
+
+    /// Writes rows as the part of that name; one that is there is replaced, whole by whole.
+    pub(super) fn write_as(&self, name: &str, rows: &[Row]) -> Result<PathBuf, Error> {
+        let path = self.part(name);
         let growing = self
             .folder
-            .join(format!("part-{digest}.{}.tmp", std::process::id()));
+            .join(format!("part-{name}.{}.tmp", std::process::id()));
         let written = self
             .write_to(&growing, rows)
             .and_then(|()| fs::rename(&growing, &path));
@@ -94,7 +124,20 @@ impl Store {
             let _ = fs::remove_file(&growing);
             io_error(&path)(source)
         })?;
-        Ok(Some(path))
+        Ok(path)
+    }
+
+    /// The rows of the part of that name; none where it is not there, or cannot be read.
+    pub(super) fn read_as(&self, name: &str) -> Result<Vec<Row>, Error> {
+        let path = self.part(name);
+        if !path.is_file() {
+            return Ok(Vec::new());
+        }
+        Ok(self.read_part(&path)?.unwrap_or_default())
+    }
+
+    fn part(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("part-{name}.parquet"))
     }
 
     fn write_to(&self, path: &Path, rows: &[Row]) -> io::Result<()> {
@@ -233,9 +276,16 @@ impl Store {
     fn refuse(&self, reason: &str) -> Error {
         Error::Study {
             folder: self.folder.clone(),
-            reason: format!("{reason}; name another folder with --out"),
+            reason: format!("{reason}; name another folder"),
         }
     }
+}
+
+/// A part's name: 16 hexadecimal digits that say which runs it is of.
+pub(super) fn named<'a>(keys: impl Iterator<Item = &'a str>) -> String {
+    let mut digest = Sha256::new();
+    keys.for_each(|key| digest.update(key));
+    hex(&digest.finalize(), 8)
 }
 
 fn io_error(path: &Path) -> impl Fn(io::Error) -> Error {
