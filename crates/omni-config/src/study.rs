@@ -329,7 +329,7 @@ impl Study {
         let study = Self {
             schema_version: crate::SCHEMA_VERSION,
             origin: Origin {
-                file: format!("sweep {name}"),
+                file: name.clone(),
                 folder: None,
                 points: true,
             },

@@ -15,7 +15,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
-use crate::error::{about, exception};
+use crate::error::{about, exception, refused};
 use crate::scenario::{from_mapping, load, to_toml};
 
 /// Time between two looks at Ctrl-C, and two words to whoever watches.
@@ -40,11 +40,15 @@ impl Plan {
     ) -> PyResult<Self> {
         let overrides = from_mapping(overrides)?;
         let seeds = seeds.map(checked_seeds).transpose()?;
-        let inner = py.detach(|| {
-            let mut study = Study::load(&study.to_string_lossy())?;
-            study.seeds = seeds.unwrap_or(study.seeds);
-            study::Plan::new(&study, &overrides)
-        });
+        let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(&error.into()))?;
+        study.seeds = seeds.unwrap_or(study.seeds);
+        let is_axis = |key: &str| study.axis.iter().any(|axis| axis.key == key);
+        if let Some(each) = overrides.iter().find(|each| is_axis(each.key())) {
+            let (key, file) = (each.key(), study.file());
+            let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
+            return Err(refused(key, &message));
+        }
+        let inner = py.detach(|| study::Plan::new(&study, &overrides));
         inner
             .map(|inner| Self { inner })
             .map_err(|error| exception(&error))
@@ -373,5 +377,5 @@ fn value<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
 /// How many seeds, or which.
 fn checked_seeds(seeds: &Bound<'_, PyAny>) -> PyResult<Seeds> {
     let value = to_toml("seeds", seeds)?;
-    Seeds::from_value(value).map_err(|message| crate::error::refused("seeds", &format!("seeds: {message}")))
+    Seeds::from_value(value).map_err(|message| refused("seeds", &format!("seeds: {message}")))
 }

@@ -106,6 +106,13 @@ impl Plan {
             .flat_map(|(replaced, _)| replaced)
             .map(Override::key)
         {
+            if key == "seed" {
+                return Err(Error::Config(config::Error::Key {
+                    file: name.into(),
+                    key: "points".into(),
+                    message: "\"seed\", allowed: any other key; seeds are given by `seeds`".into(),
+                }));
+            }
             if !keys.iter().any(|known| known == key) {
                 keys.push(key.into());
             }

@@ -97,16 +97,16 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
 fn listed_points_that_cannot_be_told_apart_or_are_none_are_refused() {
     let said = |points: &[&[&str]]| of_scenarios(points, Seeds::Count(2)).unwrap_err().to_string();
     let (once, twice): (&[&str], &[&str]) = (&["terrain.friction=0.5"], &["terrain.friction=0.50"]);
-    let expected = "sweep listed: points: points[0] and points[2] are the same run, allowed: each once";
+    let expected = "listed: points: points[0] and points[2] are the same run, allowed: each once";
     assert_eq!(said(&[once, &[], twice]), expected);
-    assert_eq!(said(&[]), "sweep listed: points: none, allowed: one or more");
+    assert_eq!(said(&[]), "listed: points: none, allowed: one or more");
     let seed = said(&[&["seed=3"]]);
-    assert!(
-        seed.contains("\"seed\", allowed: any other key; seeds are given by `seeds`"),
-        "{seed}"
+    assert_eq!(
+        seed,
+        "listed: points: \"seed\", allowed: any other key; seeds are given by `seeds`"
     );
     let none = of_scenarios(&[once], Seeds::Count(0)).unwrap_err().to_string();
-    assert_eq!(none, "sweep listed: seeds: 0, allowed: one or more");
+    assert_eq!(none, "listed: seeds: 0, allowed: one or more");
 }
 
 #[test]
@@ -122,8 +122,8 @@ fn a_row_is_in_the_folder_before_anybody_hears_of_it() {
         assert!(found.damaged.is_empty());
     });
     assert_eq!((done.unwrap().rows, heard), (120, 120));
-    // 100 rows a part: one is full, one is not.
-    assert_eq!(parts(folder.path()).len(), 2);
+    // A part takes rows until it has 100, and those that came while it was written go with them.
+    assert!((1..=2).contains(&parts(folder.path()).len()));
 }
 
 #[test]
