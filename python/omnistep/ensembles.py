@@ -152,7 +152,7 @@ def study(
     >>> len(result), result.cells[0]["control_policy"], result.cells[0]["runs"]
     (8, 'independent', 2)
     """
-    plan = Plan.of_study(study, overrides=overrides, seeds=seeds)
+    plan = Plan.of_study(study, overrides=overrides, seeds=listed(seeds) if seeds is not None else None)
     folder = Path(out) if out is not None else Path("out") / plan.name
     return run(plan, folder, jobs=jobs, retry_errors=retry_errors, progress=progress)
 
@@ -214,12 +214,12 @@ def sweep(
     >>> [(row["command_vx_m_s"], row["command_vy_m_s"]) for row in result.rows()]
     [(0.2, 0.0), (0.3, 0.1)]
     """
-    listed = points_of(points)
+    every = points_of(points)
     for given, where in [(overrides or {}, "overrides"), ({"control.policy": policy} if policy else {}, "policy")]:
-        if twice := sorted({key for point in listed for key in point} & set(given)):
+        if twice := sorted({key for point in every for key in point} & set(given)):
             raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
     positive("batch", batch)
-    plan = Plan.of_points(listed, scenario=scenario, policy=policy, overrides=overrides, seeds=seeds)
+    plan = Plan.of_points(every, scenario=scenario, policy=policy, overrides=overrides, seeds=listed(seeds))
     return run(plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch)
 
 
@@ -272,11 +272,16 @@ def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]])
         return [dict(zip(points, values, strict=True)) for values in combinations]
     if isinstance(points, str) or not isinstance(points, Iterable):
         raise TypeError(f"points: {points!r}, allowed: a list of dictionaries, or a dictionary of lists")
-    listed = list(points)
-    for number, point in enumerate(listed):
+    every = list(points)
+    for number, point in enumerate(every):
         if not isinstance(point, Mapping):
             raise TypeError(f"points[{number}]: {point!r}, allowed: a dictionary of keys and values")
-    return listed
+    return every
+
+
+def listed(seeds: int | Sequence[int]) -> int | list[int]:
+    """Return seeds as a list, also those of a range or a generator; a count as it is."""
+    return list(seeds) if isinstance(seeds, Iterable) and not isinstance(seeds, str) else seeds
 
 
 def positive(name: str, value: int | None) -> None:

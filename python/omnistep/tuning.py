@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from omnistep._omnistep import Plan
-from omnistep.ensembles import points_of, positive, run
+from omnistep.ensembles import listed, points_of, positive, run
 from omnistep.errors import ConfigError
 
 #: From, to, and ``"log"`` where the logarithm is to be searched; or a list of values.
@@ -112,9 +112,11 @@ def tune(
     if twice := sorted(fixed & set(space)):
         raise ConfigError(f"space: {twice[0]} is given elsewhere too, allowed: one of the two", key=twice[0])
 
+    at_seeds = listed(seeds)
+
     def plan(values: Mapping[str, Any]) -> Plan:
         each = [{**point, **values} for point in at]
-        return Plan.of_points(each, scenario=scenario, policy=policy, overrides=overrides, seeds=seeds)
+        return Plan.of_points(each, scenario=scenario, policy=policy, overrides=overrides, seeds=at_seeds)
 
     for corner in (0, 1):
         checked = plan({key: _ends(range_)[corner] for key, range_ in ranges.items()})

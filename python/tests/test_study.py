@@ -165,8 +165,8 @@ def test_ctrl_c_ends_a_study_at_once_and_loses_nothing_that_is_done(tmp_path):
 
     def press():
         deadline = time.monotonic() + 120.0
-        while len(kept) < 1 and time.monotonic() < deadline:
-            kept[:] = [path.name for path in folder.glob("part-*.parquet")]
+        while not kept and time.monotonic() < deadline:
+            kept[:] = [path.name for path in folder.glob("part-*")]
         pressed.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 

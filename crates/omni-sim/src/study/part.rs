@@ -1,53 +1,67 @@
 //! A part that grows with every row: a program that is killed loses no row that was done.
 
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use super::store::named;
 use super::{Row, Store};
 use crate::Error;
 
-/// Rows of a part at most: it is written anew, whole, each time it grows.
-const MOST_ROWS: usize = 100;
+/// A part is whole when it has this many rows or was begun that long ago. Until then it has a name that other programs do
+/// not look for: they would not like a file that is replaced while they read it.
+const MOST_ROWS: usize = 1000;
+const LONGEST: Duration = Duration::from_secs(5);
 
 /// The part that rows are added to.
 pub(super) struct Part<'a> {
     store: &'a Store,
     name: Option<String>,
     rows: Vec<Row>,
+    begun: Instant,
+    of_batch: bool,
 }
 
 impl<'a> Part<'a> {
-    /// A part of its own.
+    /// Parts of its own, one after the other.
     pub(super) fn new(store: &'a Store) -> Self {
         Self {
             store,
             name: None,
             rows: Vec::new(),
+            begun: Instant::now(),
+            of_batch: false,
         }
     }
 
     /// The part of a batch, with the rows that it has already.
     pub(super) fn of_batch(store: &'a Store, name: String, rows: Vec<Row>) -> Self {
         Self {
-            store,
             name: Some(name),
             rows,
+            of_batch: true,
+            ..Self::new(store)
         }
     }
 
     /// Writes some more rows; they are on the disk when this returns.
     pub(super) fn add(&mut self, mut rows: Vec<Row>) -> Result<(), Error> {
-        self.rows.append(&mut rows);
         if self.rows.is_empty() {
-            return Ok(());
+            self.begun = Instant::now();
         }
+        self.rows.append(&mut rows);
         let name = self.name.get_or_insert_with(|| own_name(&self.rows));
-        self.store.write_as(name, &self.rows)?;
-        if self.rows.len() >= MOST_ROWS {
-            self.rows.clear();
-            self.name = None;
+        self.store.grow(name, &self.rows)?;
+        if !self.of_batch && (self.rows.len() >= MOST_ROWS || self.begun.elapsed() >= LONGEST) {
+            self.finish()?;
         }
         Ok(())
+    }
+
+    /// Gives the part its name.
+    pub(super) fn finish(&mut self) -> Result<(), Error> {
+        match self.name.take() {
+            Some(name) if !self.rows.is_empty() => self.store.seal(&name, &std::mem::take(&mut self.rows)),
+            _ => Ok(()),
+        }
     }
 }
 

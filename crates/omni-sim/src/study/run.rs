@@ -86,5 +86,6 @@ fn collect(
         part.add(rows.clone())?;
         rows.iter().for_each(&mut *watch);
     }
+    part.finish()?;
     Ok(computed)
 }
