@@ -1,6 +1,7 @@
 """Sweeps: the same rows whoever computes them, nothing lost with a worker, exactly what is missing afterwards."""
 
 import contextlib
+import doctest
 import io
 import json
 import multiprocessing
@@ -260,3 +261,9 @@ def test_what_the_page_shows_runs_as_it_is(tmp_path):
         command = [sys.executable, "-W", "error", "block.py"]
         done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
         assert done.returncode == 0, f"docs/scale-out.md:{line}: {done.stderr}"
+
+
+@pytest.mark.parametrize("module", [omnistep.ensembles, omnistep.tuning])
+def test_the_examples_of_the_functions_hold(module):
+    failed, tried = doctest.testmod(module)
+    assert failed == 0 < tried
