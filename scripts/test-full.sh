@@ -7,8 +7,11 @@ scripts/sdist.sh
 cargo test --release --test roller_wheels -- --ignored
 cargo test --release --test figures -- --ignored --nocapture
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
-.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[view]"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py
+# A sweep on a cluster of two processes, one of which is killed.
+.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[dask]"
+.venv/bin/python -m pytest python/tests/test_sweep_dask.py
 results=$(mktemp -d) # a new folder: results that are there are not computed again
 trap 'rm -rf "$results"' EXIT
 for torque in 1.0 1.4 1.8 2.0; do

@@ -33,8 +33,10 @@ from omnistep._omnistep import (
     vehicles,
     wheels,
 )
-from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError
+from omnistep.ensembles import StudyResult, study, sweep
+from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError, StudyError
 from omnistep.runs import compare, read_mcap, run
+from omnistep.tuning import TuneResult, tune
 
 __all__ = [
     "ConfigError",
@@ -55,7 +57,10 @@ __all__ = [
     "Scenario",
     "Simulation",
     "SimulationError",
+    "StudyError",
+    "StudyResult",
     "Trace",
+    "TuneResult",
     "Vehicle",
     "Wheel",
     "WheelsTrace",
@@ -68,6 +73,9 @@ __all__ = [
     "read_mcap",
     "run",
     "scenarios",
+    "study",
+    "sweep",
+    "tune",
     "vehicles",
     "wheels",
 ]

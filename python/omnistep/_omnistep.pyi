@@ -25,15 +25,19 @@ __all__ = [
     "Outcome",
     "Pid",
     "PidSample",
+    "Plan",
+    "Rows",
     "Sample",
     "Scenario",
     "Simulation",
+    "Store",
     "Trace",
     "Vehicle",
     "Wheel",
     "WheelsTrace",
     "__version__",
     "cli",
+    "compute_batch",
     "discretize",
     "moved_by",
     "policies",
@@ -1296,3 +1300,118 @@ class WheelsTrace:
     def common_factor(self) -> _Floats:
         """Common factor of the policy, (T,)."""
     def __len__(self) -> int: ...
+
+@final
+class Plan:
+    """The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of."""
+
+    @staticmethod
+    def of_study(
+        study: str | PathLike[str],
+        *,
+        overrides: Mapping[str, Any] | None = None,
+        seeds: int | Sequence[int] | None = None,
+    ) -> Plan:
+        """The runs of a study by built-in name or path.
+
+        Raises:
+            ConfigError: a name, key or value is wrong.
+        """
+    @staticmethod
+    def of_points(
+        points: Sequence[Mapping[str, Any]],
+        *,
+        scenario: str | PathLike[str] | Scenario = ...,
+        policy: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        seeds: int | Sequence[int],
+    ) -> Plan:
+        """The runs of a scenario with the keys of each point replaced, all seeds of a point together.
+
+        Raises:
+            ConfigError: a name, key or value is wrong; the message names the point.
+        """
+    @property
+    def name(self) -> str:
+        """Name of the study, or ``sweep``."""
+    @property
+    def axes(self) -> list[str]:
+        """Keys that vary."""
+    @property
+    def figures(self) -> list[str]:
+        """Names of the figures of a row that are numbers, or yes and no."""
+    def __len__(self) -> int: ...
+
+@final
+class Store:
+    """A folder of results, held against other programs until it is closed."""
+
+    def __new__(cls, folder: str | PathLike[str], plan: Plan) -> Store: ...
+    def close(self) -> None:
+        """Let other programs have the folder."""
+    def forget_errors(self) -> int:
+        """Take the rows with an error out, so that their runs are missing again; return how many."""
+    def read(self) -> Rows:
+        """Every row of the plan that is there.
+
+        Raises:
+            ConfigError: the folder holds results of another study or version.
+            StudyError: the folder cannot be read.
+        """
+    def compute(
+        self, rows: Rows, *, jobs: int | None = None, watch: Callable[[int, int], object] | None = None
+    ) -> tuple[int, int]:
+        """Compute the rows that ``rows`` lacks and write each as soon as it is done.
+
+        Args:
+            rows: what is there.
+            jobs: threads; as many as there are cores by default.
+            watch: called some times a second with how many rows are done and how many of them failed.
+
+        Returns:
+            Both numbers at the end.
+
+        Raises:
+            StudyError: the folder cannot be written.
+            KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+        """
+
+@final
+class Rows:
+    """Rows of a plan in the order of its runs."""
+
+    @property
+    def missing(self) -> int:
+        """How many runs have no row."""
+    @property
+    def damaged(self) -> list[tuple[Path, str]]:
+        """Files that could not be read and were set aside, and why."""
+    @property
+    def kinds(self) -> dict[str, Literal["bool", "int", "float", "str"]]:
+        """Kind of each column by name."""
+    def batches(self, size: int) -> list[str]:
+        """The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each."""
+    def to_dicts(self) -> list[dict[str, Any]]:
+        """One dictionary a row; None where nothing was measured."""
+    def cells(self) -> list[dict[str, Any]]:
+        """One dictionary a combination: each axis by its column, ``runs``, ``errors``, means of the map's figures."""
+    def __len__(self) -> int: ...
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """The rows by the Arrow PyCapsule interface."""
+
+def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
+    """Compute what a batch's part in the folder lacks, each row written as soon as it is done.
+
+    Args:
+        batch: of :meth:`Rows.batches`.
+        folder: the folder of results, which some :class:`Store` holds.
+        jobs: threads; as many as there are cores by default.
+
+    Returns:
+        How many rows were computed, and how many of them failed.
+
+    Raises:
+        ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
+        StudyError: the folder cannot be written.
+        KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+    """

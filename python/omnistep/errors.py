@@ -27,5 +27,9 @@ class LogError(OmnistepError, OSError):
     """A log could not be written, or read: it is not there, damaged, or no log of omnistep."""
 
 
+class StudyError(OmnistepError, OSError):
+    """A folder of results could not be read or written, or workers do not share it."""
+
+
 class FilmError(OmnistepError, RuntimeError):
     """The viewer that makes films did not start, or ended."""

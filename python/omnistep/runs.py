@@ -11,14 +11,15 @@ from omnistep._omnistep import Log, Scenario, Trace, policies
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 
-_SHORT_S = 1.0  # a call that is done by then shows no bar
+#: A call that is done by then shows no bar.
+SHORT_S = 1.0
 
 
 @contextmanager
 def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar that is told the part done, 0 to 1."""
     layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed} of {elapsed}+{remaining}"
-    with tqdm(total=1.0, desc=label, delay=_SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
+    with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
 
         def told(part: float) -> None:
             bar.update(part - bar.n)

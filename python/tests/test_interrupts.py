@@ -92,7 +92,7 @@ def test_what_a_watcher_raises_ends_the_call_and_comes_out(log):
 
 
 def test_a_bar_is_shown_for_long_calls_unless_switched_off(capsys, monkeypatch):
-    monkeypatch.setattr("omnistep.runs._SHORT_S", 0.0)
+    monkeypatch.setattr("omnistep.runs.SHORT_S", 0.0)
     omnistep.run("flat", overrides={"duration_s": 0.5})
     assert "run:" in capsys.readouterr().err
     omnistep.run("flat", overrides={"duration_s": 0.5}, progress=False)

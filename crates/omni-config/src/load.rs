@@ -314,11 +314,15 @@ impl Override {
         })
     }
 
-    pub(crate) fn key(&self) -> &str {
+    /// The key, elements of lists as `wheel.0`.
+    #[must_use]
+    pub fn key(&self) -> &str {
         &self.key
     }
 
-    pub(crate) fn value(&self) -> &Value {
+    /// The value to put there.
+    #[must_use]
+    pub fn value(&self) -> &Value {
         &self.value
     }
 

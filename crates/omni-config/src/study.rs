@@ -1,12 +1,12 @@
 //! A study: a scenario, axes of keys and values, seeds. Every combination is a run.
 
 mod points;
+mod seeds;
 
 use std::path::PathBuf;
 
 use garde::Validate;
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error as _};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -14,11 +14,10 @@ use crate::Error;
 use crate::check::{NAME, is_name};
 use crate::load::{Override, Source, dotted, read};
 pub use points::Point;
+pub use seeds::Seeds;
 
 /// Combinations of a study at most: each is held in memory, checked.
 const MOST_POINTS: usize = 100_000;
-/// Seeds of a study at most.
-const MOST_SEEDS: usize = 100_000;
 
 /// A study file: a grid of scenarios, each run with every seed.
 ///
@@ -71,6 +70,7 @@ pub struct Study {
 struct Origin {
     file: String,
     folder: Option<PathBuf>,
+    points: bool,
 }
 
 /// A key of the scenario and the values it takes.
@@ -93,16 +93,6 @@ pub struct Axis {
     /// How many, 2 to 10000.
     #[garde(range(min = 2, max = 10_000))]
     count: Option<u32>,
-}
-
-/// Seeds: how many, counted from 0, or which.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Seeds {
-    /// 0 to one less than this.
-    Count(u32),
-    /// These, each once.
-    List(Vec<u64>),
 }
 
 /// Which axes are the map's, and which figures of the outcome it shows.
@@ -206,43 +196,6 @@ impl Axis {
     }
 }
 
-impl Seeds {
-    /// The seeds in order.
-    #[must_use]
-    pub fn list(&self) -> Vec<u64> {
-        match self {
-            Self::Count(count) => (0..u64::from(*count)).collect(),
-            Self::List(list) => list.clone(),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Seeds {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let refuse = |value: &dyn std::fmt::Display| {
-            D::Error::custom(format!(
-                "{value}, allowed: how many, 1 to {MOST_SEEDS}, or a list of seeds, each once and >= 0"
-            ))
-        };
-        match Value::deserialize(deserializer)? {
-            Value::Integer(count) if (1..=MOST_SEEDS as i64).contains(&count) => {
-                u32::try_from(count).map(Self::Count).map_err(|_| refuse(&count))
-            }
-            Value::Array(items) if (1..=MOST_SEEDS).contains(&items.len()) => {
-                let seed = |item: &Value| item.as_integer().and_then(|seed| u64::try_from(seed).ok());
-                let mut known = std::collections::BTreeSet::new();
-                let list = items.iter().map(|item| {
-                    seed(item)
-                        .filter(|seed| known.insert(*seed))
-                        .ok_or_else(|| refuse(item))
-                });
-                Ok(Self::List(list.collect::<Result<_, _>>()?))
-            }
-            other => Err(refuse(&other)),
-        }
-    }
-}
-
 impl Study {
     /// The built-in study or the file of that name.
     ///
@@ -262,6 +215,7 @@ impl Study {
         study.origin = Origin {
             file: source.file.clone(),
             folder: source.folder().map(PathBuf::from),
+            points: false,
         };
         for axis in &mut study.axis {
             axis.key = dotted(&axis.key);
@@ -288,6 +242,57 @@ impl Study {
             return Err(source.refuse("map.y", "allowed: another axis than map.x"));
         }
         Ok(study)
+    }
+
+    /// A study of points that a program lists; `axis` has the keys that differ and the values that occur.
+    ///
+    /// # Errors
+    /// A name that no folder can have, or a key that is no axis', such as `seed`.
+    ///
+    /// ```
+    /// use omni_config::{Axis, Seeds, Study};
+    /// let axis = Axis::new("terrain.height_m", vec![0.03.into(), 0.05.into()]);
+    /// let study = Study::of_points("heights", "step", vec![axis], Seeds::Count(3))?;
+    /// assert_eq!((study.lists_points(), study.seeds.list()), (true, vec![0, 1, 2]));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn of_points(
+        name: impl Into<String>,
+        scenario: impl Into<String>,
+        axis: Vec<Axis>,
+        seeds: Seeds,
+    ) -> Result<Self, Error> {
+        let name = name.into();
+        let study = Self {
+            schema_version: crate::SCHEMA_VERSION,
+            origin: Origin {
+                file: name.clone(),
+                folder: None,
+                points: true,
+            },
+            name,
+            scenario: scenario.into(),
+            set: Table::new(),
+            axis,
+            seeds,
+            map: MapAxes::default(),
+        };
+        study.validate().map_err(|report| {
+            let (key, message) = report
+                .iter()
+                .next()
+                .map_or_else(Default::default, |(path, error)| {
+                    (path.to_string(), error.to_string())
+                });
+            study.refuse(key, message)
+        })?;
+        Ok(study)
+    }
+
+    /// Does a program list its points ([`Study::of_points`])? They need not be every combination of the axes' values.
+    #[must_use]
+    pub fn lists_points(&self) -> bool {
+        self.origin.points
     }
 
     /// The axes along the map's columns and rows, as indices into `axis`.

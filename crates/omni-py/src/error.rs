@@ -25,6 +25,9 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
         Error::Config(_) => ("ConfigError", None, None),
         Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
+        // The folder of results is an argument of that name.
+        Error::Study { folder, .. } => ("ConfigError", Some("out"), folder.to_str()),
+        Error::Io { path, .. } => ("StudyError", None, path.to_str()),
         Error::Log(error) => ("LogError", None, log_path(error).to_str()),
         _ => ("SimulationError", None, None),
     };
@@ -34,6 +37,24 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
 /// An argument, by its name, that is not usable; `message` is the one line that says so.
 pub(crate) fn refused(key: &str, message: &str) -> PyErr {
     Python::attach(|py| raised(py, "ConfigError", message, Some(key), None).unwrap_or_else(|failed| failed))
+}
+
+/// The same refusal, said of `place`; another exception stays what it is.
+pub(crate) fn about(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
+    let said = || -> PyResult<PyErr> {
+        let value = error.value(py);
+        let key: Option<String> = value.getattr("key")?.extract()?;
+        let file: Option<String> = value.getattr("file")?.extract()?;
+        let message = format!("{place}: {value}");
+        raised(py, "ConfigError", &message, key.as_deref(), file.as_deref())
+    };
+    let class = py
+        .import("omnistep.errors")
+        .and_then(|errors| errors.getattr("ConfigError"));
+    match class {
+        Ok(class) if error.is_instance(py, &class) => said().unwrap_or_else(|failed| failed),
+        _ => error,
+    }
 }
 
 /// A refusal of the control library, in its words; `key` is the argument concerned.

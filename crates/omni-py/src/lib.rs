@@ -17,6 +17,7 @@ mod run;
 mod sample;
 mod scenario;
 mod simulation;
+mod study;
 mod trace;
 mod values;
 mod vehicle;
@@ -49,6 +50,8 @@ mod _omnistep {
     use crate::scenario::{Scenario, policies, scenarios, vehicles};
     #[pymodule_export]
     use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::study::{Plan, Rows, Store, compute_batch};
     #[pymodule_export]
     use crate::trace::{Outcome, Trace};
     #[pymodule_export]

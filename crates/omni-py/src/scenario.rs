@@ -21,6 +21,7 @@ pub(crate) struct Scenario {
 }
 
 /// A scenario, or where to find one.
+#[derive(Clone)]
 pub(crate) enum ScenarioArg {
     Loaded(Box<config::Scenario>),
     Name(String),

@@ -51,8 +51,8 @@ fn name(file: &str, key: &Bound<'_, PyAny>) -> PyResult<String> {
         .map_err(|_| PyTypeError::new_err(format!("{file}: the key {key}, allowed: strings")))
 }
 
-/// `key` is the whole path, for messages.
-fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// A value as a file holds it; `key` is the whole path, for messages.
+pub(crate) fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }

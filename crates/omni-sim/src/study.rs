@@ -2,19 +2,24 @@
 //!
 //! A [`Plan`] lists the runs of a [`Study`](crate::config::Study), each with its key. [`row`] computes the row of one run, whatever
 //! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
-//! [`cells`] sums rows up. A program that spreads runs over machines needs the first three only.
+//! [`cells`] sums rows up. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
 
+mod batch;
 mod cell;
+mod key;
 mod map;
+mod part;
 mod plan;
 mod row;
 mod run;
 mod store;
 mod table;
 
+pub use batch::Batch;
 pub use cell::{Cell, Column, Columns, Kind};
+pub use key::key;
 pub use map::{MapCell, cells};
-pub use plan::{Plan, Run, key};
+pub use plan::{Plan, Run};
 pub use row::{Ended, Row, row, row_with, rows};
 pub use run::{Computed, compute};
 pub use store::{Found, Store};

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use toml::Value as Toml;
 
 /// A value in a column of results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
     /// Nothing was measured: null.
@@ -23,7 +23,7 @@ pub enum Cell {
 }
 
 /// The type of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// `BOOLEAN`.
     Bool,
@@ -36,7 +36,7 @@ pub enum Kind {
 }
 
 /// A column of results.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Column {
     /// Its name, which needs no quotes in a query.
     pub name: String,
@@ -45,12 +45,27 @@ pub struct Column {
 }
 
 /// The columns of a study's results besides `key`, `seed` and `error`: the same in every part.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Columns {
     /// One an axis, in the study's order: the axis' key with `_` for each dot.
     pub axes: Vec<Column>,
     /// One a field of [`Outcome`](crate::Outcome), by name.
     pub figures: Vec<Column>,
+}
+
+impl Columns {
+    /// Every column: `key`, `seed`, the axes, the figures, `error`.
+    #[must_use]
+    pub fn all(&self) -> Vec<Column> {
+        let column = |name: &str, kind| Column {
+            name: name.into(),
+            kind,
+        };
+        let mut all = vec![column("key", Kind::Text), column("seed", Kind::Integer)];
+        all.extend(self.axes.iter().chain(&self.figures).cloned());
+        all.push(column("error", Kind::Text));
+        all
+    }
 }
 
 impl Cell {

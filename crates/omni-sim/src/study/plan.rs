@@ -4,18 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde_json::Value as Json;
-use sha2::{Digest, Sha256};
-use toml::{Table, Value};
+use toml::Value;
 
+use super::key::{Lines, digest, leaves, lines, short, text};
 use super::{Cell, Column, Columns, Found, Kind};
-use crate::config::{self, Override, Scenario, Study};
+use crate::config::{self, Axis, Override, Scenario, Seeds, Study};
 use crate::controller::AnyController;
 use crate::{Error, Outcome, record};
 
 /// Runs of a study at most: each has a key in memory.
 const MOST_RUNS: usize = 1_000_000;
-/// The program's version: rows of another one are rows of another program.
-pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A run of a study.
 #[derive(Clone, Debug)]
@@ -27,7 +25,13 @@ pub struct Run {
     /// The value of each axis, in the study's order.
     pub axes: Arc<[Cell]>,
     pub(super) columns: Arc<Columns>,
-    scenario: Arc<Scenario>,
+    pub(super) scenario: Arc<Scenario>,
+}
+
+/// A scenario, and the value of each axis where it has one.
+struct Planned {
+    values: Vec<Option<Value>>,
+    scenario: Scenario,
 }
 
 impl Run {
@@ -57,9 +61,6 @@ pub struct Plan {
     shared: Lines,
 }
 
-/// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
-pub(super) type Lines = BTreeMap<String, String>;
-
 impl Plan {
     /// The runs of a study, with some more keys replaced in each.
     ///
@@ -67,6 +68,84 @@ impl Plan {
     /// What is wrong with the first combination that is wrong, in one line that names the study's file, the axis, the value and
     /// what is allowed.
     pub fn new(study: &Study, overrides: &[Override]) -> Result<Self, Error> {
+        let points = study.points(overrides)?.into_iter();
+        let points = points.map(|point| Planned {
+            values: point.values.into_iter().map(Some).collect(),
+            scenario: point.scenario,
+        });
+        Self::of(study, points.collect())
+    }
+
+    /// The runs of scenarios that need not be a grid, each with the keys that were replaced to make it and every seed.
+    ///
+    /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it holds that scenario's own
+    /// value, and nothing where there is none. Keys and rows are those of a study with the same scenarios.
+    ///
+    /// # Errors
+    /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
+    ///
+    /// ```
+    /// use omni_sim::{config::{Override, Scenario, Seeds}, study::Plan};
+    /// let points = [("terrain.height_m", 0.03), ("terrain.friction", 0.5)].map(|(key, value)| {
+    ///     let replaced = vec![Override::new(key, value)];
+    ///     Scenario::load("step", &replaced).map(|scenario| (replaced, scenario))
+    /// });
+    /// let points = points.into_iter().collect::<Result<Vec<_>, _>>()?;
+    /// let plan = Plan::of_scenarios("two", points, Seeds::Count(3))?;
+    /// assert_eq!((plan.runs().len(), plan.columns().axes.len()), (6, 2));
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn of_scenarios(
+        name: &str,
+        points: Vec<(Vec<Override>, Scenario)>,
+        seeds: Seeds,
+    ) -> Result<Self, Error> {
+        let mut keys: Vec<String> = Vec::new();
+        for key in points
+            .iter()
+            .flat_map(|(replaced, _)| replaced)
+            .map(Override::key)
+        {
+            if key == "seed" {
+                return Err(Error::Config(config::Error::Key {
+                    file: name.into(),
+                    key: "points".into(),
+                    message: "\"seed\", allowed: any other key; seeds are given by `seeds`".into(),
+                }));
+            }
+            if !keys.iter().any(|known| known == key) {
+                keys.push(key.into());
+            }
+        }
+        let scenario = points
+            .first()
+            .map_or_else(String::new, |(_, scenario)| scenario.name.clone());
+        let mut planned = Vec::with_capacity(points.len());
+        for (replaced, scenario) in points {
+            let leaves = leaves(&scenario)?;
+            let value = |key: &String| {
+                let given = replaced.iter().rev().find(|each| each.key() == key);
+                given.map(Override::value).or_else(|| leaves.get(key)).cloned()
+            };
+            planned.push(Planned {
+                values: keys.iter().map(value).collect(),
+                scenario,
+            });
+        }
+        let axes = keys.iter().enumerate().map(|(i, key)| {
+            let mut values = Vec::new();
+            for value in planned.iter().filter_map(|point| point.values[i].as_ref()) {
+                if !values.contains(value) {
+                    values.push(value.clone());
+                }
+            }
+            Axis::new(key.as_str(), values)
+        });
+        let study = Study::of_points(name, scenario, axes.collect(), seeds)?;
+        Self::of(&study, planned)
+    }
+
+    fn of(study: &Study, points: Vec<Planned>) -> Result<Self, Error> {
         let refuse = |key: &str, message: String| {
             Error::Config(config::Error::Key {
                 file: study.file().into(),
@@ -74,8 +153,20 @@ impl Plan {
                 message,
             })
         };
-        let points = study.points(overrides)?;
+        let named = |i: usize| {
+            let given: Option<Vec<Value>> = points[i].values.iter().cloned().collect();
+            match given {
+                Some(values) if !study.lists_points() && !values.is_empty() => study.named(&values),
+                _ => format!("points[{i}]"),
+            }
+        };
         let seeds = study.seeds.list();
+        let Some(first_seed) = seeds.first() else {
+            return Err(refuse("seeds", "0, allowed: one or more".into()));
+        };
+        if points.is_empty() {
+            return Err(refuse("points", "none, allowed: one or more".into()));
+        }
         if points.len().saturating_mul(seeds.len()) > MOST_RUNS {
             let message = format!(
                 "{} for {} combinations, allowed: {MOST_RUNS} runs at most",
@@ -85,13 +176,12 @@ impl Plan {
             return Err(refuse("seeds", message));
         }
         let mut tables = Vec::with_capacity(points.len());
-        let mut values: Vec<Vec<Value>> = vec![Vec::new(); study.axis.len()];
-        for point in &points {
-            AnyController::new(&point.scenario)
-                .map_err(|error| refuse(&study.named(&point.values), error.to_string()))?;
+        let mut values: Vec<Vec<Option<Value>>> = vec![Vec::new(); study.axis.len()];
+        for (p, point) in points.iter().enumerate() {
+            AnyController::new(&point.scenario).map_err(|error| refuse(&named(p), error.to_string()))?;
             let leaves = leaves(&point.scenario)?;
             for (i, axis) in study.axis.iter().enumerate() {
-                values[i].push(typed(&point.values[i], leaves.get(&axis.key)));
+                values[i].push(typed(point.values[i].as_ref(), leaves.get(&axis.key)));
             }
             tables.push(leaves);
         }
@@ -100,15 +190,20 @@ impl Plan {
         let mut runs = Vec::with_capacity(points.len() * seeds.len());
         for (p, (point, leaves)) in points.iter().zip(&tables).enumerate() {
             let text = text(leaves);
-            if let Some(twin) = known.insert(digest(&text, seeds[0]), p) {
-                let (one, other) = (study.named(&points[twin].values), study.named(&point.values));
-                return Err(refuse(
-                    "axis",
-                    format!("{one} and {other} are the same run, allowed: each once"),
-                ));
+            if let Some(twin) = known.insert(digest(&text, *first_seed), p) {
+                let key = if study.lists_points() { "points" } else { "axis" };
+                let message = format!(
+                    "{} and {} are the same run, allowed: each once",
+                    named(twin),
+                    named(p)
+                );
+                return Err(refuse(key, message));
             }
             let axes: Arc<[Cell]> = (0..study.axis.len())
-                .map(|i| fitting(Cell::of_toml(&values[i][p]), columns.axes[i].kind))
+                .map(|i| match &values[i][p] {
+                    Some(value) => fitting(Cell::of_toml(value), columns.axes[i].kind),
+                    None => Cell::Missing,
+                })
                 .collect();
             let scenario = Arc::new(point.scenario.clone());
             runs.extend(seeds.iter().map(|seed| Run {
@@ -120,7 +215,7 @@ impl Plan {
             }));
         }
         let varies = |key: &str| {
-            let of = |axis: &config::Axis| {
+            let of = |axis: &Axis| {
                 key.strip_prefix(&axis.key)
                     .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
             };
@@ -170,97 +265,11 @@ impl Plan {
     }
 }
 
-/// The key of a run: 32 hexadecimal digits of a SHA-256 over the program's version and every key of the scenario with its
-/// vehicle and seed. The same on every machine; another scenario, another key.
-///
-/// # Errors
-/// [`Error::Config`] where the scenario cannot be written as TOML: its seed is above 2^63 - 1.
-///
-/// ```
-/// use omni_sim::{config::{Override, Scenario}, study::key};
-/// let (one, other) = (Scenario::load("step", &[])?, Scenario::load("step", &[Override::parse("seed=1")?])?);
-/// assert_eq!(key(&one)?.len(), 32);
-/// assert_ne!(key(&one)?, key(&other)?);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn key(scenario: &Scenario) -> Result<String, Error> {
-    Ok(digest(&text(&leaves(scenario)?), scenario.seed))
-}
-
-fn digest(text: &str, seed: u64) -> String {
-    let text = format!("omnistep {VERSION}\nseed = {seed}\n{text}");
-    hex(&Sha256::digest(text), 16)
-}
-
-/// Every plain value of a scenario by its dotted key, without the seed.
-fn leaves(scenario: &Scenario) -> Result<BTreeMap<String, Value>, Error> {
-    let mut all = BTreeMap::new();
-    let table = Table::try_from(scenario).map_err(|error| {
-        Error::Config(config::Error::Key {
-            file: format!("scenario {}", scenario.name),
-            key: "top level".into(),
-            message: error.to_string(),
-        })
-    })?;
-    flatten("", Value::Table(table), &mut all);
-    all.remove("seed");
-    Ok(all)
-}
-
-fn flatten(key: &str, value: Value, into: &mut BTreeMap<String, Value>) {
-    let below = |name: &str| match key {
-        "" => name.to_owned(),
-        _ => format!("{key}.{name}"),
-    };
-    match value {
-        Value::Table(table) => {
-            for (name, value) in table {
-                flatten(&below(&name), value, into);
-            }
-        }
-        Value::Array(items) if items.iter().any(Value::is_table) => {
-            for (i, value) in items.into_iter().enumerate() {
-                flatten(&below(&i.to_string()), value, into);
-            }
-        }
-        value => {
-            into.insert(key.to_owned(), value);
-        }
-    }
-}
-
-fn lines(leaves: &BTreeMap<String, Value>) -> impl Iterator<Item = (String, String)> {
-    leaves.iter().map(|(key, value)| (key.clone(), value.to_string()))
-}
-
-/// A line's value; of a long one, such as a picture, its digest.
-fn short(value: String) -> String {
-    if value.len() <= 200 {
-        return value;
-    }
-    format!("\"SHA-256 {}\"", hex(&Sha256::digest(value), 32))
-}
-
-/// The first bytes in hexadecimal digits.
-pub(super) fn hex(bytes: &[u8], count: usize) -> String {
-    bytes
-        .iter()
-        .take(count)
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
-}
-
-fn text(leaves: &BTreeMap<String, Value>) -> String {
-    lines(leaves)
-        .map(|(key, value)| format!("{key} = {value}\n"))
-        .collect()
-}
-
 /// A value of an axis as the scenario holds it: 1 is 1.0 where a number with a fraction is meant. Names stay names.
-fn typed(given: &Value, held: Option<&Value>) -> Value {
+fn typed(given: Option<&Value>, held: Option<&Value>) -> Option<Value> {
     match (given, held) {
-        (Value::Integer(_), Some(held @ Value::Float(_))) => held.clone(),
-        _ => given.clone(),
+        (Some(Value::Integer(_)), Some(held @ Value::Float(_))) => Some(held.clone()),
+        _ => given.cloned(),
     }
 }
 
@@ -276,7 +285,7 @@ fn fitting(cell: Cell, kind: Kind) -> Cell {
 /// One column an axis, one a figure; `values` are each axis' values over all combinations.
 fn columns(
     study: &Study,
-    values: &[Vec<Value>],
+    values: &[Vec<Option<Value>>],
     refuse: &dyn Fn(&str, String) -> Error,
 ) -> Result<Columns, Error> {
     let figures = figures()?;
@@ -308,7 +317,10 @@ fn columns(
             );
             return Err(refuse(&format!("axis[{i}].key"), message));
         }
-        let mut kinds = values[i].iter().filter_map(|value| Cell::of_toml(value).kind());
+        let mut kinds = values[i]
+            .iter()
+            .flatten()
+            .filter_map(|value| Cell::of_toml(value).kind());
         let first = kinds.next().unwrap_or(Kind::Text);
         let kind = if kinds.all(|kind| kind == first) {
             first

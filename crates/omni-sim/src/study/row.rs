@@ -27,6 +27,19 @@ pub struct Row {
     pub error: Option<String>,
 }
 
+impl Row {
+    /// A value for each of [`Columns::all`](super::Columns::all).
+    #[must_use]
+    pub fn cells(&self) -> Vec<Cell> {
+        // A seed comes from TOML, whose integers end at 2^63 - 1.
+        let seed = i64::try_from(self.seed).map_or(Cell::Missing, Cell::Integer);
+        let mut cells = vec![Cell::Text(self.key.clone()), seed];
+        cells.extend(self.axes.iter().chain(&self.figures).cloned());
+        cells.push(self.error.clone().map_or(Cell::Missing, Cell::Text));
+        cells
+    }
+}
+
 /// The row of a run; none if `stop` was set before the end.
 ///
 /// A run that fails, or panics, is a row with its error.

@@ -2,19 +2,13 @@
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::{Duration, Instant};
+use std::sync::mpsc;
 
 use rayon::prelude::*;
 
+use super::part::Part;
 use super::{Row, Run, Store, row};
 use crate::Error;
-
-/// A part is written when this has passed since the last one, or with this many rows: what a killed process loses.
-const PART_EVERY: Duration = Duration::from_secs(5);
-const PART_ROWS: usize = 1000;
-/// How long to wait for a row before looking at the clock.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// What [`compute`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,13 +20,25 @@ pub struct Computed {
 }
 
 /// Computes the rows of `runs` on `jobs` threads (all cores by default) and writes them to `store`, until all are done or
-/// `stop` is set: then runs under way are given up, and rows that are done are written. Calls `watch` after each row.
+/// `stop` is set: then runs under way are given up. A row is written as soon as it is done, so that a program that is killed
+/// loses none. Calls `watch` after each row.
 ///
 /// # Errors
 /// [`Error::Io`] where a part cannot be written or threads cannot be started; the runs under way are given up.
 pub fn compute(
     runs: &[Run],
     store: &Store,
+    jobs: Option<NonZeroUsize>,
+    stop: &AtomicBool,
+    watch: impl FnMut(&Row),
+) -> Result<Computed, Error> {
+    compute_into(runs, Part::new(store), jobs, stop, watch)
+}
+
+/// [`compute`], beginning with that part.
+pub(super) fn compute_into(
+    runs: &[Run],
+    part: Part<'_>,
     jobs: Option<NonZeroUsize>,
     stop: &AtomicBool,
     mut watch: impl FnMut(&Row),
@@ -56,7 +62,7 @@ pub fn compute(
                 runs.par_iter().with_max_len(1).for_each_with(sender, each);
             });
         });
-        let written = collect(&receiver, store, &mut watch);
+        let written = collect(&receiver, part, &mut watch);
         if written.is_err() {
             stop.store(true, Ordering::Relaxed);
         }
@@ -66,30 +72,20 @@ pub fn compute(
     })
 }
 
-/// Writes rows as they come, until nobody sends any.
+/// Writes rows as they come, until nobody sends any. Those that come while others are written wait for one another.
 fn collect(
     receiver: &mpsc::Receiver<Row>,
-    store: &Store,
+    mut part: Part<'_>,
     watch: &mut dyn FnMut(&Row),
 ) -> Result<Computed, Error> {
     let mut computed = Computed::default();
-    let (mut waiting, mut last) = (Vec::new(), Instant::now());
-    loop {
-        let received = receiver.recv_timeout(LOOK_EVERY);
-        let ended = matches!(received, Err(RecvTimeoutError::Disconnected));
-        if let Ok(row) = received {
-            watch(&row);
-            computed.rows += 1;
-            computed.errors += usize::from(row.error.is_some());
-            waiting.push(row);
-        }
-        if ended || waiting.len() >= PART_ROWS || last.elapsed() >= PART_EVERY {
-            store.write(&waiting)?;
-            waiting.clear();
-            last = Instant::now();
-        }
-        if ended {
-            return Ok(computed);
-        }
+    while let Ok(row) = receiver.recv() {
+        let rows: Vec<Row> = std::iter::once(row).chain(receiver.try_iter()).collect();
+        computed.rows += rows.len();
+        computed.errors += rows.iter().filter(|row| row.error.is_some()).count();
+        part.add(rows.clone())?;
+        rows.iter().for_each(&mut *watch);
     }
+    part.finish()?;
+    Ok(computed)
 }

@@ -7,12 +7,19 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::plan::{Lines, VERSION, hex};
+use super::key::{Lines, VERSION, hex};
 use super::table::{self, Notes, Opened};
 use super::{Columns, Plan, Row};
 use crate::Error;
 
-/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns.
+/// Who holds it computes the study.
+const LOCK: &str = ".lock";
+/// How the name of a part ends, for any reader; and while it grows.
+const WHOLE: &str = ".parquet";
+const GROWING: &str = ".growing";
+
+/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still
+/// grows is `part-*.growing`, each time whole.
 ///
 /// Programs that share a study each have their own `Store` of the same folder.
 #[derive(Debug)]
@@ -55,20 +62,52 @@ impl Store {
         })
     }
 
-    /// Keeps other programs from computing the same runs for as long as the result lives.
+    /// The folder where another program keeps the results of a study.
+    pub(super) fn shared(
+        folder: PathBuf,
+        columns: Columns,
+        shared: Lines,
+        study: String,
+    ) -> Result<Self, Error> {
+        let store = Self {
+            folder,
+            columns,
+            shared,
+            study,
+        };
+        // Made by whoever holds the study.
+        if store.folder.join(LOCK).is_file() {
+            return Ok(store);
+        }
+        let reason = "not the folder of a study on this machine; every worker must see the same folder";
+        Err(Error::Study {
+            folder: store.folder,
+            reason: reason.into(),
+        })
+    }
+
+    /// Keeps other programs from computing the same runs for as long as the result lives. What programs that were killed left
+    /// unfinished are parts like others then.
     ///
     /// # Errors
     /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
     pub fn lock(&self) -> Result<File, Error> {
-        let path = self.folder.join(".lock");
+        let path = self.folder.join(LOCK);
         let file = File::create(&path).map_err(io_error(&path))?;
-        match file.try_lock() {
-            Err(fs::TryLockError::WouldBlock) => {
-                Err(self.refuse("another study is being run in this folder"))
-            }
-            // Not every file system has locks.
-            Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(file),
+        // Not every file system has locks.
+        if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
+            return Err(self.refuse("another study is being run in this folder"));
         }
+        for path in self.parts()? {
+            if path.to_string_lossy().ends_with(GROWING)
+                && let Ok(rows) = self.read_part(&path)?
+            {
+                self.write(&rows)?;
+                // A worker that is still there may have done so itself.
+                let _ = fs::remove_file(&path);
+            }
+        }
+        Ok(file)
     }
 
     /// Writes rows as one more part, under another name until it is whole, and returns its path; none for no rows.
@@ -80,21 +119,49 @@ impl Store {
             return Ok(None);
         }
         // The same rows are the same part, whoever writes them and whenever.
-        let mut digest = Sha256::new();
-        rows.iter().for_each(|row| digest.update(&row.key));
-        let digest = hex(&digest.finalize(), 8);
-        let path = self.folder.join(format!("part-{digest}.parquet"));
-        let growing = self
-            .folder
-            .join(format!("part-{digest}.{}.tmp", std::process::id()));
+        let path = self.part(&named(rows.iter().map(|row| row.key.as_str())), WHOLE);
+        self.replace(&path, rows)?;
+        Ok(Some(path))
+    }
+
+    /// Writes all rows of the part of that name, which is not whole yet.
+    pub(super) fn grow(&self, name: &str, rows: &[Row]) -> Result<(), Error> {
+        self.replace(&self.part(name, GROWING), rows)
+    }
+
+    /// The part of that name is whole with these rows.
+    pub(super) fn seal(&self, name: &str, rows: &[Row]) -> Result<(), Error> {
+        // Not renamed: what grows may be of a second worker with the same batch, which has fewer rows.
+        self.replace(&self.part(name, WHOLE), rows)?;
+        let _ = fs::remove_file(self.part(name, GROWING));
+        Ok(())
+    }
+
+    /// The rows of the part of that name, whole or not.
+    pub(super) fn read_as(&self, name: &str) -> Result<Vec<Row>, Error> {
+        let mut rows = Vec::new();
+        for path in [self.part(name, WHOLE), self.part(name, GROWING)] {
+            if path.is_file() {
+                rows = self.read_part(&path)?.unwrap_or(rows);
+            }
+        }
+        Ok(rows)
+    }
+
+    fn part(&self, name: &str, ending: &str) -> PathBuf {
+        self.folder.join(format!("part-{name}{ending}"))
+    }
+
+    /// Writes a file under another name until it is whole.
+    fn replace(&self, path: &Path, rows: &[Row]) -> Result<(), Error> {
+        let growing = path.with_extension(format!("{}.tmp", std::process::id()));
         let written = self
             .write_to(&growing, rows)
-            .and_then(|()| fs::rename(&growing, &path));
+            .and_then(|()| fs::rename(&growing, path));
         written.map_err(|source| {
             let _ = fs::remove_file(&growing);
-            io_error(&path)(source)
-        })?;
-        Ok(Some(path))
+            io_error(path)(source)
+        })
     }
 
     fn write_to(&self, path: &Path, rows: &[Row]) -> io::Result<()> {
@@ -178,7 +245,7 @@ impl Store {
                 .file_name()
                 .and_then(|name| name.to_str())
                 .unwrap_or_default();
-            if name.starts_with("part-") && name.ends_with(".parquet") {
+            if name.starts_with("part-") && [WHOLE, GROWING].iter().any(|ending| name.ends_with(ending)) {
                 parts.push(path);
             }
         }
@@ -188,7 +255,14 @@ impl Store {
 
     /// The rows of a part, or why it cannot be read.
     fn read_part(&self, path: &Path) -> Result<Result<Vec<Row>, String>, Error> {
-        let file = File::open(path).map_err(io_error(path))?;
+        let file = match File::open(path) {
+            // It has become whole meanwhile.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let whole = path.with_extension(&WHOLE[1..]);
+                File::open(&whole).map_err(io_error(path))?
+            }
+            file => file.map_err(io_error(path))?,
+        };
         let opened = match table::open(file) {
             Ok(opened) => opened,
             Err(error) => return Ok(Err(error.to_string())),
@@ -233,9 +307,16 @@ impl Store {
     fn refuse(&self, reason: &str) -> Error {
         Error::Study {
             folder: self.folder.clone(),
-            reason: format!("{reason}; name another folder with --out"),
+            reason: format!("{reason}; name another folder"),
         }
     }
+}
+
+/// A part's name: 16 hexadecimal digits that say which runs it is of.
+pub(super) fn named<'a>(keys: impl Iterator<Item = &'a str>) -> String {
+    let mut digest = Sha256::new();
+    keys.for_each(|key| digest.update(key));
+    hex(&digest.finalize(), 8)
 }
 
 fn io_error(path: &Path) -> impl Fn(io::Error) -> Error {

@@ -14,7 +14,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::record::Field;
 use parquet::schema::types::Type;
 
-use super::plan::VERSION;
+use super::key::VERSION;
 use super::{Cell, Column, Columns, Kind, Row};
 
 /// Texts that go with a file, by name.
@@ -37,8 +37,8 @@ pub(super) fn write(
         .build();
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema(columns)?), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    let all = all(columns);
-    let cells: Vec<Vec<Cell>> = rows.iter().map(cells).collect();
+    let all = columns.all();
+    let cells: Vec<Vec<Cell>> = rows.iter().map(Row::cells).collect();
     for (i, column) in all.iter().enumerate() {
         let Some(mut out) = group.next_column()? else {
             break;
@@ -132,17 +132,6 @@ impl Opened {
     }
 }
 
-fn all(columns: &Columns) -> Vec<Column> {
-    let column = |name: &str, kind| Column {
-        name: name.into(),
-        kind,
-    };
-    let mut all = vec![column("key", Kind::Text), column("seed", Kind::Integer)];
-    all.extend(columns.axes.iter().chain(&columns.figures).cloned());
-    all.push(column("error", Kind::Text));
-    all
-}
-
 /// Never null.
 fn required(column: &Column) -> bool {
     column.name == "key" || column.name == "seed"
@@ -167,17 +156,8 @@ fn schema(columns: &Columns) -> Result<Type> {
             .build()?;
         Ok(Arc::new(built))
     };
-    let fields = all(columns).iter().map(field).collect::<Result<_>>()?;
+    let fields = columns.all().iter().map(field).collect::<Result<_>>()?;
     Type::group_type_builder("run").with_fields(fields).build()
-}
-
-fn cells(row: &Row) -> Vec<Cell> {
-    // A seed comes from TOML, whose integers end at 2^63 - 1.
-    let seed = i64::try_from(row.seed).map_or(Cell::Missing, Cell::Integer);
-    let mut cells = vec![Cell::Text(row.key.clone()), seed];
-    cells.extend(row.axes.iter().chain(&row.figures).cloned());
-    cells.push(row.error.clone().map_or(Cell::Missing, Cell::Text));
-    cells
 }
 
 fn cell(name: &str, field: Field) -> Result<Cell> {

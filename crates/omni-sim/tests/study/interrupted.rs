@@ -84,6 +84,44 @@ fn ctrl_c_loses_nothing_that_is_done_and_the_same_command_goes_on() {
 }
 
 #[test]
+fn a_study_that_is_killed_loses_no_row_that_was_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SMALL
+        .replace("duration_s = 0.01", "duration_s = 0.2")
+        .replace("seeds = 4", "seeds = 40");
+    let plan = plan_of(&text);
+    fs::write(folder.path().join("small.toml"), &text).unwrap();
+    let mut child = start(folder.path());
+    let begun = Instant::now();
+    let mut seen = BTreeSet::new();
+    while seen.len() < 10 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it does not start");
+        seen = done(folder.path(), &plan);
+    }
+    kill(&child, "-KILL");
+    child.wait().unwrap();
+    let kept = done(folder.path(), &plan);
+    assert!(
+        kept.is_superset(&seen) && kept.len() < 240,
+        "{} of {}",
+        kept.len(),
+        seen.len()
+    );
+    let output = start(folder.path()).wait_with_output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains(&format!("240 runs, {} of them done before; ", kept.len())),
+        "{said}"
+    );
+    assert_eq!(done(folder.path(), &plan).len(), 240);
+    let names = fs::read_dir(folder.path().join("out/small")).unwrap();
+    let whole = names
+        .map(|entry| entry.unwrap().path())
+        .all(|path| path.extension().is_none_or(|ending| ending != "growing"));
+    assert!(whole, "what it left is a part like others");
+}
+
+#[test]
 fn two_studies_do_not_share_a_folder_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan_of(SMALL);

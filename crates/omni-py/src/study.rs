@@ -1,0 +1,382 @@
+//! Studies and sweeps: plans, folders of results, rows. The Python functions are in `omnistep/ensembles.py`.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::time::{Duration, Instant};
+
+use omni_sim::Error;
+use omni_sim::config::{Scenario, Seeds, Study};
+use omni_sim::study::{self, Batch, Cell, Computed, Kind, Row, Run, cells, compute};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
+
+use crate::error::{about, exception, refused};
+use crate::scenario::{ScenarioArg, load};
+use crate::values;
+
+/// Time between two looks at Ctrl-C, and two words to whoever watches.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// The runs of a study or a sweep, every scenario checked.
+#[pyclass(frozen, module = "omnistep._omnistep")]
+pub(crate) struct Plan {
+    inner: study::Plan,
+}
+
+#[pymethods]
+impl Plan {
+    /// The runs of a study by built-in name or path.
+    #[staticmethod]
+    #[pyo3(signature = (study, *, overrides = None, seeds = None))]
+    fn of_study(
+        py: Python<'_>,
+        study: PathBuf,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        seeds: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let overrides = values::overrides(overrides)?;
+        let seeds = seeds.map(checked_seeds).transpose()?;
+        let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(&error.into()))?;
+        study.seeds = seeds.unwrap_or(study.seeds);
+        let is_axis = |key: &str| study.axis.iter().any(|axis| axis.key == key);
+        if let Some(each) = overrides.iter().find(|each| is_axis(each.key())) {
+            let (key, file) = (each.key(), study.file());
+            let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
+            return Err(refused(key, &message));
+        }
+        let inner = py.detach(|| study::Plan::new(&study, &overrides));
+        inner
+            .map(|inner| Self { inner })
+            .map_err(|error| exception(&error))
+    }
+
+    /// The runs of a scenario with the keys of each point replaced.
+    #[staticmethod]
+    #[pyo3(signature = (points, *, scenario = ScenarioArg::default(), policy = None, overrides = None, seeds))]
+    fn of_points(
+        points: Vec<Bound<'_, PyMapping>>,
+        scenario: ScenarioArg,
+        policy: Option<&str>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        seeds: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let py = seeds.py();
+        let seeds = checked_seeds(seeds)?;
+        let mut scenarios = Vec::with_capacity(points.len());
+        for (i, point) in points.iter().enumerate() {
+            let own = || -> PyResult<(Vec<_>, Scenario)> {
+                let all = PyDict::new(py);
+                if let Some(overrides) = overrides {
+                    all.update(overrides)?;
+                }
+                all.update(point)?;
+                let scenario = load(scenario.clone(), policy, Some(all.as_mapping()), None)?;
+                Ok((values::overrides(Some(point))?, scenario))
+            };
+            scenarios.push(own().map_err(|error| about(py, &format!("points[{i}]"), error))?);
+            // Many points take seconds.
+            py.check_signals()?;
+        }
+        let inner = py.detach(|| study::Plan::of_scenarios("sweep", scenarios, seeds));
+        inner
+            .map(|inner| Self { inner })
+            .map_err(|error| exception(&error))
+    }
+
+    /// Name of the study.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.study().name
+    }
+
+    /// Keys of its axes.
+    #[getter]
+    fn axes(&self) -> Vec<String> {
+        self.inner
+            .study()
+            .axis
+            .iter()
+            .map(|axis| axis.key.clone())
+            .collect()
+    }
+
+    /// Names of the figures of a row that are numbers or yes and no.
+    #[getter]
+    fn figures(&self) -> Vec<&str> {
+        let columns = self.inner.columns().figures.iter();
+        let numbers = columns.filter(|column| column.kind != Kind::Text);
+        numbers.map(|column| column.name.as_str()).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.runs().len()
+    }
+}
+
+/// A folder of results, held against other programs until it is closed.
+#[pyclass(module = "omnistep._omnistep")]
+pub(crate) struct Store {
+    plan: Py<Plan>,
+    store: study::Store,
+    lock: Option<File>,
+}
+
+#[pymethods]
+impl Store {
+    #[new]
+    fn new(folder: PathBuf, plan: Py<Plan>) -> PyResult<Self> {
+        let opened = || {
+            let store = study::Store::new(folder, &plan.get().inner)?;
+            let lock = store.lock()?;
+            Ok((store, lock))
+        };
+        let (store, lock) = opened().map_err(|error| exception(&error))?;
+        Ok(Self {
+            plan,
+            store,
+            lock: Some(lock),
+        })
+    }
+
+    /// Lets other programs have the folder.
+    fn close(&mut self) {
+        self.lock = None;
+    }
+
+    /// Takes the rows with an error out; returns how many.
+    fn forget_errors(&self, py: Python<'_>) -> PyResult<usize> {
+        py.detach(|| self.store.forget_errors())
+            .map_err(|error| exception(&error))
+    }
+
+    /// Every row that is there.
+    fn read(&self, py: Python<'_>) -> PyResult<Rows> {
+        let plan = &self.plan.get().inner;
+        let rows = py.detach(|| {
+            let found = self.store.read()?;
+            let missing = plan.missing(&found);
+            let mut by_key: BTreeMap<String, Row> =
+                found.rows.into_iter().map(|row| (row.key.clone(), row)).collect();
+            let rows = plan.runs().iter().filter_map(|run| by_key.remove(&run.key));
+            Ok((rows.collect(), missing, found.damaged))
+        });
+        let (rows, missing, damaged) = rows.map_err(|error: Error| exception(&error))?;
+        Ok(Rows {
+            plan: self.plan.clone_ref(py),
+            rows,
+            missing,
+            damaged,
+        })
+    }
+
+    /// Computes the rows that `rows` lacks and writes them; returns how many, and how many failed.
+    #[pyo3(signature = (rows, *, jobs = None, watch = None))]
+    fn compute(
+        &self,
+        py: Python<'_>,
+        rows: &Bound<'_, Rows>,
+        jobs: Option<NonZeroUsize>,
+        watch: Option<Py<PyAny>>,
+    ) -> PyResult<(usize, usize)> {
+        let missing = &rows.get().missing;
+        watched(py, watch, |stop, heard| {
+            compute(missing, &self.store, jobs, stop, |row| {
+                let _ = heard.send(row.error.is_some());
+            })
+        })
+    }
+}
+
+/// Computes a batch of runs and writes their rows to the folder; returns how many, and how many failed.
+#[pyfunction]
+#[pyo3(signature = (batch, folder, *, jobs = None))]
+pub(crate) fn compute_batch(
+    py: Python<'_>,
+    batch: &str,
+    folder: PathBuf,
+    jobs: Option<NonZeroUsize>,
+) -> PyResult<(usize, usize)> {
+    let batch = Batch::from_text(batch).map_err(|error| exception(&error))?;
+    watched(py, None, |stop, heard| {
+        batch.compute(folder, jobs, stop, |row| {
+            let _ = heard.send(row.error.is_some());
+        })
+    })
+}
+
+/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C and tells `watch` how many
+/// rows there are and how many of them failed.
+fn watched(
+    py: Python<'_>,
+    watch: Option<Py<PyAny>>,
+    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<Computed, Error> + Send,
+) -> PyResult<(usize, usize)> {
+    let stop = AtomicBool::new(false);
+    let look = |rows: usize, errors: usize| {
+        Python::attach(|py| {
+            py.check_signals()?;
+            watch
+                .as_ref()
+                .map_or(Ok(()), |watch| watch.call1(py, (rows, errors)).map(|_| ()))
+        })
+    };
+    py.detach(|| {
+        let (sender, receiver) = mpsc::channel();
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| work(&stop, sender));
+            let (mut rows, mut errors, mut last) = (0, 0, Instant::now());
+            let mut ended = Ok(());
+            loop {
+                match receiver.recv_timeout(LOOK_EVERY.saturating_sub(last.elapsed())) {
+                    Ok(error) => {
+                        rows += 1;
+                        errors += usize::from(error);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+                if last.elapsed() >= LOOK_EVERY && ended.is_ok() {
+                    ended = look(rows, errors);
+                    last = Instant::now();
+                    stop.fetch_or(ended.is_err(), Ordering::Relaxed);
+                } else if ended.is_err() {
+                    last = Instant::now();
+                }
+            }
+            let computed = worker
+                .join()
+                .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
+            ended?;
+            let computed = computed.map_err(|error| exception(&error))?;
+            look(rows, errors)?;
+            Ok((computed.rows, computed.errors))
+        })
+    })
+}
+
+/// Rows of a study in the order of its runs.
+#[pyclass(frozen, module = "omnistep._omnistep")]
+pub(crate) struct Rows {
+    plan: Py<Plan>,
+    rows: Vec<Row>,
+    missing: Vec<Run>,
+    damaged: Vec<(PathBuf, String)>,
+}
+
+impl Rows {
+    fn columns(&self) -> Vec<study::Column> {
+        self.plan.get().inner.columns().all()
+    }
+}
+
+#[pymethods]
+impl Rows {
+    /// How many runs have no row.
+    #[getter]
+    fn missing(&self) -> usize {
+        self.missing.len()
+    }
+
+    /// Files that could not be read and were set aside, and why.
+    #[getter]
+    fn damaged(&self) -> Vec<(PathBuf, String)> {
+        self.damaged.clone()
+    }
+
+    /// The runs without a row as texts for `compute_batch`, at most `size` runs each.
+    fn batches(&self, py: Python<'_>, size: NonZeroUsize) -> PyResult<Vec<String>> {
+        let plan = &self.plan.get().inner;
+        let texts = py.detach(|| {
+            let chunks = self.missing.chunks(size.get());
+            chunks
+                .map(|runs| Batch::new(plan, runs).map(|batch| batch.to_text()))
+                .collect::<Result<Vec<_>, _>>()
+        });
+        texts.map_err(|error| exception(&error))
+    }
+
+    /// Kind of each column by name: `bool`, `int`, `float` or `str`.
+    #[getter]
+    fn kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for column in self.columns() {
+            let kind = match column.kind {
+                Kind::Bool => "bool",
+                Kind::Integer => "int",
+                Kind::Float => "float",
+                Kind::Text => "str",
+            };
+            dict.set_item(column.name, kind)?;
+        }
+        Ok(dict)
+    }
+
+    /// One dictionary a row; None where nothing was measured.
+    fn to_dicts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let columns = self.columns();
+        let list = PyList::empty(py);
+        for row in &self.rows {
+            let dict = PyDict::new(py);
+            for (column, cell) in columns.iter().zip(row.cells()) {
+                dict.set_item(&column.name, value(py, &cell)?)?;
+            }
+            list.append(dict)?;
+        }
+        Ok(list)
+    }
+
+    /// One dictionary a combination: each axis by its column, `runs`, `errors`, the mean of each of the map's figures.
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let plan = &self.plan.get().inner;
+        let list = PyList::empty(py);
+        for cell in cells(plan, &self.rows) {
+            let dict = PyDict::new(py);
+            for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
+                dict.set_item(&column.name, value(py, axis)?)?;
+            }
+            dict.set_item("runs", cell.runs)?;
+            dict.set_item("errors", cell.errors)?;
+            for (i, figure) in plan.study().map.figures.iter().enumerate() {
+                dict.set_item(figure, cell.mean(i))?;
+            }
+            list.append(dict)?;
+        }
+        Ok(list)
+    }
+
+    fn __len__(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The rows by the Arrow PyCapsule interface.
+    #[pyo3(signature = (requested_schema = None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        let _ = requested_schema; // the interface lets a producer ignore it
+        crate::arrow::of_rows(py, &self.columns(), &self.rows)
+    }
+}
+
+fn value<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
+    match cell {
+        Cell::Missing => Ok(py.None().into_bound(py)),
+        Cell::Bool(value) => Ok(value.into_pyobject(py)?.to_owned().into_any()),
+        Cell::Integer(value) => Ok(value.into_pyobject(py)?.into_any()),
+        Cell::Float(value) => Ok(value.into_pyobject(py)?.into_any()),
+        Cell::Text(text) => Ok(text.into_pyobject(py)?.into_any()),
+    }
+}
+
+/// How many seeds, or which.
+fn checked_seeds(seeds: &Bound<'_, PyAny>) -> PyResult<Seeds> {
+    let value = values::from_python("seeds", "seeds", seeds)?;
+    Seeds::from_value(value).map_err(|message| refused("seeds", &format!("seeds: {message}")))
+}

@@ -1,0 +1,356 @@
+"""Many runs, one row each: studies and sweeps, on the cores of this machine or on workers elsewhere."""
+
+import importlib
+import itertools
+import queue
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future
+from contextlib import closing, contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch
+from omnistep.errors import ConfigError, StudyError
+from omnistep.runs import SHORT_S
+
+#: Tasks that a sweep is cut into at least, as far as there are runs: so that no worker waits long for the last one.
+_TASKS = 64
+#: Runs of a task at most for each thread, where the caller does not say: some seconds of work.
+_RUNS_PER_THREAD = 16
+
+#: pandas' types that know what is missing.
+_PANDAS = {"bool": "boolean", "int": "Int64", "float": "float64", "str": "str"}
+
+
+class StudyResult:
+    """Rows of a study or a sweep, one a run, in the order of its runs.
+
+    Data frames take it as it is (``polars.DataFrame(result)``, ``pyarrow.table(result)``, DuckDB), by the Arrow
+    PyCapsule interface. Columns are ``key``, ``seed``, one a key that varies (with ``_`` for each dot), the figures of
+    :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
+
+    Attributes:
+        folder: where the Parquet files are.
+        computed: how many of the runs were computed by this call; the others were there.
+
+    >>> import omnistep, tempfile
+    >>> with tempfile.TemporaryDirectory() as out:
+    ...     points = {"terrain.friction": [0.5, 0.9]}
+    ...     result = omnistep.sweep(points, scenario="flat", overrides={"duration_s": 0.1}, out=out, progress=False)
+    >>> len(result), result.computed, result.failed
+    (2, 2, 0)
+    >>> [row["terrain_friction"] for row in result.rows()]
+    [0.5, 0.9]
+    """
+
+    def __init__(self, rows: Rows, *, folder: Path, computed: int) -> None:
+        self._rows = rows
+        self.folder = folder
+        self.computed = computed
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return list(self._rows.kinds)
+
+    @property
+    def failed(self) -> int:
+        """How many runs failed: their rows have an ``error``."""
+        return sum(cell["errors"] for cell in self.cells)
+
+    @property
+    def cells(self) -> list[dict[str, Any]]:
+        """The map: a dictionary for each combination of values with ``runs``, ``errors`` and means over the seeds.
+
+        Means are of the figures that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not
+        fail; yes counts 1; None where nothing was measured.
+        """
+        return self._rows.cells()
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a dictionary for each run, by column; None where nothing was measured."""
+        return self._rows.to_dicts()
+
+    def to_arrow(self) -> Any:
+        """Return a ``pyarrow.Table``.
+
+        Raises:
+            ImportError: pyarrow is not there: ``pip install pyarrow``.
+        """
+        return extra("pyarrow", "pyarrow").table(self)
+
+    def to_polars(self) -> Any:
+        """Return a polars data frame.
+
+        Raises:
+            ImportError: polars is not there: ``pip install polars``.
+        """
+        return extra("polars", "polars").DataFrame(self)
+
+    def to_pandas(self) -> Any:
+        """Return a pandas data frame, of pandas' nullable types where yes and no or an integer may be missing.
+
+        Raises:
+            ImportError: pandas is not there: ``pip install pandas``.
+        """
+        pandas = extra("pandas", "pandas")
+        rows = self.rows()
+        columns = {name: [row[name] for row in rows] for name in self.names}
+        types = self._rows.kinds
+        return pandas.DataFrame(
+            {name: pandas.Series(column, dtype=_PANDAS[types[name]]) for name, column in columns.items()}
+        )
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        return self._rows.__arrow_c_stream__(requested_schema)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self)} runs, {self.failed} failed, {self.computed} computed now"
+        return f"<omnistep.StudyResult of {counts}: {self.folder}>"
+
+
+def study(
+    study: str | PathLike[str],
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    seeds: int | Sequence[int] | None = None,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    retry_errors: bool = False,
+    progress: bool = True,
+) -> StudyResult:
+    """Run what is missing of a study, on all cores.
+
+    Ctrl-C loses nothing that is done, and the same call goes on from there; so does ``omnistep study``, whose folder of
+    results this is. Other Python threads go on meanwhile.
+
+    Args:
+        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``) or the path of a .toml file.
+        overrides: keys to replace in every run, as in :func:`omnistep.run`; none that is an axis of the study.
+        seeds: how many seeds, counted from 0, or which; the study's own by default.
+        out: the folder of results; ``out/NAME`` by default.
+        jobs: threads, 1 or more; as many as there are cores by default.
+        retry_errors: run those again that failed.
+        progress: show a bar on standard error.
+
+    Returns:
+        A row for each run of the study; a run that failed is a row with an ``error``.
+
+    Raises:
+        ConfigError: a name, key or value is wrong; or the folder holds results of another study, or of another
+            version, or is being written by another program.
+        StudyError: the folder cannot be read or written.
+        KeyboardInterrupt: Ctrl-C was pressed.
+
+    >>> import omnistep, tempfile
+    >>> with tempfile.TemporaryDirectory() as out:
+    ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=2, out=out, progress=False)
+    >>> len(result), result.cells[0]["control_policy"], result.cells[0]["runs"]
+    (8, 'independent', 2)
+    """
+    plan = Plan.of_study(study, overrides=overrides, seeds=listed(seeds) if seeds is not None else None)
+    folder = Path(out) if out is not None else Path("out") / plan.name
+    return run(plan, folder, jobs=jobs, retry_errors=retry_errors, progress=progress)
+
+
+def sweep(
+    points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
+    *,
+    scenario: str | PathLike[str] | Scenario = "step",
+    policy: str | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    seeds: int | Sequence[int] = 1,
+    out: str | PathLike[str],
+    executor: Executor | None = None,
+    batch: int | None = None,
+    jobs: int | None = None,
+    retry_errors: bool = False,
+    progress: bool = True,
+) -> StudyResult:
+    """Run what is missing of a scenario at many points, each with every seed.
+
+    Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text of
+    some kilobytes; a worker adds each row to the folder as soon as it is done. So every worker must see ``out`` under
+    the same path and have the same version of omnistep, and a worker that is killed loses no row: the same call
+    computes what is missing, and nothing else.
+
+    Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
+    ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.
+
+    Args:
+        points: a dictionary of keys to replace for each point; or one dictionary of a list of values for each key:
+            then every combination is a point, the last key fastest. Keys and values as in ``overrides`` of
+            :func:`omnistep.run`.
+        scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
+        policy: coordination policy instead of the scenario's.
+        overrides: keys to replace in every run; none that a point replaces.
+        seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
+            noise.
+        out: the folder of results.
+        executor: who computes; by default this process, on all cores and without others.
+        batch: runs of a task, 1 or more; by default 16 for each of its threads, or fewer where there are few.
+        jobs: threads; by default all cores without an executor, and one a task with one.
+        retry_errors: run those again that failed.
+        progress: show a bar on standard error; with an executor it moves by batches.
+
+    Returns:
+        A row for each point and seed; a run that failed is a row with an ``error``.
+
+    Raises:
+        ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or the folder is another
+            study's.
+        StudyError: the folder cannot be read or written, or workers do not share it.
+        TypeError: points are neither.
+        KeyboardInterrupt: Ctrl-C was pressed. Batches under way on an executor are computed to their end.
+
+    >>> import omnistep, tempfile
+    >>> with tempfile.TemporaryDirectory() as out:
+    ...     points = [{"command.vx_m_s": 0.2}, {"command.vy_m_s": 0.1}]
+    ...     result = omnistep.sweep(points, scenario="flat", overrides={"duration_s": 0.1}, out=out, progress=False)
+    >>> [(row["command_vx_m_s"], row["command_vy_m_s"]) for row in result.rows()]
+    [(0.2, 0.0), (0.3, 0.1)]
+    """
+    every = points_of(points)
+    for given, where in [(overrides or {}, "overrides"), ({"control.policy": policy} if policy else {}, "policy")]:
+        if twice := sorted({key for point in every for key in point} & set(given)):
+            raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
+    positive("batch", batch)
+    plan = Plan.of_points(every, scenario=scenario, policy=policy, overrides=overrides, seeds=listed(seeds))
+    return run(plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch)
+
+
+def run(
+    plan: Plan,
+    folder: Path,
+    *,
+    jobs: int | None,
+    retry_errors: bool,
+    progress: bool,
+    executor: Executor | None = None,
+    batch: int | None = None,
+) -> StudyResult:
+    """Compute what a folder lacks of a plan. See :func:`sweep`."""
+    positive("jobs", jobs)
+    with closing(Store(folder, plan)) as store:
+        if retry_errors:
+            store.forget_errors()
+        found = store.read()
+        for path, reason in found.damaged:
+            message = f"{path}: cannot be read ({reason}): set aside as .damaged, its runs are run again"
+            warnings.warn(message, stacklevel=3)
+        missing = found.missing
+        if missing == 0:
+            return StudyResult(found, folder=folder, computed=0)
+        with _bar(missing, progress) as bar:
+            if executor is None:
+                store.compute(found, jobs=jobs, watch=bar.at)
+            else:
+                threads = jobs or 1
+                size = batch or threads * max(1, min(_RUNS_PER_THREAD, missing // (_TASKS * threads)))
+                _compute_on(executor, found.batches(size), folder, threads, bar)
+        rows = store.read()
+    if rows.missing:
+        raise StudyError(
+            f"{folder}: {rows.missing} rows that were computed are not there; every worker must see the same folder",
+            key="out",
+            file=str(folder),
+        )
+    return StudyResult(rows, folder=folder, computed=missing)
+
+
+def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return the points of a grid, or those given."""
+    if isinstance(points, Mapping):
+        for key, values in points.items():
+            if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
+                raise TypeError(f"points: {key} = {values!r}, allowed: a list of values")
+        combinations = itertools.product(*points.values())
+        return [dict(zip(points, values, strict=True)) for values in combinations]
+    if isinstance(points, str) or not isinstance(points, Iterable):
+        raise TypeError(f"points: {points!r}, allowed: a list of dictionaries, or a dictionary of lists")
+    every = list(points)
+    for number, point in enumerate(every):
+        if not isinstance(point, Mapping):
+            raise TypeError(f"points[{number}]: {point!r}, allowed: a dictionary of keys and values")
+    return every
+
+
+def listed(seeds: int | Sequence[int]) -> int | list[int]:
+    """Return seeds as a list, also those of a range or a generator; a count as it is."""
+    return list(seeds) if isinstance(seeds, Iterable) and not isinstance(seeds, str) else seeds
+
+
+def positive(name: str, value: int | None) -> None:
+    """Refuse a count below 1."""
+    if value is not None and (not isinstance(value, int) or isinstance(value, bool) or value < 1):
+        raise ConfigError(f"{name} = {value!r}, allowed: a whole number from 1", key=name)
+
+
+def extra(module: str, package: str) -> Any:
+    """Import a package that is not ours to require."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ImportError(f"this needs {module}: pip install {package}") from error
+
+
+class _Bar:
+    """A progress bar that counts runs."""
+
+    def __init__(self, bar: Any) -> None:
+        self._bar = bar
+        self._failed = 0
+
+    def at(self, rows: int, failed: int) -> None:
+        """Stand at so many rows, so many of them failed."""
+        if failed != self._failed:
+            self._failed = failed
+            self._bar.set_postfix_str(f"{failed} failed", refresh=False)
+        self._bar.update(rows - self._bar.n)
+
+
+@contextmanager
+def _bar(runs: int, shown: bool) -> Iterator[_Bar]:
+    with tqdm(total=runs, unit="run", delay=SHORT_S, disable=not shown) as bar:
+        yield _Bar(bar)
+
+
+def _work(batch: str, folder: str, jobs: int) -> tuple[int, int]:
+    """Compute a batch where a worker is."""
+    return compute_batch(batch, folder, jobs=jobs)
+
+
+def _compute_on(executor: Executor, batches: list[str], folder: Path, jobs: int, bar: _Bar) -> None:
+    """Have every batch computed; stop handing them out when one fails."""
+    ended: queue.SimpleQueue[Future[tuple[int, int]]] = queue.SimpleQueue()
+    futures: list[Future[tuple[int, int]]] = []
+    rows = failed = 0
+    try:
+        for batch in batches:
+            futures.append(executor.submit(_work, batch, str(folder.absolute()), jobs))
+            futures[-1].add_done_callback(ended.put)
+        for _ in batches:
+            of_batch = _next(ended).result()
+            rows, failed = rows + of_batch[0], failed + of_batch[1]
+            bar.at(rows, failed)
+    except BaseException as error:
+        for future in futures:
+            future.cancel()
+        error.add_note(f"what is done of the sweep is kept in {folder}; the same call goes on from there")
+        raise
+
+
+def _next(ended: "queue.SimpleQueue[Future[tuple[int, int]]]") -> Future[tuple[int, int]]:
+    while True:
+        try:
+            # Not for ever: on some systems Ctrl-C waits as long.
+            return ended.get(timeout=0.1)
+        except queue.Empty:
+            continue

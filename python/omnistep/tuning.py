@@ -1,0 +1,205 @@
+"""Gains, or any keys, searched for by Optuna."""
+
+import importlib
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from math import isnan
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from tqdm import tqdm
+
+from omnistep._omnistep import Plan, Scenario
+from omnistep.ensembles import listed, points_of, positive, run
+from omnistep.errors import ConfigError
+from omnistep.runs import SHORT_S
+
+#: From, to, and ``"log"`` where the logarithm is to be searched; or a list of values.
+Range: TypeAlias = tuple[float, float] | tuple[float, float, Literal["log"]] | Sequence[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TuneResult:
+    """What :func:`tune` found.
+
+    Attributes:
+        overrides: the best values, for ``overrides`` of :func:`omnistep.run`.
+        value: the objective there.
+        study: the ``optuna.Study`` with every trial, for Optuna's plots and analyses. A trial's
+            ``user_attrs["failed"]`` is the number of its runs that failed or have no such figure.
+        folder: where the rows of all runs are; None if they were not kept.
+    """
+
+    overrides: dict[str, Any]
+    value: float
+    study: Any
+    folder: Path | None
+
+
+def tune(
+    scenario: str | PathLike[str] | Scenario = "step",
+    *,
+    space: Mapping[str, Range],
+    objective: str | Callable[[list[dict[str, Any]]], float] = "crossing_s",
+    direction: Literal["minimize", "maximize"] = "minimize",
+    points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]] | None = None,
+    policy: str | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    trials: int = 50,
+    seeds: int | Sequence[int] = 5,
+    seed: int = 0,
+    worst: float = 1e6,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    progress: bool = True,
+) -> TuneResult:
+    """Search for the values of keys that make an objective best.
+
+    Each trial is a small study: its values are run at every point with every seed, on all cores. Optuna's TPE chooses
+    the next from those before. Same arguments, same trials; so with ``out`` a search that was ended goes on where it
+    was, and one with more trials begins with those there are.
+
+    A run that failed, or has no such figure because it did not climb, counts ``worst``, on the bad side: so fewer
+    failures are always better, and among trials with as many the figure decides. Seeds differ only where the scenario
+    has a perturbation or noise: give it some in ``overrides``, or the values fit a single run.
+
+    Args:
+        scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
+        space: for each key, as in ``overrides`` of :func:`omnistep.run`, what to search: ``(0.1, 10.0)``,
+            ``(0.1, 10.0, "log")``, two integers for whole numbers, or a list of values.
+        objective: a figure of :class:`omnistep.Outcome`, of which the mean over all runs is taken; or a function of
+            the rows (a dictionary a run, by column), none of which failed then.
+        direction: ``minimize`` or ``maximize``.
+        points: what each trial is run at, as in :func:`omnistep.sweep`; the scenario as it is by default.
+        policy: coordination policy instead of the scenario's.
+        overrides: keys to replace in every run.
+        trials: how many, 1 or more.
+        seeds: how many seeds for each trial, counted from 0, or which.
+        seed: of the search.
+        worst: what a run counts that failed, above 0: more than any figure.
+        out: a folder to keep the rows in.
+        jobs: threads; as many as there are cores by default.
+        progress: show a bar on standard error.
+
+    Returns:
+        The best values and Optuna's study.
+
+    Raises:
+        ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values in between
+            that do not fit together are no error: they count ``worst``.
+        ImportError: Optuna is not there: ``pip install "omnistep[tune]"``.
+        StudyError: the folder cannot be read or written.
+        KeyboardInterrupt: Ctrl-C was pressed.
+
+    >>> import omnistep
+    >>> found = omnistep.tune(
+    ...     "flat", space={"command.vx_m_s": (0.1, 0.5)}, objective="work_j", overrides={"duration_s": 0.5},
+    ...     trials=4, seeds=1, progress=False)
+    >>> len(found.study.trials), 0.1 <= found.overrides["command.vx_m_s"] <= 0.5
+    (4, True)
+    """
+    positive("trials", trials)
+    if direction not in ("minimize", "maximize"):
+        raise ConfigError(f"direction = {direction!r}, allowed: minimize, maximize", key="direction")
+    if not worst > 0.0:
+        raise ConfigError(f"worst = {worst!r}, allowed: above 0", key="worst")
+    optuna = _optuna()
+    ranges = {key: _distribution(optuna, key, given) for key, given in space.items()}
+    if not ranges:
+        raise ConfigError("space: empty, allowed: one key or more", key="space")
+    at = points_of(points) if points is not None else [{}]
+    fixed = {key for point in at for key in point} | set(overrides or {}) | ({"control.policy"} if policy else set())
+    if twice := sorted(fixed & set(space)):
+        raise ConfigError(f"space: {twice[0]} is given elsewhere too, allowed: one of the two", key=twice[0])
+
+    at_seeds = listed(seeds)
+
+    def plan(values: Mapping[str, Any]) -> Plan:
+        each = [{**point, **values} for point in at]
+        return Plan.of_points(each, scenario=scenario, policy=policy, overrides=overrides, seeds=at_seeds)
+
+    for corner in (0, 1):
+        checked = plan({key: _ends(range_)[corner] for key, range_ in ranges.items()})
+    if isinstance(objective, str) and objective not in checked.figures:
+        known = ", ".join(checked.figures)
+        raise ConfigError(f"objective = {objective!r}, allowed: a function, or {known}", key="objective")
+    bad = worst if direction == "minimize" else -worst
+
+    with ExitStack() as stack:
+        folder = Path(out if out is not None else stack.enter_context(tempfile.TemporaryDirectory()))
+        bar = stack.enter_context(tqdm(total=trials, unit="trial", delay=SHORT_S, disable=not progress))
+        study = _study(optuna, direction, seed)
+        for _ in range(trials):
+            trial = study.ask(ranges)
+            try:
+                of_trial = plan(trial.params)
+            except ConfigError as error:
+                trial.set_user_attr("refused", str(error))
+                study.tell(trial, bad)
+            else:
+                rows = run(of_trial, folder, jobs=jobs, retry_errors=False, progress=False).rows()
+                value, failed = _value(rows, objective, bad)
+                trial.set_user_attr("failed", failed)
+                study.tell(trial, value)
+            bar.set_postfix_str(f"best {study.best_value:.4g}", refresh=False)
+            bar.update()
+    kept = folder if out is not None else None
+    return TuneResult(overrides=dict(study.best_params), value=float(study.best_value), study=study, folder=kept)
+
+
+def _value(
+    rows: list[dict[str, Any]], objective: str | Callable[[list[dict[str, Any]]], float], bad: float
+) -> tuple[float, int]:
+    """What a trial is worth, and how many of its runs failed."""
+    if isinstance(objective, str):
+        figures = [None if row["error"] is not None else row[objective] for row in rows]
+        failed = sum(figure is None for figure in figures)
+        return sum(bad if figure is None else float(figure) for figure in figures) / len(figures), failed
+    failed = sum(row["error"] is not None for row in rows)
+    if failed:
+        return bad * failed / len(rows), failed
+    value = float(objective(rows))
+    return (bad if isnan(value) else value), 0
+
+
+def _distribution(optuna: Any, key: str, given: Range) -> Any:
+    """What Optuna calls a range."""
+    distributions = optuna.distributions
+    if isinstance(given, list) and given:
+        return distributions.CategoricalDistribution(given)
+    if isinstance(given, tuple) and len(given) in (2, 3) and given[2:] in ((), ("log",)):
+        low, high = given[:2]
+        numbers = all(isinstance(end, int | float) and not isinstance(end, bool) for end in (low, high))
+        log = len(given) == 3
+        if numbers and low < high and not (log and low <= 0):
+            whole = isinstance(low, int) and isinstance(high, int)
+            kind = distributions.IntDistribution if whole else distributions.FloatDistribution
+            return kind(low, high, log=log)
+    allowed = 'allowed: (from, to), (from, to, "log") with from < to, above 0 for "log", or a list of values'
+    raise ConfigError(f"space: {key} = {given!r}, {allowed}", key=key)
+
+
+def _ends(distribution: Any) -> tuple[Any, Any]:
+    choices = getattr(distribution, "choices", None)
+    return (choices[0], choices[-1]) if choices else (distribution.low, distribution.high)
+
+
+def _study(optuna: Any, direction: str, seed: int) -> Any:
+    """Make a study in memory, without a line on standard error."""
+    logging = optuna.logging
+    before = logging.get_verbosity()
+    logging.set_verbosity(logging.WARNING)
+    try:
+        return optuna.create_study(direction=direction, sampler=optuna.samplers.TPESampler(seed=seed))
+    finally:
+        logging.set_verbosity(before)
+
+
+def _optuna() -> Any:
+    try:
+        return importlib.import_module("optuna")
+    except ImportError as error:
+        raise ImportError('omnistep.tune needs Optuna: pip install "omnistep[tune]"') from error
