@@ -84,7 +84,9 @@ def command_page() -> str:
     """The help of the command line and of each subcommand."""
     whole = said("--help")
     names = re.findall(r"^  ([a-z]\w*)  ", whole[whole.index("Commands:") :], re.MULTILINE)
-    parts = [f"# Command line\n\nWhat `omnistep --help` and `omnistep SUBCOMMAND --help` print.\n\n```text\n{whole}```\n"]
+    parts = [
+        f"# Command line\n\nWhat `omnistep --help` and `omnistep SUBCOMMAND --help` print.\n\n```text\n{whole}```\n"
+    ]
     for name in names:
         if name != "help":
             parts.append(f"## omnistep {name}\n\n```text\n{said(name, '--help').strip()}\n```\n")
