@@ -16,7 +16,10 @@ BARE = re.compile(r"(?:^|(?<=\n\n))((?:>>> .*\n?)(?:.+\n?)*)")
 
 def math(source: str, language: str, css_class: str, options: Any, md: Any, **_: Any) -> str:
     """A ```math block as MathML, which browsers draw without a script."""
-    return f'<div class="{css_class}">{convert(source, display="block")}</div>'
+    drawn = convert(source, display="block")
+    if "\\" in drawn:
+        raise ValueError(f"a command of LaTeX that is not known in {source}")
+    return f'<div class="{css_class}">{drawn}</div>'
 
 
 def markdown(text: str, place: griffe.Object) -> str:
