@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes the virtual environment .venv with the extension built from this tree and everything the Python tests need.
-# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer.
+# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer; EXTRA=docs installs what
+# the site needs instead of what the tests need.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
@@ -11,5 +12,5 @@ if [ ! -x .venv/bin/python ]; then
     "$python" -m venv .venv ||
         { echo "no virtual environment can be made; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
 fi
-echo "building the extension and installing the test tools (the first time takes some minutes)"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[test]"
+echo "building the extension and installing the tools (the first time takes some minutes)"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check ".[${EXTRA:-test}]"
