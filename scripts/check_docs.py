@@ -74,7 +74,9 @@ def command_findings(line: str) -> list[str]:
             known = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
             named = re.findall(r"(?:\.|omnistep)\[([\w,]+)\]", part)
             found += [f"no extra {name}" for names in named for name in names.split(",") if name not in known]
-        elif program and program not in PROGRAMS | {"omnistep"} and not (folder / program).is_file():
+        elif program == "omnistep":
+            found += [] if arguments and arguments[0] in subcommands() else [f"no subcommand {' '.join(arguments[:1])}"]
+        elif program and program not in PROGRAMS and not (folder / program).is_file():
             found.append(f"what is {program}?")
         if program == "cd":
             continue
@@ -153,10 +155,10 @@ def self_test() -> None:
     )
     found = findings(ROOT / "docs" / "paper.md", wrong)
     assert len(found) == 5, found
-    shell = "make nothing all\ncurl x\ncd nowhere\ncargo bench --bench none\npip install '.[none]'\nduckdb tests/x"
+    shell = "make nothing all\ncurl x\ncd nowhere\ncargo bench --bench none\npip install '.[none]'\nduckdb tests/x\nomnistep fly"
     shell = f"```sh\n{shell}\n```\n"
     found = findings(ROOT / "README.md", shell)
-    assert len(found) == 8, found  # `make nothing` counts as text too
+    assert len(found) == 9, found  # `make nothing` counts as text too
     assert findings(ROOT / "README.md", "```sh\ncd firmware && cargo build -p omni-c && cd ..\n```\n") == []
     assert rust_findings("omni_config::Scenario::fly()") and not rust_findings("omni_config::Scenario::load(x)")
     assert findings(ROOT / "README.md", "`make test` [x](LICENSE-MIT)\ncargo run --release -- compare step\n") == []

@@ -11,6 +11,8 @@ from latex2mathml.converter import convert
 ROLE = re.compile(r":(func|meth|class|mod):`~?([\w.]+)`")
 # The heading of a Google-style example, and an example without a heading.
 EXAMPLE = re.compile(r"^Example:$", re.MULTILINE)
+# What is returned, in words: a colon in its first line does not end a type.
+RETURNS = re.compile(r"(^Returns:\n)(.*)", re.MULTILINE)
 BARE = re.compile(r"(?:^|(?<=\n\n))((?:>>> .*\n?)(?:.+\n?)*)")
 
 
@@ -37,6 +39,7 @@ def markdown(text: str, place: griffe.Object) -> str:
         return f"[`{name}`][{owner}.{name}]"
 
     text = EXAMPLE.sub("Examples:", ROLE.sub(link, text))
+    text = RETURNS.sub(lambda match: match[1] + match[2].replace(": ", "&#58; "), text)
     if "Examples:" in text:
         return text
     return BARE.sub(lambda match: "Examples:\n" + re.sub(r"^(?=.)", "    ", match[1], flags=re.MULTILINE), text)

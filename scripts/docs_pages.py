@@ -8,6 +8,7 @@ interface, the command line's own help, and the keys of every kind of file as ta
 
 import importlib
 import json
+import os
 import pkgutil
 import re
 import shutil
@@ -77,7 +78,23 @@ def module_names(name: str) -> list[str]:
 def said(*arguments: str) -> str:
     """What the command line prints."""
     command = [sys.executable, "-m", "omnistep", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    environment = {**os.environ, "COLUMNS": "1000", "NO_COLOR": "1"}  # lines of help are wrapped by the browser
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+
+
+def help_text(text: str) -> str:
+    """Help of a command as Markdown: its sentence, its usage as code, a table for each list."""
+    parts: list[str] = []
+    for line in text.splitlines():
+        if entry := re.fullmatch(r" +(\S.*?)(?: {2,}(\S.*))?", line):
+            parts.append(f"| `{cell(entry[1], code=True)}` | {cell(entry[2] or '')} |")
+        elif line.lower().startswith("usage:"):
+            parts.append(f"```text\n{line.partition(': ')[2]}\n```")
+        elif line.endswith(":"):
+            parts.append(f"| {line[:-1].capitalize()} | |\n|---|---|")
+        else:
+            parts.append(cell(line))
+    return "\n".join(parts) + "\n"
 
 
 def command_page() -> str:
@@ -85,11 +102,11 @@ def command_page() -> str:
     whole = said("--help")
     names = re.findall(r"^  ([a-z]\w*)  ", whole[whole.index("Commands:") :], re.MULTILINE)
     parts = [
-        f"# Command line\n\nWhat `omnistep --help` and `omnistep SUBCOMMAND --help` print.\n\n```text\n{whole}```\n"
+        f"# Command line\n\nFrom what `omnistep --help` and `omnistep SUBCOMMAND --help` print.\n\n{help_text(whole)}"
     ]
     for name in names:
         if name != "help":
-            parts.append(f"## omnistep {name}\n\n```text\n{said(name, '--help').strip()}\n```\n")
+            parts.append(f"## omnistep {name}\n\n{help_text(said(name, '--help'))}")
     return "\n".join(parts)
 
 
@@ -98,9 +115,10 @@ def anchor(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
-def cell(text: str) -> str:
-    """Text that stands in a table."""
-    return text.replace("|", "\\|").replace("\n", " ").replace("[", "\\[")
+def cell(text: str, *, code: bool = False) -> str:
+    """Text, or code, that stands in a table."""
+    text = text.replace("|", "\\|").replace("\n", " ")
+    return text if code else text.replace("[", "\\[").replace("<", "&lt;")
 
 
 class Keys:
