@@ -155,8 +155,8 @@ def self_test() -> None:
     )
     found = findings(ROOT / "docs" / "paper.md", wrong)
     assert len(found) == 5, found
-    shell = "make nothing all\ncurl x\ncd nowhere\ncargo bench --bench none\npip install '.[none]'\nduckdb tests/x\nomnistep fly"
-    shell = f"```sh\n{shell}\n```\n"
+    shell = "make nothing all\ncurl x\ncd nowhere\ncargo bench --bench none\npip install '.[none]'\nduckdb tests/x"
+    shell = f"```sh\nomnistep fly\n{shell}\n```\n"
     found = findings(ROOT / "README.md", shell)
     assert len(found) == 9, found  # `make nothing` counts as text too
     assert findings(ROOT / "README.md", "```sh\ncd firmware && cargo build -p omni-c && cd ..\n```\n") == []
