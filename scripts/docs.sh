@@ -5,7 +5,8 @@ cd "$(dirname "$0")/.."
 EXTRA=docs scripts/venv.sh
 python=.venv/bin/python
 $python scripts/docs_pages.py stage
-# Python finds the formatter of formulas in scripts/; the theme's advice about other site generators is left out.
-PYTHONPATH=scripts NO_MKDOCS_2_WARNING=1 $python -m mkdocs build --quiet
+# Python finds the formatter of formulas in scripts/; the theme's advice about other site generators is left out. Not
+# --quiet: under it MkDocs counts no warnings, and strict means nothing.
+PYTHONPATH=scripts NO_MKDOCS_2_WARNING=1 $python -m mkdocs build --strict
 $python scripts/docs_pages.py check
 echo "out/site/index.html"

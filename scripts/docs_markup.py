@@ -6,6 +6,7 @@ from typing import Any
 
 import griffe
 from latex2mathml.converter import convert
+from pymdownx.superfences import SuperFencesException
 
 # ":func:`run`" and ":meth:`Trace.wheels`".
 ROLE = re.compile(r":(func|meth|class|mod):`~?([\w.]+)`")
@@ -20,7 +21,7 @@ def math(source: str, language: str, css_class: str, options: Any, md: Any, **_:
     """A ```math block as MathML, which browsers draw without a script."""
     drawn = convert(source, display="block")
     if "\\" in drawn:
-        raise ValueError(f"a command of LaTeX that is not known in {source}")
+        raise SuperFencesException(f"a command of LaTeX that is not known in {source}")
     return f'<div class="{css_class}">{drawn}</div>'
 
 
