@@ -136,7 +136,7 @@ def toml_block(example, info):
     if title := re.search(r'title="([^"]+)"', info):
         Path(title[1]).write_text(example.parsed)
     kinds = [kind for kind in KINDS_OF_FILES if set(fragment) <= keys_of(kind)]
-    errors = [f"no kind of file has the keys {sorted(fragment)}"]
+    errors = [f"{sorted(fragment)}: keys of {kinds or 'no kind of file'}"]
     for kind in kinds:
         whole = fragment if "schema_version" in fragment else merged(started(kind), fragment)
         Path("block.toml").write_text("".join(f"{key} = {toml_value(value)}\n" for key, value in whole.items()))
