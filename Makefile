@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers
+.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -30,3 +30,6 @@ embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 
 instructions:   ## instructions of a control step, at most 3 times those of as many bare PID loops
 	scripts/instructions.sh
+
+docs:           ## the documentation site in out/site, warnings as errors
+	scripts/docs.sh

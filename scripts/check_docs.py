@@ -4,8 +4,11 @@ python scripts/check_docs.py [--self-test]: one line a finding, exit code 1 if t
 """
 
 import re
+import shlex
 import subprocess
 import sys
+import tomllib
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,12 +37,82 @@ def make_targets() -> set[str]:
     return set(re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
+def site_pages() -> set[str]:
+    """Pages that only the site has, made by scripts/docs_pages.py."""
+    return set(re.findall(r"reference/\w+\.md$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
+
+
 def test_names() -> set[str]:
     """Names of all Rust and Python functions in files that hold tests."""
     names: set[str] = set()
     for path in tracked("*.rs", "*.py"):
         names |= set(re.findall(r"\b(?:fn|def) (\w+)", path.read_text(encoding="utf-8")))
     return names
+
+
+# Programs that a document may tell a reader to call, beside make, cargo, omnistep and this repository's scripts.
+PROGRAMS = {"apt", "duckdb", "git", "mpiexec", "python", "python3", "qemu-system-arm", "rerun", "rustup", "."}
+
+
+def command_findings(line: str) -> list[str]:
+    """What a line of a shell block calls or names that is not there."""
+    found = []
+    folder = ROOT
+    for part in shlex.join(shlex.split(line.rstrip("\\"), comments=True)).replace("'&&'", "&&").split(" && "):
+        words = shlex.split(part)
+        while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
+            words.pop(0)
+        program, arguments = (words[0], words[1:]) if words else ("", [])
+        if program == "cd":
+            folder = folder / arguments[0]
+            found += [] if folder.is_dir() else [f"no folder {arguments[0]}"]
+        elif program == "make":
+            found += [f"no make target {name}" for name in arguments if name not in make_targets()]
+        elif program == "cargo":
+            found += cargo_findings(arguments, folder)
+        elif program == "pip":
+            known = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+            named = re.findall(r"(?:\.|omnistep)\[([\w,]+)\]", part)
+            found += [f"no extra {name}" for names in named for name in names.split(",") if name not in known]
+        elif program == "omnistep":
+            found += [] if arguments and arguments[0] in subcommands() else [f"no subcommand {' '.join(arguments[:1])}"]
+        elif program and program not in PROGRAMS and not (folder / program).is_file():
+            found.append(f"what is {program}?")
+        if program == "cd":
+            continue
+        paths = [word for word in arguments if re.match(rf"(?:{'|'.join(PLACES)})/", word)]
+        found += [f"no file {path}" for path in paths if not (folder / path).exists()]
+    return found
+
+
+def cargo_findings(arguments: list[str], folder: Path) -> list[str]:
+    """Packages, examples and benchmarks that a call of cargo names and the workspace in `folder` lacks."""
+    manifests = [path.read_text() for path in tracked("Cargo.toml", "*/Cargo.toml")]
+    found = []
+    for option, name in pairwise(arguments):
+        if option == "-p":
+            there = any(f'name = "{name}"' in text for text in manifests)
+        elif option in ("--bench", "--example"):
+            there = bool(tracked(f"*{option[2:]}*/{name}.rs", f"*{option[2:]}*/{name}/main.rs"))
+        else:
+            continue
+        found += [] if there else [f"cargo: no {option} {name}"]
+    if not (folder / "Cargo.toml").is_file():
+        found.append(f"cargo: no workspace in {folder.name}")
+    return found
+
+
+def rust_findings(text: str) -> list[str]:
+    """Names of this project's crates that a piece of Rust uses and their sources lack."""
+    source = "\n".join(path.read_text(encoding="utf-8") for path in tracked("crates/*.rs"))
+    found = []
+    for path in re.findall(r"\bomni_\w+((?:::\w+)+)", text):
+        for name in path.split("::")[1:]:
+            if not re.search(
+                rf"\b(?:fn|struct|enum|mod|trait|type|const) {name}\b|^    {name}\b,", source, re.MULTILINE
+            ):
+                found.append(f"no {name} in any crate")
+    return found
 
 
 def findings(path: Path, text: str) -> list[str]:
@@ -51,9 +124,14 @@ def findings(path: Path, text: str) -> list[str]:
             found.append(f"{path.relative_to(ROOT)}:{line}: {what}")
 
     targets, commands, functions = make_targets(), subcommands(), test_names()
+    shell = False
     for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip().startswith("```"):
+            shell = line.strip() == "```sh"
+        elif shell:
+            found.extend(f"{path.relative_to(ROOT)}:{number}: {what}" for what in command_findings(line))
         for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", line):
-            if "://" not in link:
+            if "://" not in link and not (path.parent == ROOT / "docs" and link in site_pages()):
                 check((path.parent / link).exists(), number, f"no file {link}")
         for code in re.findall(r"`([^`\s]+)`", line):
             if code.split("/")[0] in PLACES and "/" in code and "*" not in code:
@@ -77,6 +155,12 @@ def self_test() -> None:
     )
     found = findings(ROOT / "docs" / "paper.md", wrong)
     assert len(found) == 5, found
+    shell = "make nothing all\ncurl x\ncd nowhere\ncargo bench --bench none\npip install '.[none]'\nduckdb tests/x"
+    shell = f"```sh\nomnistep fly\n{shell}\n```\n"
+    found = findings(ROOT / "README.md", shell)
+    assert len(found) == 9, found  # `make nothing` counts as text too
+    assert findings(ROOT / "README.md", "```sh\ncd firmware && cargo build -p omni-c && cd ..\n```\n") == []
+    assert rust_findings("omni_config::Scenario::fly()") and not rust_findings("omni_config::Scenario::load(x)")
     assert findings(ROOT / "README.md", "`make test` [x](LICENSE-MIT)\ncargo run --release -- compare step\n") == []
     assert MACHINE.search("see /" + "home/somebody/x") and not MACHINE.search("target/release, a/home/b")
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes the virtual environment .venv with the extension built from this tree and everything the Python tests need.
-# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer.
+# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer; EXTRA=docs installs what
+# the site needs instead of what the tests need.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
@@ -11,10 +12,10 @@ if [ ! -x .venv/bin/python ]; then
     "$python" -m venv .venv ||
         { echo "no virtual environment can be made; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
 fi
-echo "building the extension and installing the test tools (the first time takes some minutes)"
+echo "building the extension and installing the tools (the first time takes some minutes)"
 # The wheel as users get it; the tests try it in a clean environment as well.
 rm -rf out/wheel
 .venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir out/wheel .
 # By name and version alone pip would keep the one that is there.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps out/wheel/*.whl
-.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[test]"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[${EXTRA:-test}]"

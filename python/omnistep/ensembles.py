@@ -157,7 +157,7 @@ def study(
     """
     plan = Plan.of_study(study, overrides=overrides, seeds=listed(seeds) if seeds is not None else None)
     folder = Path(out) if out is not None else Path("out") / plan.name
-    return run(plan, folder, jobs=jobs, retry_errors=retry_errors, progress=progress)
+    return complete(plan, folder, jobs=jobs, retry_errors=retry_errors, progress=progress)
 
 
 def sweep(
@@ -223,10 +223,12 @@ def sweep(
             raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
     positive("batch", batch)
     plan = Plan.of_points(every, scenario=scenario, policy=policy, overrides=overrides, seeds=listed(seeds))
-    return run(plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch)
+    return complete(
+        plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch
+    )
 
 
-def run(
+def complete(
     plan: Plan,
     folder: Path,
     *,

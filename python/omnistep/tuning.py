@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 from tqdm import tqdm
 
 from omnistep._omnistep import Plan, Scenario
-from omnistep.ensembles import listed, points_of, positive, run
+from omnistep.ensembles import complete, listed, points_of, positive
 from omnistep.errors import ConfigError
 from omnistep.runs import SHORT_S
 
@@ -140,7 +140,7 @@ def tune(
                 trial.set_user_attr("refused", str(error))
                 study.tell(trial, bad)
             else:
-                rows = run(of_trial, folder, jobs=jobs, retry_errors=False, progress=False).rows()
+                rows = complete(of_trial, folder, jobs=jobs, retry_errors=False, progress=False).rows()
                 value, failed = _value(rows, objective, bad)
                 trial.set_user_attr("failed", failed)
                 study.tell(trial, value)

@@ -45,7 +45,16 @@ def test_the_examples_of_a_module_hold(name):
 
 def test_every_public_class_and_function_has_an_example_or_is_made_by_one_that_has():
     # What only calls hand out is shown where it is handed out.
-    handed_out = {"ControlSample", "Desaturated", "Outcome", "PidSample", "Sample", "Trace", "TuneResult", "WheelsTrace"}
+    handed_out = {
+        "ControlSample",
+        "Desaturated",
+        "Outcome",
+        "PidSample",
+        "Sample",
+        "Trace",
+        "TuneResult",
+        "WheelsTrace",
+    }
     stub = {name.values[0] for name in stub_examples()}
     missing = []
     for name in set(omnistep.__all__) - handed_out - {"__version__", "plot"}:

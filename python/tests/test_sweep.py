@@ -1,7 +1,6 @@
 """Sweeps: the same rows whoever computes them, nothing lost with a worker, exactly what is missing afterwards."""
 
 import contextlib
-import doctest
 import io
 import json
 import multiprocessing
@@ -237,33 +236,3 @@ def test_the_example_queries_its_sweep_with_duckdb(tmp_path):
     # 1 N.m stalls, 2.2 N.m climbs: with a wide margin on either side of the threshold, 1.4 to 1.8 (docs/physics.md).
     assert {share[policy, "1.0"] for policy in ("independent", "synchronised")} == {"0%"}, done.stdout
     assert {share[policy, "2.2"] for policy in ("independent", "synchronised")} == {"100%"}, done.stdout
-
-
-def blocks(path):
-    """Python code of a page, and where it begins."""
-    found, block, start = [], None, 0
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
-        if block is None and line == "```python":
-            block, start = [], number
-        elif block is not None and line == "```":
-            found.append((start, "\n".join(block)))
-            block = None
-        elif block is not None:
-            block.append(line)
-    return found
-
-
-def test_what_the_page_shows_runs_as_it_is(tmp_path):
-    run = [(line, code) for line, code in blocks(ROOT / "docs/scale-out.md") if "dask" not in code]
-    assert len(run) >= 4
-    for line, code in run:
-        (tmp_path / "block.py").write_text(code)
-        command = [sys.executable, "-W", "error", "block.py"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
-        assert done.returncode == 0, f"docs/scale-out.md:{line}: {done.stderr}"
-
-
-@pytest.mark.parametrize("module", [omnistep.ensembles, omnistep.tuning])
-def test_the_examples_of_the_functions_hold(module):
-    failed, tried = doctest.testmod(module)
-    assert failed == 0 < tried

@@ -1,0 +1,253 @@
+"""Every code block of the documents does what it says; none is left out in silence."""
+
+import contextlib
+import importlib.util
+import io
+import json
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from doctest import ELLIPSIS, NORMALIZE_WHITESPACE, OutputChecker
+from functools import cache
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+from latex2mathml.converter import convert
+from sybil import Document
+from sybil.evaluators.python import PythonEvaluator
+from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("docs/*.md"))]
+BLOCK = re.compile(r"(?P<kind>[\w-]*)(?P<info>[^\n]*)$\n", re.MULTILINE)
+KINDS_OF_FILES = ("scenario", "vehicle", "study")
+
+# Packages whose blocks are only compiled here: dask's is run by test_sweep_dask.py in `make test-full`, MPI's was tried
+# by hand.
+ELSEWHERE = ("dask", "mpi4py")
+
+# What README says was there before: a small one of the study climb_map, with its axes.
+SMALL_CLIMB_MAP = """
+schema_version = 1
+name = "small"
+scenario = "step"
+seeds = 1
+set = { duration_s = 0.2 }
+axis = [
+    { key = "vehicle.motor.stall_torque_n_m", values = [1.0, 2.0] },
+    { key = "terrain.height_m", values = [0.03, 0.05] },
+    { key = "control.policy", values = ["paper", "synchronised"] },
+]
+"""
+
+
+@cache
+def check_docs():
+    """The script that knows what the repository has."""
+    spec = importlib.util.spec_from_file_location("check_docs", ROOT / "scripts" / "check_docs.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def omnistep(*arguments):
+    """The command line: its exit code, and what it says on standard output and on standard error."""
+    done = subprocess.run([sys.executable, "-m", "omnistep", *arguments], capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+@cache
+def help_of(command):
+    return omnistep(command, "--help")[1]
+
+
+def python_block(example, info):
+    if '__name__ == "__main__"' in example.parsed:
+        program(example, info)
+        return
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        PythonEvaluator()(example)
+    example.namespace["said"] = said.getvalue()
+    if "matplotlib.pyplot" in sys.modules:
+        plt.close("all")
+
+
+def program(example, info):
+    """A block that is a file of its own: what starts processes has to be."""
+    path = Path(title[1] if (title := re.search(r'title="([^"]+)"', info)) else "block.py")
+    path.write_text(example.parsed)
+    compile(example.parsed, str(path), "exec")
+    if any(f"from {package}" in example.parsed for package in ELSEWHERE):
+        return
+    done = subprocess.run([sys.executable, "-W", "error", str(path)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    example.namespace["said"] = done.stdout
+
+
+def sh_block(example, info):
+    lines = [line for line in example.parsed.replace("\\\n", " ").splitlines() if line.strip()]
+    assert lines
+    said = ""
+    for line in lines:
+        command = shlex.split(line, comments=True)
+        if command[:1] != ["omnistep"]:
+            assert check_docs().command_findings(line) == []
+            if command[:4] == ["cargo", "run", "--release", "--"]:
+                flags = [word for word in command[4:] if word.startswith("--")]
+                assert [flag for flag in flags if flag not in help_of(command[4])] == [], line
+            continue
+        target = command[command.index(">") + 1] if ">" in command else None
+        code, out, err = omnistep(*command[1 : command.index(">") if target else None])
+        assert code == 0, f"{line}: {err}"
+        if target:
+            Path(target).write_text(out)
+        else:
+            said += out
+    example.namespace["said"] = said
+
+
+def toml_value(value):
+    """A value as TOML writes it."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(key)} = {toml_value(each)}" for key, each in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(toml_value(each) for each in value) + "]"
+    return json.dumps(value)
+
+
+def merged(base, fragment):
+    """A file with a fragment put into it: tables key by key, unless they are of another kind; lists of tables grow."""
+    if isinstance(base, dict) and isinstance(fragment, dict):
+        if base.get("kind") != fragment.get("kind", base.get("kind")):
+            return fragment
+        return base | {key: merged(base.get(key), value) for key, value in fragment.items()}
+    if isinstance(base, list) and base and isinstance(base[0], dict):
+        return base + fragment
+    return fragment
+
+
+@cache
+def keys_of(kind):
+    return set(json.loads(omnistep("schema", kind)[1])["properties"])
+
+
+@cache
+def started(kind):
+    """The file that `omnistep new KIND` writes."""
+    assert omnistep("new", kind, f"new_{kind}")[0] == 0
+    path = Path(f"new_{kind}.toml")
+    text = path.read_text()
+    path.unlink()
+    return tomllib.loads(text)
+
+
+def toml_block(example, info):
+    fragment = tomllib.loads(example.parsed)
+    if all(isinstance(value, dict) and "path" in value for value in fragment.values()):  # of a Cargo.toml
+        for value in fragment.values():
+            assert (ROOT / value["path"].removeprefix("../omnistep/")).is_dir()
+        return
+    if title := re.search(r'title="([^"]+)"', info):
+        Path(title[1]).write_text(example.parsed)
+    kinds = [kind for kind in KINDS_OF_FILES if set(fragment) <= keys_of(kind)]
+    errors = [f"{sorted(fragment)}: keys of {kinds or 'no kind of file'}"]
+    for kind in kinds:
+        whole = fragment if "schema_version" in fragment else merged(started(kind), fragment)
+        Path("block.toml").write_text("".join(f"{key} = {toml_value(value)}\n" for key, value in whole.items()))
+        code, _, err = omnistep("check", "block.toml")
+        if code == 0:
+            return
+        errors.append(err)
+    raise AssertionError("\n".join(errors))
+
+
+def text_block(example, info):
+    if 'title="output"' in info:
+        checker, flags = OutputChecker(), ELLIPSIS | NORMALIZE_WHITESPACE
+        said = example.namespace["said"]
+        assert checker.check_output(example.parsed, said, flags), f"said:\n{said}\nprinted:\n{example.parsed}"
+
+
+def math_block(example, info):
+    drawn = convert(example.parsed)
+    assert "\\" not in drawn and "merror" not in drawn, drawn
+
+
+def rust_block(example, info):
+    # Where a page is a crate's documentation, the compiler runs them; here are pieces of firmware.
+    assert check_docs().rust_findings(example.parsed) == []
+
+
+RUNNERS = {
+    "python": python_block,
+    "sh": sh_block,
+    "toml": toml_block,
+    "text": text_block,  # drawings; with title="output" what the block before it prints
+    "math": math_block,
+    "rust": rust_block,
+}
+
+
+def blocks(document):
+    for region in RawFencedCodeBlockLexer(BLOCK)(document):
+        region.parsed = region.lexemes["source"]
+        runner = RUNNERS.get(region.lexemes["kind"])
+        region.evaluator = runner and (lambda example, run=runner, info=region.lexemes["info"]: run(example, info))
+        yield region
+
+
+@pytest.mark.parametrize("path", PAGES, ids=[str(path.relative_to(ROOT)) for path in PAGES])
+def test_every_block_of_a_page_does_what_it_says(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if path.name == "README.md":
+        Path("small.toml").write_text(SMALL_CLIMB_MAP)
+        assert omnistep("study", "small.toml", "--out", "out/climb_map", "--quiet")[0] == 0
+    document = Document.parse(str(path), blocks)
+    for example in document:
+        try:
+            example.evaluate()
+        except Exception as error:
+            error.add_note(f"in the block at {path.relative_to(ROOT)}:{example.line}")
+            raise
+
+
+def test_no_block_is_left_out():
+    counts = Counter()
+    for path in PAGES:
+        document = Document.parse(str(path), blocks)
+        found = Counter(region.lexemes["kind"] for _, region in document.regions)
+        fences = len(re.findall(r"^ *(?:```|~~~)", document.text, re.MULTILINE))
+        assert 2 * found.total() == fences, path
+        counts += found
+    assert set(counts) == set(RUNNERS), "a kind of block that nothing runs, or a runner without a block"
+
+
+@pytest.mark.parametrize(
+    ("kind", "info", "text"),
+    [
+        ("python", "", "assert 1 + 1 == 3\n"),
+        ("sh", "", "omnistep run nowhere\n"),
+        ("sh", "", "make nothing\n"),
+        ("sh", "", "curl https://example.org\n"),
+        ("sh", "", "cargo run --release -- run step --fly\n"),
+        ("toml", "", "[[fault]]\nkind = 'wheel_lost'\nwheel = '9'\nfrom_s = 1.0\n"),
+        ("toml", "", "[no_such_table]\nkey = 1\n"),
+        ("toml", "", "omni-core = { path = '../omnistep/crates/nothing' }\n"),
+        ("text", ' title="output"', "something else\n"),
+        ("rust", "", "omni_config::Scenario::fly();\n"),
+        ("math", "", "\\nosuchcommand{x}\n"),
+    ],
+)
+def test_a_wrong_block_is_noticed(kind, info, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = tmp_path / "page.md"
+    page.write_text(f"```python\nprint(1)\n```\n\n```{kind}{info}\n{text}```\n")
+    right, wrong = Document.parse(str(page), blocks)
+    right.evaluate()
+    with pytest.raises(Exception):  # noqa: B017 - whatever it is, the page fails
+        wrong.evaluate()
