@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use omni_sim::Error;
-use omni_sim::learn::{Autoreset, Batch, Task, Turn};
+use omni_sim::learn::{Autoreset, Batch, Episode, Task, Turn};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
@@ -149,19 +150,48 @@ impl Episodes {
         draws.iter().map(|draw| (draw.name, draw.range.into())).collect()
     }
 
-    /// Centres of the wheels in the world [m], (wheels, 3), of one environment.
-    fn wheel_centres_m<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
-        let episodes = self.batch.episodes();
-        let wheels = &episodes[index.min(episodes.len() - 1)]
-            .simulation()
-            .observation()
-            .wheels;
-        let values = wheels.iter().flat_map(|wheel| wheel.centre_m).collect();
-        Ok(array::<f64>(py, vec![wheels.len(), 3], values)?.into_any())
+    /// Centres of one environment's wheels in the world [m], (wheels, 3), and their radii [m], (wheels,).
+    fn wheels_m<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<f64>>)> {
+        let episode = self.episode(index)?;
+        let wheels = &episode.simulation().observation().wheels;
+        let centres = wheels.iter().flat_map(|wheel| wheel.centre_m).collect();
+        let radii = episode
+            .scenario()
+            .vehicle()
+            .wheel
+            .iter()
+            .map(|wheel| wheel.radius_m);
+        let centres = array::<f64>(py, vec![wheels.len(), 3], centres)?;
+        Ok((
+            centres.into_any(),
+            PyArray1::from_iter(py, radii.collect::<Vec<_>>()),
+        ))
+    }
+
+    /// Height of one environment's ground [m] at places x [m], y = 0.
+    fn ground_m<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+        x_m: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let places: Vec<_> = x_m.into_iter().map(|x_m| [x_m, 0.0]).collect();
+        let heights = omni_sim::ground_heights_m(self.episode(index)?.scenario(), &places);
+        Ok(PyArray1::from_vec(py, heights))
     }
 }
 
 impl Episodes {
+    fn episode(&self, index: usize) -> PyResult<&Episode> {
+        let episodes = self.batch.episodes();
+        let absent = || PyIndexError::new_err(format!("{index}, allowed: 0 to {}", episodes.len() - 1));
+        episodes.get(index).ok_or_else(absent)
+    }
+
     /// Figures as Gymnasium's vector environments give them: an array of each, and one that says which of its values count.
     fn info<'py, 'a>(
         &self,

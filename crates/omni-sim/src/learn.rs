@@ -96,7 +96,10 @@ trait Rules: Send + Sync {
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub struct Episode {
+    /// As it was given.
     scenario: Scenario,
+    /// With what was drawn for the present episode.
+    present: Scenario,
     rules: Box<dyn Rules>,
     draws: Vec<Draw>,
     frame_skip: u32,
@@ -149,6 +152,7 @@ impl Episode {
         Ok(Self {
             action: vec![0.0; rules.actions()],
             scenario: scenario.clone(),
+            present: scenario.clone(),
             rules,
             draws,
             frame_skip,
@@ -185,6 +189,7 @@ impl Episode {
         self.simulation = Simulation::new(&scenario)?;
         self.action.fill(0.0);
         self.left = control_periods(&scenario);
+        self.present = scenario;
         self.over = false;
         Ok(())
     }
@@ -267,6 +272,12 @@ impl Episode {
     #[must_use]
     pub fn draws(&self) -> &[Draw] {
         &self.draws
+    }
+
+    /// The scenario of the present episode, with what was drawn for it.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.present
     }
 
     /// The simulation of the present episode.
