@@ -691,7 +691,7 @@ class Episodes:
 
         Returns:
             Observations, (num_envs, observations), and figures by name: an array of each, and one ``_name`` that says
-            which of its values count.
+            which of its values count. What no environment knows is left out.
 
         Raises:
             ConfigError: a name or value is wrong; the present episodes go on then.

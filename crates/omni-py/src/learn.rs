@@ -69,7 +69,8 @@ impl Episodes {
         let turns = py
             .detach(|| self.batch.reset(&seeds, &fixed, &mask))
             .map_err(|error| exception(&error))?;
-        let info = self.info(py, turns.iter().map(|turn| Some(&turn.info)))?;
+        let begun = turns.iter().zip(&mask);
+        let info = self.info(py, begun.map(|(turn, begun)| begun.then_some(&turn.info)))?;
         Ok((
             observations(py, turns.iter().map(|turn| &turn.observation))?,
             info,
@@ -200,14 +201,21 @@ impl Episodes {
     ) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
         for (k, name) in self.batch.episodes()[0].info_names().iter().enumerate() {
-            let values = rows.clone().map(|row| row.map_or(0.0, |row| row[k]));
+            // What is not known (yet) is left out: a NaN is not equal to itself, which Gymnasium's checker does not like.
+            let known = rows
+                .clone()
+                .map(|row| row.map(|row| row[k]).filter(|value| !value.is_nan()));
+            let counts: Vec<_> = known.clone().map(|value| value.is_some()).collect();
+            if !counts.contains(&true) {
+                continue;
+            }
+            let values = known.map(Option::unwrap_or_default);
             if name.starts_with("is_") {
                 info.set_item(name, PyArray1::from_iter(py, values.map(|value| value == 1.0)))?;
             } else {
                 info.set_item(name, PyArray1::from_iter(py, values))?;
             }
-            let counts = rows.clone().map(|row| row.is_some());
-            info.set_item(format!("_{name}"), PyArray1::from_iter(py, counts))?;
+            info.set_item(format!("_{name}"), PyArray1::from_vec(py, counts))?;
         }
         Ok(info)
     }

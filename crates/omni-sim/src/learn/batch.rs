@@ -17,7 +17,7 @@ pub struct Turn {
     pub terminated: bool,
     /// The time is up.
     pub truncated: bool,
-    /// Figures for people ([`Episode::info_names`]).
+    /// Figures for people ([`Episode::info_names`]); NaN for what is not known, or not yet.
     pub info: Vec<f64>,
     /// Observation and figures at the end of an episode where this turn also began the next: [`Autoreset::SameStep`].
     pub last: Option<(Vec<f32>, Vec<f64>)>,
