@@ -20,8 +20,8 @@ try:
     from gymnasium.vector import AutoresetMode as AutoresetMode  # type: ignore[import-not-found]
     from gymnasium.vector import VectorEnv  # type: ignore[import-not-found]
     from gymnasium.vector.utils import batch_space  # type: ignore[import-not-found]
-except ImportError as error:
-    raise ImportError('omnistep.gym needs Gymnasium: pip install "omnistep[learn]"') from error
+except ImportError:
+    raise ImportError('omnistep.gym needs Gymnasium: pip install "omnistep[learn]"') from None
 
 Range: TypeAlias = tuple[float, float]
 _Numbers: TypeAlias = NDArray[np.float32]
