@@ -190,7 +190,8 @@ class Many(Task, VectorEnv):
         if seed is None:
             seeds = _seeds([None] * self.num_envs)
         else:
-            seeds = _seeds(list(seed) if isinstance(seed, Sequence) else [seed + k for k in range(self.num_envs)])
+            given: Any = seed
+            seeds = _seeds(list(given) if np.iterable(given) else [given + k for k in range(self.num_envs)])
         if len(seeds) == len(chosen) == self.num_envs:
             for k in np.flatnonzero(chosen & ~self._seeded):
                 seeds[k] = int(self.np_random.integers(_SEEDS)) if seeds[k] is None else seeds[k]

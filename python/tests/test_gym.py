@@ -96,6 +96,7 @@ def test_the_vector_environment_is_gymnasium_s_vector_of_single_ones_bit_for_bit
         ends += int((one[2] | one[3]).sum())
     assert ends >= 6  # two episodes each: the ends were looked at too
     mask = np.array([True, False, True])
+    assert_same(native.reset(seed=np.array([3, 1, 2])), vectors.reset(seed=[3, 1, 2]))
     assert_same(
         native.reset(seed=[7, None, None], options={"reset_mask": mask.copy()}),
         vectors.reset(seed=[7, None, None], options={"reset_mask": mask.copy()}),
@@ -202,6 +203,7 @@ def test_observations_are_what_sensors_tell_and_do_not_tell_the_step():
         (lambda: make("Drive").reset(options={"vx_m_s": "fast"}), "vx_m_s", "vx_m_s = 'fast', allowed: a number"),
         (lambda: make_vec("Drive", num_envs=0), "num_envs", "num_envs = 0, allowed: 1 to 65536"),
         (lambda: make_vec("Drive", autoreset_mode="soon"), "autoreset_mode", "allowed: NextStep, SameStep, Disabled"),
+        (lambda: make_vec("Drive").reset(seed=1.5), "seed", "seed = 1.5, allowed: 0 to 9223372036854775807, or None"),
         (lambda: make_vec("Drive").reset(seed=[1]), "seed", "seed = 1 of them, allowed: one an environment"),
         (lambda: stepped(np.zeros((2, 7))), "actions", r"shape \(2, 7\), allowed: shape \(3, 7\)"),
         (lambda: stepped(np.full((3, 7), np.nan)), "action", "action = NaN, allowed: finite numbers, -1 to 1"),
@@ -233,7 +235,7 @@ def test_a_refused_step_changes_nothing():
 
 
 def test_other_threads_run_while_environments_step():
-    envs = make_vec("StepClimb", num_envs=4)
+    envs = make_vec("StepClimb", num_envs=4, frame_skip=1000)
     envs.reset(seed=0)
     stop, turns = threading.Event(), 0
 
@@ -241,18 +243,23 @@ def test_other_threads_run_while_environments_step():
         nonlocal turns
         while not stop.is_set():
             turns += 1
-            time.sleep(0)
+            time.sleep(0)  # lets the lock go
 
     thread = threading.Thread(target=count)
-    thread.start()
-    before = turns
-    for _ in range(5):
+    interval = sys.getswitchinterval()
+    # Nobody is asked for the lock in the next minute: the thread runs where this one lets it go, or not at all.
+    sys.setswitchinterval(60.0)
+    try:
+        thread.start()
+        before = turns
         envs.step(np.zeros((4, 5), np.float32))
-    during = turns - before
-    stop.set()
-    thread.join()
-    # With the lock held it would get to run between two steps only: a handful of turns.
-    assert during > 50
+        during = turns - before
+    finally:
+        sys.setswitchinterval(interval)
+        stop.set()
+        thread.join()
+    # A step of some 100 ms, a turn of microseconds.
+    assert during > 10
 
 
 def test_pictures_show_the_vehicle_move():
