@@ -181,7 +181,7 @@ impl Episodes {
         x_m: Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let places: Vec<_> = x_m.into_iter().map(|x_m| [x_m, 0.0]).collect();
-        let heights = omni_sim::ground_heights_m(self.episode(index)?.scenario(), &places);
+        let heights = omni_sim::ground_heights_m(self.episode(index)?.present(), &places);
         Ok(PyArray1::from_vec(py, heights))
     }
 }

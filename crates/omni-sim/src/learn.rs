@@ -276,7 +276,7 @@ impl Episode {
 
     /// The scenario of the present episode, with what was drawn for it.
     #[must_use]
-    pub fn scenario(&self) -> &Scenario {
+    pub fn present(&self) -> &Scenario {
         &self.present
     }
 
