@@ -161,7 +161,7 @@ impl Episodes {
         let wheels = &episode.simulation().observation().wheels;
         let centres = wheels.iter().flat_map(|wheel| wheel.centre_m).collect();
         let radii = episode
-            .scenario()
+            .present()
             .vehicle()
             .wheel
             .iter()
