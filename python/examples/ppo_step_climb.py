@@ -107,7 +107,7 @@ def draw(rows: list[tuple[str, int, int, float, float]], path: Path) -> None:
     """Draw the curve of training, and the others as lines to compare with."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.5, 3.2), dpi=110, layout="constrained")
+    figure = Figure(figsize=(8.0, 3.4), dpi=110, layout="constrained")
     axes = figure.subplots(1, 2)
     curve = [row for row in rows if row[0] == "training"]
     for ax, column, label in ((axes[0], 3, "return"), (axes[1], 4, "success rate")):
@@ -120,7 +120,7 @@ def draw(rows: list[tuple[str, int, int, float, float]], path: Path) -> None:
         ax.set(xlabel="actions [thousand]", ylabel=label)
         ax.grid(alpha=0.3)
     axes[1].set_ylim(-0.03, 1.03)
-    axes[1].legend(fontsize="x-small", loc="center right")
+    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
     figure.savefig(path)
 
 
