@@ -120,7 +120,7 @@ def draw(rows: list[tuple[str, int, int, float, float]], path: Path) -> None:
         ax.set(xlabel="actions [thousand]", ylabel=label)
         ax.grid(alpha=0.3)
     axes[1].set_ylim(-0.03, 1.03)
-    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="x-small")
     figure.savefig(path)
 
 
