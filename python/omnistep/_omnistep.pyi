@@ -18,6 +18,7 @@ __all__ = [
     "ControlSample",
     "Controller",
     "Desaturated",
+    "Episodes",
     "Kinematics",
     "Layout",
     "Log",
@@ -1184,6 +1185,92 @@ class Simulation:
     @property
     def policy(self) -> str:
         """Name of the coordination policy."""
+
+@final
+class Episodes:
+    """Environments of one task, stepped together: what :mod:`omnistep.gym` wraps for Gymnasium.
+
+    Args:
+        task: ``"step_climb"`` or ``"drive"``.
+        scenario, policy, overrides: as of :class:`Simulation`.
+        ranges: what replaces the ranges that episodes' differences are drawn from, by name.
+        frame_skip: control periods that an action is held for, 1 to 1000.
+        num_envs: number of environments, 1 to 65536.
+        threads: threads; 0 for one a core.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+
+    def __new__(
+        cls,
+        task: str,
+        *,
+        scenario: str | PathLike[str],
+        policy: str | None,
+        overrides: Mapping[str, Any] | None,
+        ranges: Sequence[tuple[str, tuple[float, float]]],
+        frame_skip: int,
+        num_envs: int = 1,
+        threads: int = 0,
+    ) -> Episodes: ...
+    def reset(
+        self, seeds: Sequence[int | None], fixed: Sequence[tuple[str, float]], mask: Sequence[bool]
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start the next episode of those in `mask`.
+
+        Args:
+            seeds: one an environment; None goes on with its row of random numbers.
+            fixed: values that are not drawn.
+            mask: one flag an environment.
+
+        Returns:
+            Observations, (num_envs, observations), and figures by name: an array of each, and one ``_name`` that says
+            which of its values count. What no environment knows is left out.
+
+        Raises:
+            ConfigError: a name or value is wrong; the present episodes go on then.
+        """
+    def step(
+        self, actions: NDArray[np.float32], autoreset: str
+    ) -> tuple[NDArray[np.float32], _Floats, _Bools, _Bools, dict[str, Any], tuple[list[Any], dict[str, Any]] | None]:
+        """Step all environments, outside the interpreter's lock.
+
+        Args:
+            actions: num_envs x actions numbers, clipped to -1 to 1.
+            autoreset: ``"Disabled"``, ``"NextStep"`` or ``"SameStep"``.
+
+        Returns:
+            Observations, rewards, terminated, truncated, figures; and where episodes ended and began in one step, the
+            last observation of each (None for the others) and their figures.
+
+        Raises:
+            ConfigError: the actions are wrong, or an episode is over; nothing happened then.
+        """
+    @property
+    def actions(self) -> int:
+        """Numbers in an action."""
+    @property
+    def observations(self) -> int:
+        """Numbers in an observation."""
+    @property
+    def action_s(self) -> float:
+        """Time that an action is held [s]."""
+    @property
+    def ranges(self) -> list[tuple[str, tuple[float, float]]]:
+        """What differs between episodes, and its range."""
+    def wheels_m(self, index: int) -> tuple[_Floats, _Floats]:
+        """Centres of one environment's wheels in the world [m], (N, 3), and their radii [m], (N,).
+
+        Raises:
+            IndexError: there is no such environment.
+        """
+    def ground_m(self, index: int, x_m: Sequence[float] | _Floats) -> _Floats:
+        """Height of one environment's ground [m] at places x [m], y = 0.
+
+        Raises:
+            IndexError: there is no such environment.
+        """
 
 @final
 class Sample:

@@ -9,6 +9,7 @@ mod counts;
 mod error;
 mod kinematics;
 mod layout;
+mod learn;
 mod log;
 mod motion;
 mod odometry;
@@ -34,6 +35,8 @@ mod _omnistep {
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
     use crate::layout::{Layout, Wheel};
+    #[pymodule_export]
+    use crate::learn::Episodes;
     #[pymodule_export]
     use crate::log::{Log, read_mcap};
     #[pymodule_export]

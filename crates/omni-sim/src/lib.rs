@@ -7,6 +7,7 @@ pub mod controller;
 mod description;
 mod error;
 mod ground;
+pub mod learn;
 #[cfg(feature = "live")]
 mod live;
 pub mod log;

@@ -131,8 +131,22 @@ impl Simulation {
                 });
             }
         }
+        self.control_and_advance(command, &[])
+    }
+
+    /// [`Simulation::step`] for a finite command, with torques added to the controller's \[N.m\], one a wheel or none at all,
+    /// within the limits that it worked with. The controller does not know of them but by what the wheels then do.
+    pub(crate) fn step_helped(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
+        self.control_and_advance(command, added_n_m)
+    }
+
+    fn control_and_advance(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
         let (measured, gyro_rad_s) = &self.measured;
         let controlled = self.brain.step(command, measured, *gyro_rad_s, &mut self.sample);
+        for (wheel, added_n_m) in self.sample.wheels.iter_mut().zip(added_n_m) {
+            let (lower, upper) = (wheel.limit_lower_n_m, wheel.limit_upper_n_m);
+            wheel.applied_n_m = (wheel.applied_n_m + added_n_m).max(lower).min(upper);
+        }
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));

@@ -1,0 +1,232 @@
+//! Environments for reinforcement learning as arrays: what `omnistep.gym` wraps for Gymnasium.
+
+use std::path::PathBuf;
+
+use numpy::{PyArray1, PyReadonlyArrayDyn};
+use omni_sim::Error;
+use omni_sim::learn::{Autoreset, Batch, Episode, Task, Turn};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping};
+
+use crate::arrays::array;
+use crate::error::exception;
+use crate::scenario::load;
+
+/// Environments of one task, stepped together outside the interpreter's lock.
+#[pyclass(module = "omnistep._omnistep")]
+pub(crate) struct Episodes {
+    batch: Batch,
+}
+
+/// Reads one of a few words.
+fn one_of<T>(name: &'static str, found: &str, known: Option<T>, allowed: &'static str) -> PyResult<T> {
+    known.ok_or_else(|| {
+        let value = format!("{found:?}");
+        exception(&Error::Argument { name, value, allowed })
+    })
+}
+
+#[pymethods]
+impl Episodes {
+    #[new]
+    #[pyo3(signature = (task, *, scenario, policy, overrides, ranges, frame_skip, num_envs = 1, threads = 0))]
+    #[expect(clippy::too_many_arguments, reason = "by keyword only")]
+    fn new(
+        task: &str,
+        scenario: PathBuf,
+        policy: Option<&str>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        ranges: Vec<(String, [f64; 2])>,
+        frame_skip: u32,
+        num_envs: usize,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let task = one_of("task", task, Task::named(task), "\"step_climb\" or \"drive\"")?;
+        let scenario = load(scenario, policy, overrides, None)?;
+        let ranges: Vec<_> = ranges
+            .iter()
+            .map(|(name, range)| (name.as_str(), *range))
+            .collect();
+        let batch = Batch::new(task, &scenario, &ranges, frame_skip, num_envs, threads);
+        Ok(Self {
+            batch: batch.map_err(|error| exception(&error))?,
+        })
+    }
+
+    /// Starts the next episode of those in `mask`.
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seeds: Vec<Option<u64>>,
+        fixed: Vec<(String, f64)>,
+        mask: Vec<bool>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+        let fixed: Vec<_> = fixed
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value))
+            .collect();
+        let turns = py
+            .detach(|| self.batch.reset(&seeds, &fixed, &mask))
+            .map_err(|error| exception(&error))?;
+        let begun = turns.iter().zip(&mask);
+        let info = self.info(py, begun.map(|(turn, begun)| begun.then_some(&turn.info)))?;
+        Ok((
+            observations(py, turns.iter().map(|turn| &turn.observation))?,
+            info,
+        ))
+    }
+
+    /// Steps all environments.
+    #[expect(clippy::type_complexity, reason = "Gymnasium's own")]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: PyReadonlyArrayDyn<'py, f32>,
+        autoreset: &str,
+    ) -> PyResult<(
+        Bound<'py, PyAny>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<bool>>,
+        Bound<'py, PyArray1<bool>>,
+        Bound<'py, PyDict>,
+        Option<(Vec<Option<Bound<'py, PyArray1<f32>>>>, Bound<'py, PyDict>)>,
+    )> {
+        let mode = match autoreset {
+            "Disabled" => Some(Autoreset::Disabled),
+            "NextStep" => Some(Autoreset::NextStep),
+            "SameStep" => Some(Autoreset::SameStep),
+            _ => None,
+        };
+        let mode = one_of(
+            "autoreset",
+            autoreset,
+            mode,
+            "\"Disabled\", \"NextStep\" or \"SameStep\"",
+        )?;
+        // A copy: nobody can write to it while the lock is released.
+        let actions: Vec<f32> = actions.as_array().iter().copied().collect();
+        let turns = py
+            .detach(|| self.batch.step(&actions, mode))
+            .map_err(|error| exception(&error))?;
+        let last = if turns.iter().any(|turn| turn.last.is_some()) {
+            let ended = |turn: &Turn| turn.last.as_ref().map(|(seen, _)| PyArray1::from_slice(py, seen));
+            let info = turns.iter().map(|turn| turn.last.as_ref().map(|(_, info)| info));
+            Some((turns.iter().map(ended).collect(), self.info(py, info)?))
+        } else {
+            None
+        };
+        Ok((
+            observations(py, turns.iter().map(|turn| &turn.observation))?,
+            PyArray1::from_iter(py, turns.iter().map(|turn| turn.reward)),
+            PyArray1::from_iter(py, turns.iter().map(|turn| turn.terminated)),
+            PyArray1::from_iter(py, turns.iter().map(|turn| turn.truncated)),
+            self.info(py, turns.iter().map(|turn| Some(&turn.info)))?,
+            last,
+        ))
+    }
+
+    /// Numbers in an action.
+    #[getter]
+    fn actions(&self) -> usize {
+        self.batch.episodes()[0].actions()
+    }
+
+    /// Numbers in an observation.
+    #[getter]
+    fn observations(&self) -> usize {
+        self.batch.episodes()[0].seen().observation.len()
+    }
+
+    /// Time that an action is held [s].
+    #[getter]
+    fn action_s(&self) -> f64 {
+        self.batch.episodes()[0].action_s()
+    }
+
+    /// What differs between episodes, and the range of each.
+    #[getter]
+    fn ranges(&self) -> Vec<(&'static str, (f64, f64))> {
+        let draws = self.batch.episodes()[0].draws();
+        draws.iter().map(|draw| (draw.name, draw.range.into())).collect()
+    }
+
+    /// Centres of one environment's wheels in the world [m], (wheels, 3), and their radii [m], (wheels,).
+    fn wheels_m<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<f64>>)> {
+        let episode = self.episode(index)?;
+        let wheels = &episode.simulation().observation().wheels;
+        let centres = wheels.iter().flat_map(|wheel| wheel.centre_m).collect();
+        let radii = episode
+            .present()
+            .vehicle()
+            .wheel
+            .iter()
+            .map(|wheel| wheel.radius_m);
+        let centres = array::<f64>(py, vec![wheels.len(), 3], centres)?;
+        Ok((
+            centres.into_any(),
+            PyArray1::from_iter(py, radii.collect::<Vec<_>>()),
+        ))
+    }
+
+    /// Height of one environment's ground [m] at places x [m], y = 0.
+    fn ground_m<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+        x_m: Vec<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let places: Vec<_> = x_m.into_iter().map(|x_m| [x_m, 0.0]).collect();
+        let heights = omni_sim::ground_heights_m(self.episode(index)?.present(), &places);
+        Ok(PyArray1::from_vec(py, heights))
+    }
+}
+
+impl Episodes {
+    fn episode(&self, index: usize) -> PyResult<&Episode> {
+        let episodes = self.batch.episodes();
+        let absent = || PyIndexError::new_err(format!("{index}, allowed: 0 to {}", episodes.len() - 1));
+        episodes.get(index).ok_or_else(absent)
+    }
+
+    /// Figures as Gymnasium's vector environments give them: an array of each, and one that says which of its values count.
+    fn info<'py, 'a>(
+        &self,
+        py: Python<'py>,
+        rows: impl Iterator<Item = Option<&'a Vec<f64>>> + Clone,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let info = PyDict::new(py);
+        for (k, name) in self.batch.episodes()[0].info_names().iter().enumerate() {
+            // What is not known (yet) is left out: a NaN is not equal to itself, which Gymnasium's checker does not like.
+            let known = rows
+                .clone()
+                .map(|row| row.map(|row| row[k]).filter(|value| !value.is_nan()));
+            let counts: Vec<_> = known.clone().map(|value| value.is_some()).collect();
+            if !counts.contains(&true) {
+                continue;
+            }
+            let values = known.map(Option::unwrap_or_default);
+            if name.starts_with("is_") {
+                info.set_item(name, PyArray1::from_iter(py, values.map(|value| value == 1.0)))?;
+            } else {
+                info.set_item(name, PyArray1::from_iter(py, values))?;
+            }
+            info.set_item(format!("_{name}"), PyArray1::from_vec(py, counts))?;
+        }
+        Ok(info)
+    }
+}
+
+/// (environments, numbers).
+fn observations<'py, 'a>(
+    py: Python<'py>,
+    rows: impl ExactSizeIterator<Item = &'a Vec<f32>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let count = rows.len();
+    let values: Vec<f32> = rows.flatten().copied().collect();
+    Ok(array(py, vec![count, values.len() / count], values)?.into_any())
+}

@@ -1,0 +1,178 @@
+//! Many environments at once, a thread a core.
+
+use rayon::prelude::*;
+
+use super::{Episode, Task};
+use crate::Error;
+use crate::config::Scenario;
+
+/// What a step, or a reset, of one environment gives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Turn {
+    /// What the sensors tell, each number within -1 to 1.
+    pub observation: Vec<f32>,
+    /// What the step is worth.
+    pub reward: f64,
+    /// The task is over: done, or failed.
+    pub terminated: bool,
+    /// The time is up.
+    pub truncated: bool,
+    /// Figures for people ([`Episode::info_names`]); NaN for what is not known, or not yet.
+    pub info: Vec<f64>,
+    /// Observation and figures at the end of an episode where this turn also began the next: [`Autoreset::SameStep`].
+    pub last: Option<(Vec<f32>, Vec<f64>)>,
+}
+
+/// Who begins the next episode, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Autoreset {
+    /// The caller, by [`Batch::reset`].
+    Disabled,
+    /// The step after the one that ended the episode, whose action is left out.
+    NextStep,
+    /// The step that ended the episode.
+    SameStep,
+}
+
+/// Environments of one task, stepped together.
+///
+/// ```
+/// use omni_sim::{config::Scenario, learn::{Autoreset, Batch, Task}};
+/// let mut batch = Batch::new(Task::Drive, &Scenario::load("flat", &[])?, &[], 20, 3, 2)?;
+/// batch.reset(&[Some(0), Some(1), Some(0)], &[], &[true; 3])?;
+/// let turns = batch.step(&[0.1; 3 * 7], Autoreset::NextStep)?;
+/// assert_eq!(turns[0], turns[2]); // the same seed and action
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub struct Batch {
+    episodes: Vec<Episode>,
+    /// None where one thread is enough: then this one.
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl Batch {
+    /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one a core.
+    ///
+    /// # Errors
+    /// As [`Episode::new`]; [`Error::Argument`] for a count of 0, or where the system gives no threads.
+    pub fn new(
+        task: Task,
+        scenario: &Scenario,
+        ranges: &[(&str, [f64; 2])],
+        frame_skip: u32,
+        count: usize,
+        threads: usize,
+    ) -> Result<Self, Error> {
+        if !(1..=65_536).contains(&count) {
+            return Err(Error::Argument {
+                name: "num_envs",
+                value: count.to_string(),
+                allowed: "1 to 65536",
+            });
+        }
+        let episodes = (0..count)
+            .map(|_| Episode::new(task, scenario, ranges, frame_skip))
+            .collect::<Result<_, _>>()?;
+        // Threads of its own: the global ones would be lost in a forked process, and wait for ever.
+        let pool = |threads: usize| {
+            let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            built.map_err(|error| Error::Argument {
+                name: "threads",
+                value: format!("{threads} ({error})"),
+                allowed: "as many as the system gives",
+            })
+        };
+        let pool = (count > 1 && threads != 1)
+            .then(|| pool(threads.min(count)))
+            .transpose()?;
+        Ok(Self { episodes, pool })
+    }
+
+    /// Starts the next episode of those in `mask`, each with its seed ([`Episode::reset`]); returns what all see.
+    ///
+    /// # Errors
+    /// As [`Episode::reset`]; [`Error::Argument`] where there is not one seed and one flag an environment.
+    pub fn reset(
+        &mut self,
+        seeds: &[Option<u64>],
+        fixed: &[(&str, f64)],
+        mask: &[bool],
+    ) -> Result<Vec<Turn>, Error> {
+        for (name, found) in [("seed", seeds.len()), ("reset_mask", mask.len())] {
+            if found != self.episodes.len() {
+                return Err(Error::Argument {
+                    name,
+                    value: format!("{found} of them"),
+                    allowed: "one an environment",
+                });
+            }
+        }
+        self.each(|k, episode| {
+            if mask[k] {
+                episode.reset(seeds[k], fixed)?;
+            }
+            Ok(episode.seen())
+        })
+    }
+
+    /// Steps all environments; `actions` are one after the other.
+    ///
+    /// # Errors
+    /// As [`Episode::step`]; nothing happens then.
+    pub fn step(&mut self, actions: &[f32], autoreset: Autoreset) -> Result<Vec<Turn>, Error> {
+        let width = self.episodes[0].actions();
+        if actions.len() != width * self.episodes.len() {
+            return Err(Error::Argument {
+                name: "actions",
+                value: format!("{} numbers", actions.len()),
+                allowed: "as many as the action space has, for every environment",
+            });
+        }
+        let resets = |episode: &Episode| episode.over && autoreset == Autoreset::NextStep;
+        for (episode, action) in self.episodes.iter().zip(actions.chunks(width)) {
+            if !resets(episode) {
+                episode.check(action)?;
+            }
+        }
+        self.each(|k, episode| {
+            if resets(episode) {
+                episode.reset(None, &[])?;
+                return Ok(episode.seen());
+            }
+            let turn = episode.step(&actions[k * width..(k + 1) * width])?;
+            if !(episode.over && autoreset == Autoreset::SameStep) {
+                return Ok(turn);
+            }
+            episode.reset(None, &[])?;
+            let next = episode.seen();
+            Ok(Turn {
+                observation: next.observation,
+                info: next.info,
+                last: Some((turn.observation, turn.info)),
+                ..turn
+            })
+        })
+    }
+
+    fn each(
+        &mut self,
+        work: impl Fn(usize, &mut Episode) -> Result<Turn, Error> + Sync,
+    ) -> Result<Vec<Turn>, Error> {
+        match &self.pool {
+            None => {
+                let each = self.episodes.iter_mut().enumerate();
+                each.map(|(k, episode)| work(k, episode)).collect()
+            }
+            Some(pool) => {
+                let each = self.episodes.par_iter_mut().enumerate().with_max_len(1);
+                pool.install(|| each.map(|(k, episode)| work(k, episode)).collect())
+            }
+        }
+    }
+
+    /// The environments.
+    #[must_use]
+    pub fn episodes(&self) -> &[Episode] {
+        &self.episodes
+    }
+}

@@ -1,0 +1,223 @@
+"""Environments for reinforcement learning, as Gymnasium has them.
+
+Needs Gymnasium: ``pip install "omnistep[learn]"``. Importing this module registers ``omnistep/StepClimb-v0`` and
+``omnistep/Drive-v0``; ``gymnasium.make("omnistep.gym:omnistep/StepClimb-v0")`` does both at once. docs/learning.md has
+actions, observations and rewards in tables.
+
+>>> import gymnasium
+>>> import omnistep.gym
+>>> env = gymnasium.make("omnistep/StepClimb-v0")
+>>> observation, info = env.reset(seed=1, options={"height_m": 0.03})
+>>> info["height_m"], env.action_space.shape, observation.dtype.name
+(0.03, (5,), 'float32')
+"""
+
+# mypy: disallow-subclassing-any=False
+# (Gymnasium is an extra: where it is not installed, its classes have no types.)
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any, ClassVar
+
+from omnistep._environments import AutoresetMode, Many, Range, Single, Task, gymnasium
+
+__all__ = ["DriveEnv", "DriveVectorEnv", "StepClimbEnv", "StepClimbVectorEnv", "register"]
+
+# Physics steps of 1 ms are good enough for sweeps (docs/physics.md) and half the work; headings and places differ as in
+# the ensembles there.
+_PHYSICS = {"physics.step_us": 1000}
+_PERTURBED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
+
+
+class _StepClimb(Task):
+    _task = "step_climb"
+    _scenario = "step"
+    _overrides: ClassVar[Mapping[str, Any]] = {**_PHYSICS, **_PERTURBED}
+    _frame_skip = 50
+
+
+class _Drive(Task):
+    _task = "drive"
+    _scenario = "flat"
+    _overrides: ClassVar[Mapping[str, Any]] = _PHYSICS
+    _frame_skip = 20
+    _from_above = True
+
+
+class StepClimbEnv(_StepClimb, Single):
+    """Get the vehicle over a step whose height and friction differ from episode to episode and are not observed.
+
+    An action is the forward command, the yaw command and a torque added to each row of wheels, on top of the
+    controller. docs/learning.md has the tables.
+
+    Args:
+        height_m: range that the height of the step is drawn from [m]; (0.02, 0.06) by default.
+        friction: range of the friction coefficient; (0.5, 0.9) by default.
+        scenario: a built-in name or the path of a .toml file, with ``terrain.kind = "step"``. By default ``"step"``
+            with physics steps of 1 ms, headings within 0.03 rad and starts within 2 cm.
+        policy: coordination policy instead of the scenario's.
+        overrides: keys to replace, as in :func:`omnistep.run`.
+        frame_skip: control periods that an action is held for; 50 by default.
+        render_mode: None or ``"rgb_array"``.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+
+    def __init__(
+        self,
+        *,
+        height_m: Range | None = None,
+        friction: Range | None = None,
+        scenario: str | PathLike[str] | None = None,
+        policy: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        frame_skip: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            scenario=scenario,
+            policy=policy,
+            overrides=overrides,
+            frame_skip=frame_skip,
+            render_mode=render_mode,
+            height_m=height_m,
+            friction=friction,
+        )
+
+
+class StepClimbVectorEnv(_StepClimb, Many):
+    """Many of :class:`StepClimbEnv`, stepped by threads: environment k computes what a single one does, bit for bit.
+
+    Args:
+        num_envs: number of environments.
+        height_m, friction, scenario, policy, overrides, frame_skip, render_mode: as :class:`StepClimbEnv`.
+        autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
+        threads: threads; one a core by default.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        height_m: Range | None = None,
+        friction: Range | None = None,
+        scenario: str | PathLike[str] | None = None,
+        policy: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        frame_skip: int | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            num_envs=num_envs,
+            scenario=scenario,
+            policy=policy,
+            overrides=overrides,
+            frame_skip=frame_skip,
+            autoreset_mode=autoreset_mode,
+            threads=threads,
+            render_mode=render_mode,
+            height_m=height_m,
+            friction=friction,
+        )
+
+
+class DriveEnv(_Drive, Single):
+    """Make the vehicle follow a twist on flat ground by the torques of its wheels, past the controller.
+
+    Args:
+        vx_m_s: range that the speed forward is drawn from [m/s]; (-0.4, 0.4) by default.
+        vy_m_s: range of the speed to the left [m/s]; (-0.4, 0.4) by default.
+        wz_rad_s: range of the yaw rate [rad/s]; (-0.8, 0.8) by default.
+        scenario: a built-in name or the path of a .toml file; by default ``"flat"`` with physics steps of 1 ms.
+        overrides: keys to replace, as in :func:`omnistep.run`.
+        frame_skip: control periods that an action is held for; 20 by default.
+        render_mode: None or ``"rgb_array"``.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+
+    def __init__(
+        self,
+        *,
+        vx_m_s: Range | None = None,
+        vy_m_s: Range | None = None,
+        wz_rad_s: Range | None = None,
+        scenario: str | PathLike[str] | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        frame_skip: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            scenario=scenario,
+            policy=None,
+            overrides=overrides,
+            frame_skip=frame_skip,
+            render_mode=render_mode,
+            vx_m_s=vx_m_s,
+            vy_m_s=vy_m_s,
+            wz_rad_s=wz_rad_s,
+        )
+
+
+class DriveVectorEnv(_Drive, Many):
+    """Many of :class:`DriveEnv`, stepped by threads: environment k computes what a single one does, bit for bit.
+
+    Args:
+        num_envs: number of environments.
+        vx_m_s, vy_m_s, wz_rad_s, scenario, overrides, frame_skip, render_mode: as :class:`DriveEnv`.
+        autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
+        threads: threads; one a core by default.
+
+    Raises:
+        ConfigError: a name, key or value is wrong.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        vx_m_s: Range | None = None,
+        vy_m_s: Range | None = None,
+        wz_rad_s: Range | None = None,
+        scenario: str | PathLike[str] | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        frame_skip: int | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            num_envs=num_envs,
+            scenario=scenario,
+            policy=None,
+            overrides=overrides,
+            frame_skip=frame_skip,
+            autoreset_mode=autoreset_mode,
+            threads=threads,
+            render_mode=render_mode,
+            vx_m_s=vx_m_s,
+            vy_m_s=vy_m_s,
+            wz_rad_s=wz_rad_s,
+        )
+
+
+def register() -> None:
+    """Register the environments with Gymnasium; importing this module has done it."""
+    for name in ("StepClimb", "Drive"):
+        # No `max_episode_steps`: the time is up inside, so that single and vector environments agree.
+        if (environment := f"omnistep/{name}-v0") not in gymnasium.registry:
+            gymnasium.register(
+                environment, entry_point=f"{__name__}:{name}Env", vector_entry_point=f"{__name__}:{name}VectorEnv"
+            )
+
+
+register()
