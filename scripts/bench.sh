@@ -5,3 +5,4 @@ cd "$(dirname "$0")/.."
 cargo bench --locked
 scripts/venv.sh
 .venv/bin/python benches/python.py
+.venv/bin/python benches/learn.py

@@ -35,6 +35,7 @@ PAGES = {
         "Layout Wheel Kinematics Desaturated Odometry moved_by discretize Pid PidSample Controller ControlSample",
     ),
     "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
+    "learning": ("Environments for learning", "gym"),
     "pictures": ("Figures, films, reports", "plot film report meshes"),
 }
 # Tags that make a browser fetch something, and the attribute that says from where.

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._omnistep import Episodes
+from omnistep._omnistep import Episodes, Scenario
 from omnistep.errors import ConfigError
 
 try:
@@ -43,7 +43,7 @@ class Task:
 
     def _start(
         self,
-        scenario: str | PathLike[str] | None,
+        scenario: str | PathLike[str] | Scenario | None,
         policy: str | None,
         overrides: Mapping[str, Any] | None,
         frame_skip: int | None,
@@ -86,7 +86,7 @@ class Single(Task, gymnasium.Env):
     def __init__(
         self,
         *,
-        scenario: str | PathLike[str] | None,
+        scenario: str | PathLike[str] | Scenario | None,
         policy: str | None,
         overrides: Mapping[str, Any] | None,
         frame_skip: int | None,
@@ -147,7 +147,7 @@ class Many(Task, VectorEnv):
         self,
         *,
         num_envs: int,
-        scenario: str | PathLike[str] | None,
+        scenario: str | PathLike[str] | Scenario | None,
         policy: str | None,
         overrides: Mapping[str, Any] | None,
         frame_skip: int | None,

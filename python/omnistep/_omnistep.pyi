@@ -1206,7 +1206,7 @@ class Episodes:
         cls,
         task: str,
         *,
-        scenario: str | PathLike[str],
+        scenario: str | PathLike[str] | Scenario,
         policy: str | None,
         overrides: Mapping[str, Any] | None,
         ranges: Sequence[tuple[str, tuple[float, float]]],

@@ -22,12 +22,13 @@ from os import PathLike
 from typing import Any, ClassVar
 
 from omnistep._environments import AutoresetMode, Many, Range, Single, Task, gymnasium
+from omnistep._omnistep import Scenario
 
 __all__ = ["DriveEnv", "DriveVectorEnv", "StepClimbEnv", "StepClimbVectorEnv", "register"]
 
-# Physics steps of 1 ms are good enough for sweeps (docs/physics.md) and half the work; headings and places differ as in
-# the ensembles there.
-_PHYSICS = {"physics.step_us": 1000}
+# Physics steps of 1 ms with as many iterations as those of 0.5 ms are half the work, and a climb takes some percent longer
+# (docs/physics.md); headings and places differ as in the ensembles there.
+_PHYSICS = {"physics.step_us": 1000, "physics.solver_iterations": 8}
 _PERTURBED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 
 
@@ -55,7 +56,7 @@ class StepClimbEnv(_StepClimb, Single):
     Args:
         height_m: range that the height of the step is drawn from [m]; (0.02, 0.06) by default.
         friction: range of the friction coefficient; (0.5, 0.9) by default.
-        scenario: a built-in name or the path of a .toml file, with ``terrain.kind = "step"``. By default ``"step"``
+        scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`, with ``terrain.kind = "step"``. By default ``"step"``
             with physics steps of 1 ms, headings within 0.03 rad and starts within 2 cm.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace, as in :func:`omnistep.run`.
@@ -71,7 +72,7 @@ class StepClimbEnv(_StepClimb, Single):
         *,
         height_m: Range | None = None,
         friction: Range | None = None,
-        scenario: str | PathLike[str] | None = None,
+        scenario: str | PathLike[str] | Scenario | None = None,
         policy: str | None = None,
         overrides: Mapping[str, Any] | None = None,
         frame_skip: int | None = None,
@@ -107,7 +108,7 @@ class StepClimbVectorEnv(_StepClimb, Many):
         *,
         height_m: Range | None = None,
         friction: Range | None = None,
-        scenario: str | PathLike[str] | None = None,
+        scenario: str | PathLike[str] | Scenario | None = None,
         policy: str | None = None,
         overrides: Mapping[str, Any] | None = None,
         frame_skip: int | None = None,
@@ -151,7 +152,7 @@ class DriveEnv(_Drive, Single):
         vx_m_s: Range | None = None,
         vy_m_s: Range | None = None,
         wz_rad_s: Range | None = None,
-        scenario: str | PathLike[str] | None = None,
+        scenario: str | PathLike[str] | Scenario | None = None,
         overrides: Mapping[str, Any] | None = None,
         frame_skip: int | None = None,
         render_mode: str | None = None,
@@ -188,7 +189,7 @@ class DriveVectorEnv(_Drive, Many):
         vx_m_s: Range | None = None,
         vy_m_s: Range | None = None,
         wz_rad_s: Range | None = None,
-        scenario: str | PathLike[str] | None = None,
+        scenario: str | PathLike[str] | Scenario | None = None,
         overrides: Mapping[str, Any] | None = None,
         frame_skip: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,

@@ -1,7 +1,5 @@
 //! Environments for reinforcement learning as arrays: what `omnistep.gym` wraps for Gymnasium.
 
-use std::path::PathBuf;
-
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use omni_sim::Error;
 use omni_sim::learn::{Autoreset, Batch, Episode, Task, Turn};
@@ -11,7 +9,7 @@ use pyo3::types::{PyDict, PyMapping};
 
 use crate::arrays::array;
 use crate::error::exception;
-use crate::scenario::load;
+use crate::scenario::{ScenarioArg, load};
 
 /// Environments of one task, stepped together outside the interpreter's lock.
 #[pyclass(module = "omnistep._omnistep")]
@@ -34,7 +32,7 @@ impl Episodes {
     #[expect(clippy::too_many_arguments, reason = "by keyword only")]
     fn new(
         task: &str,
-        scenario: PathBuf,
+        scenario: ScenarioArg,
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
         ranges: Vec<(String, [f64; 2])>,
