@@ -26,8 +26,8 @@ from omnistep._omnistep import Scenario
 
 __all__ = ["DriveEnv", "DriveVectorEnv", "StepClimbEnv", "StepClimbVectorEnv", "register"]
 
-# Physics steps of 1 ms with as many iterations as those of 0.5 ms are half the work, and a climb takes some percent longer
-# (docs/physics.md); headings and places differ as in the ensembles there.
+# Physics steps of 1 ms with as many iterations as those of 0.5 ms are half the work, and a climb takes some percent
+# longer (docs/physics.md); headings and places differ as in the ensembles there.
 _PHYSICS = {"physics.step_us": 1000, "physics.solver_iterations": 8}
 _PERTURBED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 
@@ -56,8 +56,9 @@ class StepClimbEnv(_StepClimb, Single):
     Args:
         height_m: range that the height of the step is drawn from [m]; (0.02, 0.06) by default.
         friction: range of the friction coefficient; (0.5, 0.9) by default.
-        scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`, with ``terrain.kind = "step"``. By default ``"step"``
-            with physics steps of 1 ms, headings within 0.03 rad and starts within 2 cm.
+        scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`, with
+            ``terrain.kind = "step"``. By default ``"step"`` with physics steps of 1 ms, headings within 0.03 rad and
+            starts within 2 cm.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace, as in :func:`omnistep.run`.
         frame_skip: control periods that an action is held for; 50 by default.
@@ -94,7 +95,13 @@ class StepClimbVectorEnv(_StepClimb, Many):
 
     Args:
         num_envs: number of environments.
-        height_m, friction, scenario, policy, overrides, frame_skip, render_mode: as :class:`StepClimbEnv`.
+        height_m: as there.
+        friction: as there.
+        scenario: as there.
+        policy: as there.
+        overrides: as there.
+        frame_skip: as there.
+        render_mode: as there.
         autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
         threads: threads; one a core by default.
 
@@ -174,7 +181,13 @@ class DriveVectorEnv(_Drive, Many):
 
     Args:
         num_envs: number of environments.
-        vx_m_s, vy_m_s, wz_rad_s, scenario, overrides, frame_skip, render_mode: as :class:`DriveEnv`.
+        vx_m_s: as there.
+        vy_m_s: as there.
+        wz_rad_s: as there.
+        scenario: as there.
+        overrides: as there.
+        frame_skip: as there.
+        render_mode: as there.
         autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
         threads: threads; one a core by default.
 
