@@ -768,7 +768,7 @@ class Vehicle:
             ConfigError: a key or value is wrong.
             TypeError: a value is none of what a key can hold.
         """
-    def replace(self, overrides: Mapping[str, Any] | None) -> Vehicle:
+    def replace(self, overrides: Mapping[str, Any] | None = None) -> Vehicle:
         """The same vehicle with other keys.
 
         Raises:
@@ -949,7 +949,7 @@ class Log:
         """Was it finished? Else its last chunk, at most a simulated second, may be missing."""
     @property
     def scenario_toml(self) -> str:
-        """The scenario as it was run, its vehicle inside, as a scenario file has it."""
+        """The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out."""
     @property
     def trace(self) -> Trace:
         """Every control period: the columns of the run's own trace that its log has, and what was asked for."""

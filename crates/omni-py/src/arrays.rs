@@ -8,6 +8,9 @@ use pyo3::types::PyString;
 
 use crate::error::{exception, refused};
 
+/// Steps of a loop over rows between two looks at Ctrl-C: some milliseconds.
+pub(crate) const STEPS_PER_LOOK: usize = 4096;
+
 /// Any number of dimensions, as NumPy has them.
 pub(crate) type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 

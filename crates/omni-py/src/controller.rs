@@ -7,12 +7,9 @@ use omni_sim::controller::{AnyController, ControlSample as Step, WheelSignals};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::arrays::{Rows, array};
+use crate::arrays::{Rows, STEPS_PER_LOOK, array};
 use crate::error::{Stop, exception, refused};
 use crate::scenario::{Scenario, ScenarioArg, load};
-
-/// Steps between two looks at Ctrl-C: some milliseconds.
-const STEPS_PER_LOOK: usize = 4096;
 
 /// Velocity limits, kinematics, a PID loop a wheel, motor limits and a coordination policy.
 #[pyclass(module = "omnistep")]
@@ -50,11 +47,11 @@ impl Controller {
         let commands = Rows::read("commands", commands, 3)?;
         let measured = Rows::with_gaps("measured_rad_s", measured_rad_s, wheels)?;
         let count = match (commands.count(), measured.count()) {
-            (Some(a), Some(b)) if a != b => {
+            (Some(a), Some(b)) if a != b && a != 1 && b != 1 => {
                 let message = format!("measured_rad_s = {b} rows, allowed: as many as commands, {a}, or one");
                 return Err(refused("measured_rad_s", &message));
             }
-            (a, b) => a.or(b),
+            (a, b) => a.max(b),
         };
         let mut columns = Columns::default();
         py.detach(|| -> Result<(), Stop> {
@@ -64,7 +61,7 @@ impl Controller {
                     Python::attach(|py| py.check_signals()).map_err(Stop::Interrupted)?;
                 }
                 // What is one row stays the same.
-                let pick = |rows: &Rows| if rows.count().is_some() { i } else { 0 };
+                let pick = |rows: &Rows| if rows.count() > Some(1) { i } else { 0 };
                 let (c, m) = (3 * pick(&commands), wheels * pick(&measured));
                 let c = &commands.values[c..c + 3];
                 let command = BodyTwist::from_array([c[0], c[1], c[2]]);
@@ -98,7 +95,7 @@ impl Controller {
     /// Control period [s].
     #[getter]
     fn period_s(&self) -> f64 {
-        self.scenario.control.period_us as f64 * 1e-6
+        self.scenario.period_s()
     }
 
     fn __repr__(&self) -> String {

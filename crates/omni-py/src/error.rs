@@ -4,6 +4,7 @@ use std::path::Path;
 
 use omni_sim::Error;
 use omni_sim::log::LogError;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -53,6 +54,9 @@ pub(crate) fn about(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
         .and_then(|errors| errors.getattr("ConfigError"));
     match class {
         Ok(class) if error.is_instance(py, &class) => said().unwrap_or_else(|failed| failed),
+        _ if error.is_instance_of::<PyTypeError>(py) => {
+            PyTypeError::new_err(format!("{place}: {}", error.value(py)))
+        }
         _ => error,
     }
 }

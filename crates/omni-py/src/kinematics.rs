@@ -4,12 +4,14 @@ use numpy::PyArrayDyn;
 use omni_core::{BodyTwist, Desaturation, ForwardMap, SpeedLimits, WheelVelocities};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{Array, Rows, array, choice, numbers, sized};
 use crate::counts;
 use crate::error::{of_core, refused};
 use crate::layout::Layout;
 use crate::odometry::{self, Track};
+use crate::values::rebuilt;
 
 /// The maps of any wheel count: rows of 3 or N numbers in, rows out.
 trait Maps: Send + Sync {
@@ -115,6 +117,7 @@ pub(crate) struct Kinematics {
     layout: Py<Layout>,
     wheels: usize,
     forward: String,
+    weights: Option<Py<PyAny>>,
     maps: Box<dyn Maps>,
 }
 
@@ -139,6 +142,9 @@ impl Kinematics {
         ];
         let map = choice("forward", forward, &known)?;
         let built = layout.get();
+        // A copy, which nobody else can change.
+        let tuple = layout.py().get_type::<PyTuple>();
+        let kept = weights.map(|weights| tuple.call1((weights,))).transpose()?;
         let maps = match (weights, map) {
             (None, _) => for_wheel_count!(built.len(), named[](built, map), counts::refuse)?,
             (Some(weights), ForwardMap::LeastSquares) => {
@@ -155,6 +161,7 @@ impl Kinematics {
             wheels: built.len(),
             layout: layout.unbind(),
             forward: forward.into(),
+            weights: kept.map(Bound::unbind),
             maps,
         })
     }
@@ -236,6 +243,14 @@ impl Kinematics {
     #[getter]
     fn forward_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3, self.wheels], self.maps.forward_matrix())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("layout", &self.layout)?;
+        keywords.set_item("forward", &self.forward)?;
+        keywords.set_item("weights", &self.weights)?;
+        rebuilt(&py.get_type::<Self>(), &keywords)
     }
 
     fn __repr__(&self) -> String {

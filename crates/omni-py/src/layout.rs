@@ -4,11 +4,12 @@ use omni_core::{ConfigError, WheelLayout};
 use omni_sim::config::{Vehicle, for_wheel_count};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{fixed, whole};
 use crate::counts::{self, unusable};
 use crate::error::{of_core, refused};
+use crate::values::rebuilt;
 
 /// One driven wheel with free rollers on its rim.
 #[pyclass(frozen, eq, from_py_object, module = "omnistep")]
@@ -80,6 +81,18 @@ impl Wheel {
     #[getter]
     fn reversed(&self) -> bool {
         self.inner.reversed
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let w = &self.inner;
+        let keywords = PyDict::new(py);
+        keywords.set_item("position_m", w.position_m)?;
+        keywords.set_item("rolling_direction", w.rolling_direction)?;
+        keywords.set_item("roller_angle_rad", w.roller_angle_rad)?;
+        keywords.set_item("radius_m", w.radius_m)?;
+        keywords.set_item("gear", w.gear)?;
+        keywords.set_item("reversed", w.reversed)?;
+        rebuilt(&py.get_type::<Self>(), &keywords)
     }
 
     fn __repr__(&self) -> String {
@@ -233,6 +246,12 @@ impl Layout {
 
     fn __len__(&self) -> usize {
         self.len()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("wheels", self.wheels(py)?)?;
+        rebuilt(&py.get_type::<Self>(), &keywords)
     }
 
     fn __repr__(&self) -> String {

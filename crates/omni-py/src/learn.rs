@@ -2,8 +2,8 @@
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use omni_sim::Error;
-use omni_sim::learn::{Autoreset, Batch, Episode, Task, Turn};
-use pyo3::exceptions::PyIndexError;
+use omni_sim::learn::{self, Autoreset, Episode, Task, Turn};
+use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
@@ -14,7 +14,7 @@ use crate::scenario::{ScenarioArg, load};
 /// Environments of one task, stepped together outside the interpreter's lock.
 #[pyclass(module = "omnistep._omnistep")]
 pub(crate) struct Episodes {
-    batch: Batch,
+    batch: learn::Episodes,
 }
 
 /// Reads one of a few words.
@@ -25,12 +25,32 @@ fn one_of<T>(name: &'static str, found: &str, known: Option<T>, allowed: &'stati
     })
 }
 
+/// Works outside the interpreter's lock and looks at Ctrl-C meanwhile.
+fn watched(
+    py: Python<'_>,
+    work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<Option<Vec<Turn>>, omni_sim::Error> + Send,
+) -> PyResult<Vec<Turn>> {
+    let mut interrupted = None;
+    let turns = py.detach(|| {
+        work(&mut || {
+            interrupted = Python::attach(|py| py.check_signals()).err();
+            interrupted.is_none()
+        })
+    });
+    match (turns.map_err(|error| exception(&error))?, interrupted) {
+        (Some(turns), _) => Ok(turns),
+        (None, Some(interrupted)) => Err(interrupted),
+        (None, None) => Err(PyRuntimeError::new_err("stopped by nobody")),
+    }
+}
+
 #[pymethods]
 impl Episodes {
     #[new]
     #[pyo3(signature = (task, *, scenario, policy, overrides, ranges, frame_skip, num_envs = 1, threads = 0))]
     #[expect(clippy::too_many_arguments, reason = "by keyword only")]
     fn new(
+        py: Python<'_>,
         task: &str,
         scenario: ScenarioArg,
         policy: Option<&str>,
@@ -46,7 +66,8 @@ impl Episodes {
             .iter()
             .map(|(name, range)| (name.as_str(), *range))
             .collect();
-        let batch = Batch::new(task, &scenario, &ranges, frame_skip, num_envs, threads);
+        let batch =
+            py.detach(|| learn::Episodes::new(task, &scenario, &ranges, frame_skip, num_envs, threads));
         Ok(Self {
             batch: batch.map_err(|error| exception(&error))?,
         })
@@ -64,9 +85,7 @@ impl Episodes {
             .iter()
             .map(|(name, value)| (name.as_str(), *value))
             .collect();
-        let turns = py
-            .detach(|| self.batch.reset(&seeds, &fixed, &mask))
-            .map_err(|error| exception(&error))?;
+        let turns = watched(py, |look| self.batch.reset(&seeds, &fixed, &mask, look))?;
         let begun = turns.iter().zip(&mask);
         let info = self.info(py, begun.map(|(turn, begun)| begun.then_some(&turn.info)))?;
         Ok((
@@ -104,9 +123,7 @@ impl Episodes {
         )?;
         // A copy: nobody can write to it while the lock is released.
         let actions: Vec<f32> = actions.as_array().iter().copied().collect();
-        let turns = py
-            .detach(|| self.batch.step(&actions, mode))
-            .map_err(|error| exception(&error))?;
+        let turns = watched(py, |look| self.batch.step(&actions, mode, look))?;
         let last = if turns.iter().any(|turn| turn.last.is_some()) {
             let ended = |turn: &Turn| turn.last.as_ref().map(|(seen, _)| PyArray1::from_slice(py, seen));
             let info = turns.iter().map(|turn| turn.last.as_ref().map(|(_, info)| info));

@@ -3,7 +3,7 @@
 use omni_core::{BodyDisplacement, OdometryState, PlanarPose, WheelAngles, WheelVelocities};
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, Rows, array, fixed};
+use crate::arrays::{Array, Rows, STEPS_PER_LOOK, array, fixed};
 use crate::error::{of_core, refused};
 use crate::kinematics::Kinematics;
 
@@ -103,14 +103,18 @@ impl Odometry {
         &mut self,
         py: Python<'py>,
         rows: &Rows,
+        columns: usize,
         step: fn(&mut dyn Track, &[f64], &mut Vec<f64>),
     ) -> PyResult<Array<'py, f64>> {
         let track = &mut *self.track;
-        let poses = py.detach(|| {
+        let poses = py.detach(|| -> PyResult<_> {
             let mut poses = Vec::new();
-            step(track, &rows.values, &mut poses);
-            poses
-        });
+            for some in rows.values.chunks(STEPS_PER_LOOK * columns) {
+                step(track, some, &mut poses);
+                Python::attach(|py| py.check_signals())?;
+            }
+            Ok(poses)
+        })?;
         array(py, rows.shape(3), poses)
     }
 }
@@ -158,7 +162,7 @@ impl Odometry {
     /// Steps at actuator velocities [rad/s], each held for one period.
     fn step_velocities<'py>(&mut self, velocities: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("velocities", velocities, self.wheels)?;
-        self.steps(velocities.py(), &rows, |track, rows, poses| {
+        self.steps(velocities.py(), &rows, self.wheels, |track, rows, poses| {
             track.velocities(rows, poses)
         })
     }
@@ -166,7 +170,7 @@ impl Odometry {
     /// Steps to actuator positions [rad].
     fn step_positions<'py>(&mut self, positions: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("positions", positions, self.wheels)?;
-        self.steps(positions.py(), &rows, |track, rows, poses| {
+        self.steps(positions.py(), &rows, self.wheels, |track, rows, poses| {
             track.positions(rows, poses)
         })
     }
@@ -174,7 +178,7 @@ impl Odometry {
     /// Steps by displacements in the body's frame.
     fn step_displacements<'py>(&mut self, displacements: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("displacements", displacements, 3)?;
-        self.steps(displacements.py(), &rows, |track, rows, poses| {
+        self.steps(displacements.py(), &rows, 3, |track, rows, poses| {
             track.displacements(rows, poses);
         })
     }

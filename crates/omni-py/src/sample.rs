@@ -51,7 +51,7 @@ fn by_name<'py>(
 
 /// Getters of one array over the wheels each.
 macro_rules! wheel_arrays {
-    ($($name:ident = $from:ident $get:expr;)*) => {
+    ($($(#[$doc:meta])* $name:ident = $from:ident $get:expr;)*) => {
         #[pymethods]
         impl Sample {
             /// End of the control period [s].
@@ -138,6 +138,7 @@ macro_rules! wheel_arrays {
             }
 
             $(
+                $(#[$doc])*
                 #[getter]
                 fn $name<'py>(&self, py: Python<'py>) -> Floats<'py> {
                     self.$from(py, $get)

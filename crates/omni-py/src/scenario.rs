@@ -6,10 +6,10 @@ use omni_sim::Error;
 use omni_sim::config::{self, Source};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyMapping, PyTuple};
+use pyo3::types::{PyBool, PyMapping, PyTuple};
 use toml::{Table, Value};
 
-use crate::error::exception;
+use crate::error::{exception, refused};
 use crate::values;
 use crate::vehicle::{Vehicle, VehicleArg};
 
@@ -91,6 +91,16 @@ fn read(
     seed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<config::Scenario> {
     let overrides = values::overrides(overrides)?;
+    for (argument, key, given) in [
+        ("policy", "control.policy", policy.is_some()),
+        ("vehicle", "vehicle", vehicle.is_some()),
+        ("seed", "seed", seed.is_some()),
+    ] {
+        if given && overrides.iter().any(|each| each.key() == key) {
+            let message = format!("{argument} is given, and {key} in overrides too, allowed: one of the two");
+            return Err(refused(key, &message));
+        }
+    }
     let build = || {
         let Some(vehicle) = vehicle else {
             return config::Scenario::from_source(source, &overrides);
@@ -125,13 +135,19 @@ fn finished(
 
 /// A seed that TOML can hold too: what a log says of its scenario must read back.
 pub(crate) fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
+    const ALLOWED: &str = "0 to 9223372036854775807";
     match seed.extract::<i64>().map(u64::try_from) {
-        Ok(Ok(seed)) => Ok(seed),
-        Err(error) if !error.is_instance_of::<PyOverflowError>(seed.py()) => Err(error),
+        Ok(Ok(found)) if !seed.is_instance_of::<PyBool>() => Ok(found),
+        Err(error) if !error.is_instance_of::<PyOverflowError>(seed.py()) => {
+            let found = seed.get_type();
+            Err(PyTypeError::new_err(format!(
+                "seed: {found}, allowed: a whole number, {ALLOWED}"
+            )))
+        }
         _ => Err(exception(&Error::Argument {
             name: "seed",
             value: seed.to_string(),
-            allowed: "0 to 9223372036854775807",
+            allowed: ALLOWED,
         })),
     }
 }
@@ -237,7 +253,7 @@ impl Scenario {
     /// Control period [s].
     #[getter]
     fn period_s(&self) -> f64 {
-        self.inner.control.period_us as f64 * 1e-6
+        self.inner.period_s()
     }
 
     /// Length of a run at most [s].
@@ -252,6 +268,10 @@ impl Scenario {
         Vehicle {
             inner: self.inner.vehicle().clone(),
         }
+    }
+
+    fn __hash__(&self) -> u64 {
+        values::hash(&self.text())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

@@ -4,12 +4,15 @@ use std::sync::Arc;
 
 use numpy::ndarray::{ArrayView1, ArrayView2, Dimension, ViewRepr};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
-use omni_sim::config::Scenario;
-use pyo3::exceptions::{PyImportError, PyKeyError};
+use omni_sim::config::{Scenario, Source};
+use pyo3::exceptions::{PyImportError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict};
+use pyo3::types::{PyBytes, PyCapsule, PyDict};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::arrays::numbers;
+use crate::error::exception;
 
 /// A finished run.
 #[pyclass(frozen, module = "omnistep")]
@@ -44,6 +47,23 @@ fn borrow<'py, D: Dimension>(
 
 #[pymethods]
 impl Trace {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (String, Bound<'py, PyBytes>))> {
+        let text = self.scenario.to_toml().unwrap_or_default(); // a scenario that ran has a seed that TOML can hold
+        let state = state(py, &*self.trace)?;
+        Ok((py.get_type::<Self>().getattr("_of_state")?, (text, state)))
+    }
+
+    /// A trace out of its pickle.
+    #[staticmethod]
+    fn _of_state(scenario: String, state: &[u8]) -> PyResult<Self> {
+        let source = Source::text("pickle", scenario);
+        let scenario = Scenario::from_source(&source, &[]).map_err(|error| exception(&error.into()))?;
+        Ok(Self::new(scenario, of_state(state)?))
+    }
+
     /// Names of the columns.
     #[getter]
     fn names(&self) -> Vec<String> {
@@ -58,7 +78,7 @@ impl Trace {
 
     /// Names of the signals that `wheels` takes.
     #[getter]
-    fn wheel_signals(&self) -> Vec<&'static str> {
+    fn wheel_signals(&self) -> Vec<String> {
         self.trace.wheel_signals().to_vec()
     }
 
@@ -279,8 +299,30 @@ impl Outcome {
     }
 }
 
+/// What a pickle holds.
+fn state<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyBytes>> {
+    let bytes = postcard::to_allocvec(value).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+fn of_state<T: DeserializeOwned>(state: &[u8]) -> PyResult<T> {
+    postcard::from_bytes(state)
+        .map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))
+}
+
 #[pymethods]
 impl Outcome {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let state = state(py, &self.inner)?;
+        Ok((py.get_type::<Self>().getattr("_of_state")?, (state,)))
+    }
+
+    /// Figures out of their pickle.
+    #[staticmethod]
+    fn _of_state(state: &[u8]) -> PyResult<Self> {
+        Ok(Self::new(of_state(state)?))
+    }
+
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()

@@ -1,5 +1,7 @@
 //! What files hold, from Python and back: TOML's values.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use omni_sim::Error;
 use omni_sim::config::{self, Override};
 use pyo3::exceptions::{PyKeyError, PyTypeError};
@@ -8,6 +10,23 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use toml::{Table, Value};
 
 use crate::error::exception;
+
+/// How pickle makes a thing again that its constructor made of keywords.
+pub(crate) fn rebuilt<'py>(
+    class: &Bound<'py, PyAny>,
+    keywords: &Bound<'py, PyDict>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    let py = class.py();
+    let partial = py.import("functools")?.getattr("partial")?;
+    Ok((partial.call((class,), Some(keywords))?, PyTuple::empty(py)))
+}
+
+/// A hash of a file's text; values that are equal have the same.
+pub(crate) fn hash(text: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    text.replace("-0.0\n", "0.0\n").hash(&mut hasher);
+    hasher.finish()
+}
 
 /// `{"terrain.height_m": 0.03}` as overrides.
 pub(crate) fn overrides(given: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
@@ -26,10 +45,13 @@ pub(crate) fn overrides(given: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Ov
 
 /// A dictionary as the table of a file; `file` is what messages call it.
 pub(crate) fn table(file: &str, given: &Bound<'_, PyMapping>) -> PyResult<Table> {
-    tables(file, "", given)
+    tables(file, "", given, DEEPEST)
 }
 
-fn tables(file: &str, parent: &str, given: &Bound<'_, PyMapping>) -> PyResult<Table> {
+/// Lists in lists and tables in tables at most: no file needs more, and what holds itself has no end.
+const DEEPEST: usize = 16;
+
+fn tables(file: &str, parent: &str, given: &Bound<'_, PyMapping>, deeper: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for item in given.items()?.iter() {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
@@ -40,7 +62,7 @@ fn tables(file: &str, parent: &str, given: &Bound<'_, PyMapping>) -> PyResult<Ta
             format!("{parent}.{key}")
         };
         if !value.is_none() {
-            table.insert(key, from_python(file, &path, &value)?);
+            table.insert(key, value_at(file, &path, &value, deeper)?);
         }
     }
     Ok(table)
@@ -53,6 +75,14 @@ fn name(file: &str, key: &Bound<'_, PyAny>) -> PyResult<String> {
 
 /// A value as a file holds it; `key` is the whole path, for messages.
 pub(crate) fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    value_at(file, key, value, DEEPEST)
+}
+
+fn value_at(file: &str, key: &str, value: &Bound<'_, PyAny>, deeper: usize) -> PyResult<Value> {
+    let Some(deeper) = deeper.checked_sub(1) else {
+        let message = format!("{file}: {key}: lists in lists in lists, allowed: {DEEPEST} of them");
+        return Err(PyTypeError::new_err(message));
+    };
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
     }
@@ -71,15 +101,16 @@ pub(crate) fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> Py
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let items = value.try_iter()?.enumerate();
-        let items = items.map(|(i, item)| from_python(file, &format!("{key}[{i}]"), &item?));
+        let items = items.map(|(i, item)| value_at(file, &format!("{key}[{i}]"), &item?, deeper));
         return items.collect::<PyResult<_>>().map(Value::Array);
     }
     if let Ok(mapping) = value.cast::<PyMapping>() {
-        return tables(file, key, mapping).map(Value::Table);
+        return tables(file, key, mapping, deeper).map(Value::Table);
     }
     // NumPy's arrays and scalars know what they are in Python: an int64 stays an integer.
-    if value.hasattr("tolist")? {
-        return from_python(file, key, &value.call_method0("tolist")?);
+    let numpy = value.py().import("numpy")?;
+    if value.is_instance(&numpy.getattr("ndarray")?)? || value.is_instance(&numpy.getattr("generic")?)? {
+        return value_at(file, key, &value.call_method0("tolist")?, deeper);
     }
     if value.is_instance_of::<PyFloat>() || value.hasattr("__float__")? {
         return Ok(Value::Float(value.extract()?));

@@ -109,6 +109,7 @@ impl Vehicle {
     }
 
     /// The same vehicle with other keys.
+    #[pyo3(signature = (overrides = None))]
     fn replace(&self, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
         let file = format!("vehicle {}", self.inner.name);
         read(&Source::text(file, text(&self.inner)), overrides)
@@ -188,6 +189,10 @@ impl Vehicle {
     /// For RViz, Rerun and other simulators.
     fn urdf(&self) -> String {
         vehicle_urdf(&self.inner)
+    }
+
+    fn __hash__(&self) -> u64 {
+        values::hash(&text(&self.inner))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

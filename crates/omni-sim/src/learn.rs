@@ -1,10 +1,10 @@
 //! Episodes for reinforcement learning: a vehicle, a task, random differences, an action held for some control periods.
 //!
 //! What an action and an observation are, what is rewarded and when an episode ends is said at each task, [`Task`]. Everything is
-//! plain numbers here; Python's environments are a thin layer around [`Batch`].
+//! plain numbers here; Python's environments are a thin layer around [`Episodes`].
 
-mod batch;
 mod drive;
+mod episodes;
 mod step_climb;
 
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::config::Scenario;
 use crate::{Error, Simulation, control_periods};
-pub use batch::{Autoreset, Batch, Turn};
+pub use episodes::{Autoreset, Episodes, Turn};
 
 /// What is to be learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

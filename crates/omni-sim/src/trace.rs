@@ -1,5 +1,7 @@
 //! A run as columns, one row a control period.
 
+use serde::{Deserialize, Serialize};
+
 use crate::Outcome;
 use crate::config::Vehicle;
 use crate::controller::{ControlSample, WheelSignals};
@@ -91,14 +93,14 @@ const WHEEL: [WheelColumn; 27] = [
 /// assert!(trace.column("speed").is_none());
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trace {
     outcome: Outcome,
     names: Vec<String>,
     rows: usize,
     data: Vec<f64>,
     wheel_names: Vec<String>,
-    signals: Vec<&'static str>,
+    signals: Vec<String>,
     first_wheel_column: usize,
 }
 
@@ -136,7 +138,7 @@ impl Trace {
 
     /// Names of the signals that every wheel has.
     #[must_use]
-    pub fn wheel_signals(&self) -> &[&'static str] {
+    pub fn wheel_signals(&self) -> &[String] {
         &self.signals
     }
 
@@ -159,7 +161,7 @@ impl Trace {
     /// A signal of all wheels: one wheel's column after the other.
     #[must_use]
     pub fn wheels(&self, signal: &str) -> Option<&[f64]> {
-        let index = self.signals.iter().position(|name| *name == signal)?;
+        let index = self.signals.iter().position(|name| name == signal)?;
         let wheels = self.wheel_names.len();
         let start = (self.first_wheel_column + index * wheels) * self.rows;
         self.data.get(start..start + wheels * self.rows)
@@ -221,7 +223,7 @@ impl Rows {
             rows,
             data,
             wheel_names: self.wheel_names,
-            signals: self.signals,
+            signals: self.signals.into_iter().map(String::from).collect(),
             first_wheel_column: self.first_wheel_column,
         }
     }

@@ -108,6 +108,14 @@ impl StepClimb {
     }
 }
 
+impl StepClimb {
+    /// How far the heading is off the start's, left is positive \[rad\], within half a turn.
+    fn off_rad(&self, simulation: &Simulation) -> f64 {
+        let yaw_rad = simulation.observation().pose.yaw_rad();
+        libm::remainder(yaw_rad - self.heading_rad, core::f64::consts::TAU)
+    }
+}
+
 impl Rules for StepClimb {
     fn draws(&self) -> Vec<Draw> {
         vec![
@@ -161,6 +169,7 @@ impl Rules for StepClimb {
     }
 
     fn judge(&mut self, simulation: &Simulation, _: &[f64], failed: bool) -> (f64, bool) {
+        let off_rad = self.off_rad(simulation).abs();
         let now = &mut self.now;
         now.outcome = now.meter.outcome(failed);
         let seen = simulation.observation();
@@ -175,7 +184,6 @@ impl Rules for StepClimb {
         if failed {
             return (worth, ended); // where it is then says nothing
         }
-        let off_rad = (seen.pose.yaw_rad() - self.heading_rad).abs();
         let reward = PER_M * (x_m - before_m)
             + PER_EFFORT_S * (now.effort_s - effort_s)
             + PER_RAD_S * off_rad * (time_s - before_s)
@@ -195,7 +203,7 @@ impl Rules for StepClimb {
         let left_up_rad = libm::asin((2.0 * (y * z + w * x)).clamp(-1.0, 1.0));
         seen.push((left_up_rad, 0.5));
         seen.push((body.body_nose_up_rad[0], 0.5));
-        seen.push((body.pose.yaw_rad() - self.heading_rad, 0.5));
+        seen.push((self.off_rad(simulation), 0.5));
         seen.push((simulation.gyro_rad_s(), 1.0));
         seen.push((self.way_m - self.now.odometry_m, 1.5));
     }

@@ -96,7 +96,7 @@ impl Store {
         let file = File::create(&path).map_err(io_error(&path))?;
         // Not every file system has locks.
         if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
-            return Err(self.refuse("another study is being run in this folder"));
+            return Err(self.refuse("it is being written by another program: wait for that one"));
         }
         for path in self.parts()? {
             if path.to_string_lossy().ends_with(GROWING)

@@ -26,7 +26,7 @@ pub struct Turn {
 /// Who begins the next episode, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Autoreset {
-    /// The caller, by [`Batch::reset`].
+    /// The caller, by [`Episodes::reset`].
     Disabled,
     /// The step after the one that ended the episode, whose action is left out.
     NextStep,
@@ -37,20 +37,45 @@ pub enum Autoreset {
 /// Environments of one task, stepped together.
 ///
 /// ```
-/// use omni_sim::{config::Scenario, learn::{Autoreset, Batch, Task}};
-/// let mut batch = Batch::new(Task::Drive, &Scenario::load("flat", &[])?, &[], 20, 3, 2)?;
-/// batch.reset(&[Some(0), Some(1), Some(0)], &[], &[true; 3])?;
-/// let turns = batch.step(&[0.1; 3 * 7], Autoreset::NextStep)?;
+/// use omni_sim::{config::Scenario, learn::{Autoreset, Episodes, Task}};
+/// let mut episodes = Episodes::new(Task::Drive, &Scenario::load("flat", &[])?, &[], 20, 3, 2)?;
+/// episodes.reset(&[Some(0), Some(1), Some(0)], &[], &[true; 3], || true)?;
+/// let turns = episodes.step(&[0.1; 3 * 7], Autoreset::NextStep, || true)?.expect("nobody stopped it");
 /// assert_eq!(turns[0], turns[2]); // the same seed and action
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-pub struct Batch {
+pub struct Episodes {
     episodes: Vec<Episode>,
     /// None where one thread is enough: then this one.
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Pool>,
+    /// Environments that are stepped between two looks at whether to go on.
+    at_once: usize,
 }
 
-impl Batch {
+/// Threads, and the process that they are in: a process that was forked has none.
+struct Pool {
+    threads: rayon::ThreadPool,
+    process: u32,
+}
+
+/// Control periods between two looks at whether to go on: a tenth of a second on one core.
+const PERIODS_PER_LOOK: usize = 3000;
+
+/// Threads of its own: the global ones would be lost in a forked process, and wait for ever.
+fn pool(threads: usize) -> Result<Pool, Error> {
+    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let threads = built.map_err(|error| Error::Argument {
+        name: "threads",
+        value: format!("{threads} ({error})"),
+        allowed: "as many as the system gives",
+    })?;
+    Ok(Pool {
+        threads,
+        process: std::process::id(),
+    })
+}
+
+impl Episodes {
     /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one a core.
     ///
     /// # Errors
@@ -73,22 +98,19 @@ impl Batch {
         let episodes = (0..count)
             .map(|_| Episode::new(task, scenario, ranges, frame_skip))
             .collect::<Result<_, _>>()?;
-        // Threads of its own: the global ones would be lost in a forked process, and wait for ever.
-        let pool = |threads: usize| {
-            let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            built.map_err(|error| Error::Argument {
-                name: "threads",
-                value: format!("{threads} ({error})"),
-                allowed: "as many as the system gives",
-            })
-        };
         let pool = (count > 1 && threads != 1)
             .then(|| pool(threads.min(count)))
             .transpose()?;
-        Ok(Self { episodes, pool })
+        let threads = pool.as_ref().map_or(1, |pool| pool.threads.current_num_threads());
+        Ok(Self {
+            episodes,
+            pool,
+            at_once: (PERIODS_PER_LOOK / frame_skip as usize).max(threads),
+        })
     }
 
-    /// Starts the next episode of those in `mask`, each with its seed ([`Episode::reset`]); returns what all see.
+    /// Starts the next episode of those in `mask`, each with its seed ([`Episode::reset`]); returns what all see. `look` is asked
+    /// every tenth of a second whether to go on; where it says no, nothing is returned and every episode is over.
     ///
     /// # Errors
     /// As [`Episode::reset`]; [`Error::Argument`] where there is not one seed and one flag an environment.
@@ -97,7 +119,8 @@ impl Batch {
         seeds: &[Option<u64>],
         fixed: &[(&str, f64)],
         mask: &[bool],
-    ) -> Result<Vec<Turn>, Error> {
+        look: impl FnMut() -> bool,
+    ) -> Result<Option<Vec<Turn>>, Error> {
         for (name, found) in [("seed", seeds.len()), ("reset_mask", mask.len())] {
             if found != self.episodes.len() {
                 return Err(Error::Argument {
@@ -107,7 +130,7 @@ impl Batch {
                 });
             }
         }
-        self.each(|k, episode| {
+        self.each(look, |k, episode| {
             if mask[k] {
                 episode.reset(seeds[k], fixed)?;
             }
@@ -115,11 +138,16 @@ impl Batch {
         })
     }
 
-    /// Steps all environments; `actions` are one after the other.
+    /// Steps all environments; `actions` are one after the other, `look` as in [`Episodes::reset`].
     ///
     /// # Errors
     /// As [`Episode::step`]; nothing happens then.
-    pub fn step(&mut self, actions: &[f32], autoreset: Autoreset) -> Result<Vec<Turn>, Error> {
+    pub fn step(
+        &mut self,
+        actions: &[f32],
+        autoreset: Autoreset,
+        look: impl FnMut() -> bool,
+    ) -> Result<Option<Vec<Turn>>, Error> {
         let width = self.episodes[0].actions();
         if actions.len() != width * self.episodes.len() {
             return Err(Error::Argument {
@@ -134,7 +162,7 @@ impl Batch {
                 episode.check(action)?;
             }
         }
-        self.each(|k, episode| {
+        self.each(look, |k, episode| {
             if resets(episode) {
                 episode.reset(None, &[])?;
                 return Ok(episode.seen());
@@ -156,18 +184,36 @@ impl Batch {
 
     fn each(
         &mut self,
+        mut look: impl FnMut() -> bool,
         work: impl Fn(usize, &mut Episode) -> Result<Turn, Error> + Sync,
-    ) -> Result<Vec<Turn>, Error> {
-        match &self.pool {
-            None => {
-                let each = self.episodes.iter_mut().enumerate();
-                each.map(|(k, episode)| work(k, episode)).collect()
-            }
-            Some(pool) => {
-                let each = self.episodes.par_iter_mut().enumerate().with_max_len(1);
-                pool.install(|| each.map(|(k, episode)| work(k, episode)).collect())
-            }
+    ) -> Result<Option<Vec<Turn>>, Error> {
+        if let Some(made) = &self.pool
+            && made.process != std::process::id()
+        {
+            // The threads of a process that was forked cannot be ended either.
+            std::mem::forget(self.pool.replace(pool(made.threads.current_num_threads())?));
         }
+        let mut turns = Vec::with_capacity(self.episodes.len());
+        for (part, episodes) in self.episodes.chunks_mut(self.at_once).enumerate() {
+            if part > 0 && !look() {
+                self.episodes.iter_mut().for_each(|episode| episode.over = true);
+                return Ok(None);
+            }
+            let first = part * self.at_once;
+            let done: Result<Vec<Turn>, Error> = match &self.pool {
+                None => {
+                    let each = episodes.iter_mut().enumerate();
+                    each.map(|(k, episode)| work(first + k, episode)).collect()
+                }
+                Some(pool) => {
+                    let each = episodes.par_iter_mut().enumerate().with_max_len(1);
+                    let each = each.map(|(k, episode)| work(first + k, episode));
+                    pool.threads.install(|| each.collect())
+                }
+            };
+            turns.extend(done?);
+        }
+        Ok(Some(turns))
     }
 
     /// The environments.

@@ -1,0 +1,91 @@
+"""Copies the docstrings of the stub to the Rust sources, so that help() says what the stub says.
+
+python scripts/py_docs.py: docstrings are written once, in python/omnistep/_omnistep.pyi; python/tests/test_examples.py
+compares them with what the built module says.
+"""
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+STUB = ROOT / "python" / "omnistep" / "_omnistep.pyi"
+SOURCES = ROOT / "crates" / "omni-py" / "src"
+
+Docs = dict[tuple[str, str], str]
+
+
+def stub_docs() -> Docs:
+    """Docstrings by class and name; a class's own has no name, a function's no class."""
+    docs: Docs = {}
+    for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node)):
+            docs[(node.name, "") if isinstance(node, ast.ClassDef) else ("", node.name)] = text
+        if isinstance(node, ast.ClassDef):
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef) and (text := ast.get_docstring(member)):
+                    docs[node.name, member.name] = text
+    return docs
+
+
+def above(lines: list[str], at: int) -> tuple[int, int, str]:
+    """Where the doc comment above a line begins and ends, and the attributes in between."""
+    start = at
+    while start and re.match(r"\s*(#\[|\)\]|\))", lines[start - 1]) or _inside_attribute(lines, start):
+        start -= 1
+    begin = start
+    while begin and lines[begin - 1].lstrip().startswith("///"):
+        begin -= 1
+    return begin, start, "".join(lines[start:at])
+
+
+def _inside_attribute(lines: list[str], at: int) -> bool:
+    """Is the line before this one between the lines of an attribute?"""
+    for line in reversed(lines[max(0, at - 12) : at]):
+        if line.lstrip().startswith("#["):
+            return "]" not in line
+        if line.rstrip().endswith(("{", "}", ";", "]")) or line.lstrip().startswith("///"):
+            return False
+    return False
+
+
+def written(lines: list[str], docs: Docs) -> list[str]:
+    """A source with the doc comments that the stub has."""
+    inside, lines = "", list(lines)
+    at = 0
+    while at < len(lines):
+        line = lines[at]
+        begin, start, attributes = above(lines, at)
+        key = None
+        if found := re.match(r"pub\(crate\) struct (\w+)", line):
+            inside = found[1] if "#[pyclass" in attributes else ""
+            key = (inside, "")
+        elif found := re.match(r"\s*impl (\w+) \{", line):
+            inside = found[1] if "#[pymethods]" in attributes else ""
+        elif line.startswith("wheel_arrays! {"):
+            inside = "Sample"
+        elif line.startswith("}"):
+            inside = ""
+        elif found := re.match(r"\s*(?:pub\(crate\) )?fn (\w+)", line):
+            key = ("", found[1]) if "#[pyfunction]" in attributes else (inside, found[1])
+        elif inside and (found := re.match(r"    (\w+)(?:: Py<| = (?:signal|wheel) )", line)):
+            key = (inside, found[1])
+        if key in docs and (key[0] or key[1]):
+            indent = re.match(r"\s*", line)[0]
+            text = [f"{indent}/// {each}".rstrip() + "\n" for each in docs[key].splitlines()]
+            lines[begin:start] = text
+            at += len(text) - (start - begin)
+        at += 1
+    return lines
+
+
+def main() -> None:
+    """Write every source."""
+    docs = stub_docs()
+    for path in sorted(SOURCES.glob("*.rs")):
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        path.write_text("".join(written(lines, docs)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
