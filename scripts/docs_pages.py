@@ -60,7 +60,10 @@ def python_pages() -> dict[str, str]:
         body = []
         for name in names.split():
             members = ", ".join(f'"{each}"' for each in module_names(name)) if is_module(name) else ""
-            body.append(f"::: omnistep.{name}\n" + (f"    options:\n      members: [{members}]\n" if members else ""))
+            options = f"    options:\n      members: [{members}]\n" if members else ""
+            if name == "gym":  # its classes share what they do with the others by way of a private module
+                options += "      inherited_members: [reset, step, render, ranges, action_s]\n      show_bases: false\n"
+            body.append(f"::: omnistep.{name}\n" + options)
         texts[page] = f"# {title}\n\n" + "\n".join(body)
     return texts
 

@@ -31,22 +31,18 @@ def stub_docs() -> Docs:
 def above(lines: list[str], at: int) -> tuple[int, int, str]:
     """Where the doc comment above a line begins and ends, and the attributes in between."""
     start = at
-    while start and re.match(r"\s*(#\[|\)\]|\))", lines[start - 1]) or _inside_attribute(lines, start):
+    while start:
+        line = lines[start - 1].strip()
+        if line.endswith(")]") and not line.startswith("#["):
+            while not lines[start - 1].strip().startswith("#["):
+                start -= 1
+        elif not line.startswith("#["):
+            break
         start -= 1
     begin = start
     while begin and lines[begin - 1].lstrip().startswith("///"):
         begin -= 1
     return begin, start, "".join(lines[start:at])
-
-
-def _inside_attribute(lines: list[str], at: int) -> bool:
-    """Is the line before this one between the lines of an attribute?"""
-    for line in reversed(lines[max(0, at - 12) : at]):
-        if line.lstrip().startswith("#["):
-            return "]" not in line
-        if line.rstrip().endswith(("{", "}", ";", "]")) or line.lstrip().startswith("///"):
-            return False
-    return False
 
 
 def written(lines: list[str], docs: Docs) -> list[str]:

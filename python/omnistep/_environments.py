@@ -55,6 +55,10 @@ class Task:
         if render_mode not in (None, "rgb_array"):
             allowed = "None or 'rgb_array'"
             raise ConfigError(f"render_mode = {render_mode!r}, allowed: {allowed}", key="render_mode")
+        for name, key in {"height_m": "terrain.height_m", "friction": "terrain.friction"}.items():
+            if name in ranges and key in (overrides or {}):
+                message = f"overrides: {key} is drawn for every episode, allowed: {name}=(low, high)"
+                raise ConfigError(message, key=key)
         own = self._overrides if scenario is None else {}
         self._episodes = Episodes(
             self._task,

@@ -10,6 +10,7 @@ from tqdm import tqdm
 from omnistep._omnistep import Log, Scenario, Trace, policies
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
+from omnistep.errors import ConfigError
 
 #: A call that is done by then shows no bar.
 SHORT_S = 1.0
@@ -18,7 +19,7 @@ SHORT_S = 1.0
 @contextmanager
 def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar that is told the part done, 0 to 1."""
-    layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed} of {elapsed}+{remaining}"
+    layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed}, {remaining} to go"
     with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
 
         def told(part: float) -> None:
@@ -94,7 +95,7 @@ def compare(
         The trace of each policy by name, in the order given.
 
     Raises:
-        ConfigError: a name, key or value is wrong.
+        ConfigError: a name, key or value is wrong, or no policy is named, or one twice.
         TypeError: ``policies`` is one string.
         SimulationError: the physics left the finite numbers.
 
@@ -104,9 +105,11 @@ def compare(
         >>> [trace.policy for trace in traces.values()]
         ['paper', 'load_sharing']
     """
-    if isinstance(policies, str):
-        raise TypeError(f"policies: the string {policies!r}, allowed: a list of names")
+    if isinstance(policies, str) or not (policies is None or isinstance(policies, Iterable)):
+        raise TypeError(f"policies: {policies!r}, allowed: a list of names")
     names = list(policies) if policies is not None else _all_policies()
+    if not names or len(set(names)) < len(names) or None in names:
+        raise ConfigError(f"policies: {names}, allowed: one name or more, each once", key="policies")
     traces: dict[str, Trace] = {}
     with _bar("compare", shown=progress) as told:
 

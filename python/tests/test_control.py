@@ -161,7 +161,18 @@ def test_a_controller_refuses_what_it_cannot_use_by_name():
         controller.step([0.0, math.nan, 0.0], np.zeros(7))
     with pytest.raises(omnistep.ConfigError, match=r"measured_rad_s = 3 rows, allowed: as many as commands, 2, or one"):
         controller.step(np.zeros((2, 3)), np.zeros((3, 7)))
+    # One row, whatever its dimensions, stays the same for every row of the other.
+    assert controller.step(np.zeros((1, 3)), np.zeros((3, 7))).applied_n_m.shape == (3, 7)
     with pytest.raises(omnistep.ConfigError, match=r"allowed: shape \(7,\) or \(T, 7\)"):
         controller.step(np.zeros(3), np.zeros(3))
     # A wheel whose encoder says nothing is not bad input: its loop holds what its integral holds.
     assert np.isfinite(controller.step([0.3, 0.0, 0.0], [0, 0, 0, math.nan, 0, 0, 0]).applied_n_m).all()
+
+
+def test_one_number_in_a_list_stays_the_same_for_every_step_of_a_pid():
+    pid = omnistep.Pid(kp_n_m_s_rad=1.0, period_s=0.1)
+    assert pid.step([1.0, 2.0], [0.5]).output_n_m.tolist() == [0.5, 1.5]
+    with pytest.raises(
+        omnistep.ConfigError, match="measured_rad_s = 3 numbers, allowed: as many as references, 2, or one"
+    ):
+        pid.step([1.0, 2.0], [0.0, 0.0, 0.0])

@@ -3,12 +3,14 @@
 import ast
 import doctest
 import importlib
+import inspect
 import pkgutil
 from pathlib import Path
 
 import pytest
 
 import omnistep
+from omnistep import _omnistep
 
 STUB = Path(omnistep.__file__).with_name("_omnistep.pyi")
 MODULES = ["omnistep", *(f"omnistep.{module.name}" for module in pkgutil.iter_modules(omnistep.__path__))]
@@ -64,3 +66,31 @@ def test_every_public_class_and_function_has_an_example_or_is_made_by_one_that_h
         if name not in stub and ">>>" not in (thing.__doc__ or ""):
             missing.append(name)
     assert sorted(missing) == []
+
+
+def documented():
+    """Every definition of the stub that has a docstring, with its class."""
+    for node in ast.parse(STUB.read_text()).body:
+        if isinstance(node, DEFINITIONS):
+            yield "", node
+        if isinstance(node, ast.ClassDef):
+            yield from ((node.name, member) for member in node.body if isinstance(member, DEFINITIONS))
+
+
+def test_help_says_what_the_stub_says():
+    compared, other = 0, []
+    for owner, node in documented():
+        text = ast.get_docstring(node)
+        if text is None:
+            continue
+        if node.name.startswith("__"):
+            continue  # Python has words of its own for these
+        thing = getattr(_omnistep, owner or node.name)
+        if owner:
+            member = vars(thing)[node.name]
+            thing = getattr(thing, node.name) if isinstance(member, staticmethod) else member
+        compared += 1
+        if inspect.cleandoc(getattr(thing, "__doc__", None) or "") != text:
+            other.append(f"{owner}.{node.name}")
+    # python scripts/py_docs.py copies them.
+    assert compared > 200 and other == []

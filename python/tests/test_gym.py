@@ -1,6 +1,8 @@
 """Environments for reinforcement learning: Gymnasium's own checks, and single and vector environments that agree."""
 
 import copy
+import os
+import signal
 import subprocess
 import sys
 import threading
@@ -291,3 +293,39 @@ def test_specs_are_kept_and_make_the_same_environment_again():
     again = gymnasium.make(copy.deepcopy(env.spec))
     assert_same(env.reset(seed=1), again.reset(seed=1))
     assert env.unwrapped.ranges == {"height_m": (0.03, 0.04), "friction": (0.5, 0.9)}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_environments_of_a_process_that_was_forked_have_threads_again():
+    envs = omnistep.gym.DriveVectorEnv(2, threads=2)
+    envs.reset(seed=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of Python: it has threads itself
+        child = os.fork()
+    if child == 0:
+        envs.step(np.zeros(envs.action_space.shape, np.float32))
+        os._exit(7)
+    for _ in range(100):
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            break
+        time.sleep(0.1)
+    else:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    assert done and os.waitstatus_to_exitcode(status) == 7
+
+
+def test_a_heading_is_off_by_less_than_half_a_turn_wherever_the_vehicle_faces():
+    for seed in range(4):
+        env = omnistep.gym.StepClimbEnv(overrides={"start.heading_rad": 3.14159})
+        observation, _ = env.reset(seed=seed)
+        # Headings differ by 0.03 rad, of a scale of 0.5 rad.
+        assert abs(observation[20]) < 0.1
+        _, reward, *_ = env.step(np.zeros(5, np.float32))
+        assert abs(reward) < 0.02
+
+
+def test_what_is_drawn_for_every_episode_is_not_to_be_overridden():
+    with pytest.raises(omnistep.ConfigError, match=r"allowed: height_m=\(low, high\)"):
+        omnistep.gym.StepClimbEnv(overrides={"terrain.height_m": 0.1})

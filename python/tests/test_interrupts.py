@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import omnistep
+import omnistep.gym
 from omnistep import _omnistep
 
 
@@ -27,12 +28,21 @@ def log(tmp_path_factory):
     return path
 
 
+def environments():
+    envs = omnistep.gym.DriveVectorEnv(200, frame_skip=1000, threads=1)
+    envs.reset(seed=0)
+    for _ in range(4):
+        envs.step(np.zeros(envs.action_space.shape, np.float32))
+
+
 HOUR = {"duration_s": 3600.0}
 LONG = {
     "run": lambda folder: omnistep.run("flat", overrides=HOUR, mcap=folder / "x.mcap"),
     "run on rollers": lambda folder: omnistep.run("flat", overrides={**HOUR, "physics.wheel_model": "rollers"}),
     "compare": lambda folder: omnistep.compare("flat", overrides=HOUR),
     "controller": lambda folder: omnistep.Controller("flat").step([0.3, 0.0, 0.0], np.zeros((20_000_000, 7))),
+    "pid": lambda folder: omnistep.Pid(kp_n_m_s_rad=1.0, period_s=0.1).step(1.0, np.zeros(100_000_000)),
+    "environments": lambda folder: environments(),
 }
 
 

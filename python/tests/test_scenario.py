@@ -125,3 +125,55 @@ def test_a_value_that_no_file_can_hold_is_a_type_error_with_its_key(value):
 def test_a_scenario_of_another_type_is_a_type_error(thing):
     with pytest.raises(TypeError, match=r"scenario: .*allowed: a name, a path or an omnistep.Scenario"):
         omnistep.run(thing)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        ({"policy": "paper", "overrides": {"control.policy": "independent"}}, "control.policy"),
+        ({"seed": 1, "overrides": {"seed": 5}}, "seed"),
+        ({"vehicle": "omni3", "overrides": {"vehicle": "mecanum4"}}, "vehicle"),
+    ],
+)
+def test_what_is_given_twice_is_refused(arguments, key):
+    with pytest.raises(omnistep.ConfigError, match="allowed: one of the two") as caught:
+        omnistep.Scenario("flat", **arguments)
+    assert caught.value.key == key
+
+
+def test_what_holds_itself_is_refused_and_so_is_what_only_looks_like_an_array():
+    endless: list = []
+    endless.append(endless)
+    with pytest.raises(TypeError, match="lists in lists"):
+        omnistep.Scenario("flat", overrides={"x": endless})
+    with pytest.raises(TypeError, match=r"terrain\.friction: .*allowed: a number"):
+        omnistep.Scenario("flat", overrides={"terrain.friction": type("Odd", (), {"tolist": lambda self: self})()})
+
+
+@pytest.mark.parametrize("seed", [1.5, "1", object()])
+def test_a_seed_of_another_type_is_named(seed):
+    with pytest.raises(TypeError, match=r"seed: .*allowed: a whole number, 0 to"):
+        omnistep.Scenario("flat", seed=seed)
+
+
+def test_equal_values_have_the_same_hash_and_others_another():
+    assert len({omnistep.Scenario("flat"), omnistep.Scenario("flat"), omnistep.Scenario("flat", seed=1)}) == 2
+    assert len({omnistep.Vehicle("omni3"), omnistep.Scenario("flat", vehicle="omni3").vehicle}) == 1
+
+
+def test_what_a_run_gives_and_what_kinematics_are_made_of_survive_pickle():
+    trace = omnistep.run("flat", overrides={"duration_s": 0.2})
+    again = pickle.loads(pickle.dumps(trace))
+    assert again.names == trace.names and (again.to_numpy() == trace.to_numpy()).all()
+    assert pickle.loads(pickle.dumps(trace.outcome)).to_dict().keys() == trace.outcome.to_dict().keys()
+    assert repr(again) == repr(trace) and again.wheel_signals == trace.wheel_signals
+    layout = omnistep.Vehicle("mecanum4").layout
+    assert pickle.loads(pickle.dumps(layout)) == layout
+    assert pickle.loads(pickle.dumps(layout.wheels[1])) == layout.wheels[1]
+    weights = np.array([1.0, 2.0, 3.0, 4.0])
+    kinematics = omnistep.Kinematics(layout=layout, weights=weights)
+    expected = kinematics.forward_matrix
+    weights[:] = 1.0  # the caller's own from here on
+    assert (pickle.loads(pickle.dumps(kinematics)).forward_matrix == expected).all()
+    with pytest.raises(ValueError, match="the pickle is damaged"):
+        omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), b"")

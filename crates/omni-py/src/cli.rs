@@ -4,7 +4,7 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the command line `argv` (the program's name first); returns the exit code.
+/// Run the command line ``argv`` (the program's name first); return the exit code.
 #[pyfunction]
 pub(crate) fn cli(py: Python<'_>, argv: Vec<OsString>) -> u8 {
     py.detach(|| omni_sim::cli::main(argv))

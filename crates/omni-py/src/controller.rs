@@ -11,7 +11,27 @@ use crate::arrays::{Rows, STEPS_PER_LOOK, array};
 use crate::error::{Stop, exception, refused};
 use crate::scenario::{Scenario, ScenarioArg, load};
 
-/// Velocity limits, kinematics, a PID loop a wheel, motor limits and a coordination policy.
+/// The controller of a scenario, as firmware runs it.
+///
+/// It limits the command, maps it to the wheels, runs a PID loop a wheel within the motors' limits, and coordinates
+/// them. It has a state; a call with T rows is the same as T calls with one.
+///
+/// Args:
+///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
+///     policy: coordination policy instead of the scenario's.
+///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> controller = omnistep.Controller("step", policy="synchronised")
+///     >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+///     >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
+///     >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
+///     >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
+///     True
 #[pyclass(module = "omnistep")]
 pub(crate) struct Controller {
     scenario: config::Scenario,
@@ -36,7 +56,20 @@ impl Controller {
         Ok(Self { scenario, inner })
     }
 
-    /// One control step for each pair of a command and measured velocities.
+    /// One control step, or T of them, one after the other; Ctrl-C stops it.
+    ///
+    /// Args:
+    ///     commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
+    ///         the other.
+    ///     measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel whose encoder says
+    ///         nothing.
+    ///
+    /// Returns:
+    ///     Every signal, one row each.
+    ///
+    /// Raises:
+    ///     ConfigError: a shape is wrong, the lengths differ, or a command is not finite.
+    ///     TypeError: not numbers.
     fn step(
         &mut self,
         py: Python<'_>,
@@ -74,7 +107,7 @@ impl Controller {
         columns.finish(py, count, wheels)
     }
 
-    /// As freshly started.
+    /// Be as freshly started.
     fn reset(&mut self) -> PyResult<()> {
         self.inner = started(&self.scenario)?;
         Ok(())
@@ -160,34 +193,34 @@ impl Columns {
     }
 }
 
-/// What one control step did, or each of many.
+/// What one step of a :class:`Controller` did, or each of T: then every shape below begins with T.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct ControlSample {
-    /// The commands, within the vehicle's limits.
+    /// The command within the vehicle's limits, (3,).
     command: Py<PyArrayDyn<f64>>,
-    /// The twists that the measured velocities amount to.
+    /// The twist that the measured velocities amount to, (3,).
     estimated: Py<PyArrayDyn<f64>>,
-    /// Factor of the policy on all torques or all references.
+    /// Factor of the policy on all torques or all references, 0 to 1, ().
     common_factor: Py<PyArrayDyn<f64>>,
-    /// References as commanded [rad/s].
+    /// References as commanded [rad/s], (N,).
     reference_rad_s: Py<PyArrayDyn<f64>>,
-    /// Proportional terms [N.m].
+    /// Proportional terms [N.m], (N,).
     p_n_m: Py<PyArrayDyn<f64>>,
-    /// Integral terms [N.m].
+    /// Integral terms [N.m], (N,).
     i_n_m: Py<PyArrayDyn<f64>>,
-    /// Derivative terms [N.m].
+    /// Derivative terms [N.m], (N,).
     d_n_m: Py<PyArrayDyn<f64>>,
-    /// Torques asked for with the whole reference [N.m].
+    /// Torques asked for with the whole reference [N.m], (N,).
     requested_n_m: Py<PyArrayDyn<f64>>,
-    /// Torques to apply [N.m].
+    /// Torques to apply [N.m], (N,), within the limits.
     applied_n_m: Py<PyArrayDyn<f64>>,
-    /// Lowest torques allowed [N.m].
+    /// Lowest torques allowed [N.m], <= 0, (N,).
     limit_lower_n_m: Py<PyArrayDyn<f64>>,
-    /// Highest torques allowed [N.m].
+    /// Highest torques allowed [N.m], >= 0, (N,).
     limit_upper_n_m: Py<PyArrayDyn<f64>>,
-    /// Parts of the measured velocities that no motion of the vehicle explains [rad/s].
+    /// Parts of the measured velocities that no motion of the vehicle explains [rad/s], (N,).
     residual_rad_s: Py<PyArrayDyn<f64>>,
-    /// The request was outside the limits.
+    /// The request was outside the limits, (N,).
     saturated: Py<PyArrayDyn<bool>>,
 }
 

@@ -111,9 +111,31 @@ fn weighted<const N: usize>(layout: &Layout, weights: &[f64]) -> PyResult<Box<dy
     }
 }
 
-/// Body twist to wheel velocities and back.
+/// Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
+///
+/// Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). What is handed in is not changed;
+/// every array handed out is new.
+///
+/// Args:
+///     layout: the wheels.
+///     forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum
+///         of squared wheel errors, or the mean of what each wheel says, eq. (7) of the paper.
+///     weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
+///         of what each wheel says. A wheel of weight 0 has no say.
+///
+/// Raises:
+///     ConfigError: an unknown ``forward``, an average that does not undo the inverse map of this layout, or weights
+///         that are out of range, too few, or leave less than three motions.
+///     TypeError: weights are not numbers.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.6, track_m=0.4, radius_m=0.1)
+///     >>> omnistep.Kinematics(layout=layout).inverse([1.0, 0.0, 2.0]).round(9).tolist()
+///     [0.0, 20.0, 0.0, 20.0]
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Kinematics {
+    /// The wheels.
     layout: Py<Layout>,
     wheels: usize,
     forward: String,
@@ -122,6 +144,24 @@ pub(crate) struct Kinematics {
 }
 
 impl Kinematics {
+    /// Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
+    ///
+    /// Args:
+    ///     policy: ``independent``, ``paper`` or ``synchronised``.
+    ///     overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
+    ///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+    ///
+    /// Returns:
+    ///     A row every 0.1 s, or every control period where that is longer.
+    ///
+    /// Raises:
+    ///     ConfigError: a name, key or value is wrong.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> trace = omnistep.wheels("synchronised")
+    ///     >>> trace.speed_rpm.shape, float(trace.t_s[-1])
+    ///     ((651, 3), 65.0)
     pub(crate) fn wheels(&self) -> usize {
         self.wheels
     }
@@ -166,20 +206,40 @@ impl Kinematics {
         })
     }
 
-    /// The layout.
+    /// The wheels.
     #[getter]
     pub(crate) fn layout(&self, py: Python<'_>) -> Py<Layout> {
         self.layout.clone_ref(py)
     }
 
-    /// Actuator velocities [rad/s] that move the vehicle with `twists`.
+    /// Actuator velocities that move the vehicle with the twists.
+    ///
+    /// Args:
+    ///     twists: (3,) or (T, 3).
+    ///
+    /// Returns:
+    ///     Velocities [rad/s], (N,) or (T, N).
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong or a number is not finite.
+    ///     TypeError: not numbers.
     fn inverse<'py>(&self, twists: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let (py, rows) = (twists.py(), Rows::read("twists", twists, 3)?);
         let velocities = py.detach(|| self.maps.inverse(&rows.values));
         array(py, rows.shape(self.wheels), velocities)
     }
 
-    /// The twists that actuator velocities [rad/s] amount to.
+    /// The twists that actuator velocities amount to.
+    ///
+    /// Args:
+    ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
+    ///
+    /// Returns:
+    ///     Twists, (3,) or (T, 3).
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong or a number is not finite.
+    ///     TypeError: not numbers.
     fn forward<'py>(&self, velocities: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let (py, rows) = (
             velocities.py(),
@@ -189,7 +249,17 @@ impl Kinematics {
         array(py, rows.shape(3), twists)
     }
 
-    /// The part of actuator velocities [rad/s] that no motion of the vehicle explains.
+    /// The part of actuator velocities that no motion of the vehicle explains: zero where no wheel slips.
+    ///
+    /// Args:
+    ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
+    ///
+    /// Returns:
+    ///     Velocities [rad/s] in the shape of ``velocities``.
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong or a number is not finite.
+    ///     TypeError: not numbers.
     fn residual<'py>(&self, velocities: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let (py, rows) = (
             velocities.py(),
@@ -199,7 +269,22 @@ impl Kinematics {
         array(py, rows.shape(self.wheels), residual)
     }
 
-    /// Twists that every wheel can follow.
+    /// Slower wheels for twists that no wheel can turn fast enough for.
+    ///
+    /// Args:
+    ///     twists: (3,) or (T, 3).
+    ///     limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
+    ///     gives_way: ``uniform`` scales the whole twist, so that the path stays the same; ``yaw`` keeps translation
+    ///         and ``translation`` keeps the yaw rate as far as it is possible alone, also where the two together
+    ///         would have been possible.
+    ///
+    /// Returns:
+    ///     What every wheel can follow.
+    ///
+    /// Raises:
+    ///     ConfigError: a shape is wrong, a number is not finite, a limit is out of range, or ``gives_way`` is
+    ///         unknown.
+    ///     TypeError: not numbers.
     #[pyo3(signature = (twists, *, limits_rad_s, gives_way = "uniform"))]
     fn desaturate(
         &self,
@@ -233,13 +318,13 @@ impl Kinematics {
         })
     }
 
-    /// The inverse map, (N, 3).
+    /// The inverse map A, one row [1/m, 1/m, 1] a wheel, (N, 3): ``inverse(x)`` is ``A @ x``.
     #[getter]
     fn inverse_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![self.wheels, 3], self.maps.inverse_matrix())
     }
 
-    /// The forward map, (3, N).
+    /// The forward map, a left inverse of A, one row a motion, (3, N).
     #[getter]
     fn forward_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3, self.wheels], self.maps.forward_matrix())
@@ -261,18 +346,20 @@ impl Kinematics {
     }
 }
 
-/// Twists that every wheel can follow, and what became of those asked for.
+/// Twists that every wheel can follow, and what became of those asked for; made by :meth:`Kinematics.desaturate`.
+///
+/// Shapes are those for (3,) and for (T, 3) twists.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct Desaturated {
-    /// The twists as reduced.
+    /// The twists as reduced, (3,) or (T, 3).
     twist: Py<PyArrayDyn<f64>>,
-    /// The actuator velocities that belong to them [rad/s].
+    /// The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N).
     velocities: Py<PyArrayDyn<f64>>,
-    /// What translation was multiplied by.
+    /// What translation was multiplied by, 0 to 1, () or (T,).
     translation_factor: Py<PyArrayDyn<f64>>,
-    /// What the yaw rate was multiplied by.
+    /// What the yaw rate was multiplied by, 0 to 1, () or (T,).
     yaw_factor: Py<PyArrayDyn<f64>>,
-    /// Index of the wheel that set the smallest factor, -1 for none.
+    /// Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,).
     limiting: Py<PyArrayDyn<i64>>,
 }
 

@@ -11,7 +11,26 @@ use crate::counts::{self, unusable};
 use crate::error::{of_core, refused};
 use crate::values::rebuilt;
 
-/// One driven wheel with free rollers on its rim.
+/// One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
+///
+/// Args:
+///     position_m: place of the contact point in the body frame [m] (x forward, y left), each within +-1000.
+///     rolling_direction: the way the vehicle moves when this wheel alone turns positively, (x, y) of any length but
+///         zero; forward by default.
+///     roller_angle_rad: angle from the rolling direction to the axis of the roller on the ground [rad],
+///         counter-clockwise is positive: 0 for an omni wheel, +-pi/4 for a mecanum wheel, never +-pi/2.
+///     radius_m: rolling radius [m], 0.0001 to 100.
+///     gear: wheel velocity over actuator velocity, 1e-6 to 1000: 1 for direct drive, 0.05 for a 20:1 reduction.
+///     reversed: the actuator turns the wheel backwards when it turns positively.
+///
+/// Raises:
+///     ConfigError: a position or direction is not two numbers.
+///     TypeError: an argument is not a number.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> omnistep.Wheel(position_m=(0.3, -0.2), radius_m=0.05, gear=0.05).rolling_direction
+///     (1.0, 0.0)
 #[pyclass(frozen, eq, from_py_object, module = "omnistep")]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Wheel {
@@ -47,13 +66,13 @@ impl Wheel {
         Ok(Self { inner })
     }
 
-    /// Place of the contact point [m], x, y.
+    /// Place of the contact point [m], x and y.
     #[getter]
     fn position_m(&self) -> (f64, f64) {
         self.inner.position_m.into()
     }
 
-    /// The way the vehicle moves when this wheel alone turns positively, x, y.
+    /// The way the vehicle moves when this wheel alone turns positively, as given.
     #[getter]
     fn rolling_direction(&self) -> (f64, f64) {
         self.inner.rolling_direction.into()
@@ -110,7 +129,21 @@ impl Wheel {
     }
 }
 
-/// Wheels that together can move the vehicle in every direction.
+/// Wheels that together can move the vehicle in every direction: 3 to 8 of them, N in what follows.
+///
+/// Args:
+///     wheels: the wheels; their order is that of every array over wheels.
+///
+/// Raises:
+///     ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
+///         the condition number is above 100.
+///     TypeError: not a list of wheels.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> layout = omnistep.Layout.omni(wheels=3, circle_radius_m=0.2, wheel_radius_m=0.05)
+///     >>> len(layout), round(layout.condition_number, 6)
+///     (3, 1.0)
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(PartialEq)]
 pub(crate) struct Layout {
@@ -156,6 +189,12 @@ fn checked_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<
     Layout::checked::<N>(&of_wheels(wheels)?).map_err(|error| of_core("wheels", &error))
 }
 
+/// Names of the built-in vehicles.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> omnistep.vehicles()
+///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 fn vehicles<const N: usize>(vehicle: &Vehicle) -> PyResult<Layout> {
     preset(vehicle.layout::<f64, N>(), |same| same)
 }
@@ -204,7 +243,15 @@ impl Layout {
         for_wheel_count!(wheels.len(), checked_wheels[](&wheels), counts::refuse)
     }
 
-    /// The seven-wheel vehicle of the paper.
+    /// The seven-wheel vehicle of the paper; ``docs/conventions.md`` draws it.
+    ///
+    /// Args:
+    ///     r1_m: distance of the front and rear rows from the middle [m], above 0.
+    ///     r2_m: distance of the side wheels from the centre line [m], above 0.
+    ///     radius_m: rolling radius of the wheels [m].
+    ///
+    /// Raises:
+    ///     ConfigError: a length is out of range.
     #[staticmethod]
     #[pyo3(signature = (*, r1_m, r2_m, radius_m))]
     fn chugo7(r1_m: f64, r2_m: f64, radius_m: f64) -> PyResult<Self> {
@@ -212,7 +259,16 @@ impl Layout {
         preset(WheelLayout::chugo7(r1_m, r2_m, radius_m), |same| same)
     }
 
-    /// Equal omni wheels on a circle.
+    /// Equal omni wheels on a circle, each rolling counter-clockwise.
+    ///
+    /// Args:
+    ///     wheels: how many, 3 to 8.
+    ///     circle_radius_m: radius of the circle [m], above 0.
+    ///     offset_rad: angle from forward to the first wheel [rad], counter-clockwise is positive.
+    ///     wheel_radius_m: rolling radius of the wheels [m].
+    ///
+    /// Raises:
+    ///     ConfigError: a count, length or angle is out of range.
     #[staticmethod]
     #[pyo3(signature = (*, wheels, circle_radius_m, offset_rad = 0.0, wheel_radius_m))]
     fn omni(
@@ -225,7 +281,17 @@ impl Layout {
         for_wheel_count!(count, omni[](circle_radius_m, offset_rad, wheel_radius_m), counts::refuse)
     }
 
-    /// Four mecanum wheels at the corners of a rectangle.
+    /// Four mecanum wheels at the corners of a rectangle: front left, front right, rear left, rear right.
+    ///
+    /// All turn positively when the vehicle drives forward. The axes of the rollers on the ground form a diamond.
+    ///
+    /// Args:
+    ///     wheelbase_m: distance from the front to the rear contact points [m], above 0.
+    ///     track_m: distance from the left to the right contact points [m], above 0.
+    ///     radius_m: rolling radius of the wheels [m].
+    ///
+    /// Raises:
+    ///     ConfigError: a length is out of range.
     #[staticmethod]
     #[pyo3(signature = (*, wheelbase_m, track_m, radius_m))]
     fn mecanum4(wheelbase_m: f64, track_m: f64, radius_m: f64) -> PyResult<Self> {
@@ -238,7 +304,9 @@ impl Layout {
         PyTuple::new(py, self.wheels.iter().map(|&inner| Wheel { inner }))
     }
 
-    /// Condition number of the inverse map.
+    /// How much more wheel noise is amplified in the worst direction of motion than in the best, 1 to 100.
+    ///
+    /// Yaw is measured at the wheels' mean lever, so that metres and radians compare.
     #[getter]
     fn condition_number(&self) -> f64 {
         self.condition_number

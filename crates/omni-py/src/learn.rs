@@ -11,7 +11,18 @@ use crate::arrays::array;
 use crate::error::exception;
 use crate::scenario::{ScenarioArg, load};
 
-/// Environments of one task, stepped together outside the interpreter's lock.
+/// Environments of one task, stepped together: what :mod:`omnistep.gym` wraps for Gymnasium.
+///
+/// Args:
+///     task: ``"step_climb"`` or ``"drive"``.
+///     scenario, policy, overrides: as of :class:`Simulation`.
+///     ranges: what replaces the ranges that episodes' differences are drawn from, by name.
+///     frame_skip: control periods that an action is held for, 1 to 1000.
+///     num_envs: number of environments, 1 to 65536.
+///     threads: threads; 0 for one a core.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong.
 #[pyclass(module = "omnistep._omnistep")]
 pub(crate) struct Episodes {
     batch: learn::Episodes,
@@ -73,7 +84,19 @@ impl Episodes {
         })
     }
 
-    /// Starts the next episode of those in `mask`.
+    /// Start the next episode of those in `mask`.
+    ///
+    /// Args:
+    ///     seeds: one an environment; None goes on with its row of random numbers.
+    ///     fixed: values that are not drawn.
+    ///     mask: one flag an environment.
+    ///
+    /// Returns:
+    ///     Observations, (num_envs, observations), and figures by name: an array of each, and one ``_name`` that says
+    ///     which of its values count. What no environment knows is left out.
+    ///
+    /// Raises:
+    ///     ConfigError: a name or value is wrong; the present episodes go on then.
     fn reset<'py>(
         &mut self,
         py: Python<'py>,
@@ -94,7 +117,18 @@ impl Episodes {
         ))
     }
 
-    /// Steps all environments.
+    /// Step all environments, outside the interpreter's lock.
+    ///
+    /// Args:
+    ///     actions: num_envs x actions numbers, clipped to -1 to 1.
+    ///     autoreset: ``"Disabled"``, ``"NextStep"`` or ``"SameStep"``.
+    ///
+    /// Returns:
+    ///     Observations, rewards, terminated, truncated, figures; and where episodes ended and began in one step, the
+    ///     last observation of each (None for the others) and their figures.
+    ///
+    /// Raises:
+    ///     ConfigError: the actions are wrong, or an episode is over; nothing happened then.
     #[expect(clippy::type_complexity, reason = "Gymnasium's own")]
     fn step<'py>(
         &mut self,
@@ -159,14 +193,17 @@ impl Episodes {
         self.batch.episodes()[0].action_s()
     }
 
-    /// What differs between episodes, and the range of each.
+    /// What differs between episodes, and its range.
     #[getter]
     fn ranges(&self) -> Vec<(&'static str, (f64, f64))> {
         let draws = self.batch.episodes()[0].draws();
         draws.iter().map(|draw| (draw.name, draw.range.into())).collect()
     }
 
-    /// Centres of one environment's wheels in the world [m], (wheels, 3), and their radii [m], (wheels,).
+    /// Centres of one environment's wheels in the world [m], (N, 3), and their radii [m], (N,).
+    ///
+    /// Raises:
+    ///     IndexError: there is no such environment.
     fn wheels_m<'py>(
         &self,
         py: Python<'py>,
@@ -189,6 +226,9 @@ impl Episodes {
     }
 
     /// Height of one environment's ground [m] at places x [m], y = 0.
+    ///
+    /// Raises:
+    ///     IndexError: there is no such environment.
     fn ground_m<'py>(
         &self,
         py: Python<'py>,

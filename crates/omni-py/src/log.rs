@@ -12,12 +12,23 @@ use crate::error::{exception, looked};
 use crate::trace::{Outcome, Trace};
 
 /// A run read back from its log.
+///
+/// >>> import omnistep, pathlib, tempfile
+/// >>> with tempfile.TemporaryDirectory() as folder:
+/// ...     path = pathlib.Path(folder) / "flat.mcap"
+/// ...     trace = omnistep.run("flat", overrides={"duration_s": 0.5}, mcap=path)
+/// ...     log = omnistep.read_mcap(path)
+/// >>> bool((log.trace.wheels("applied_n_m") == trace.wheels("applied_n_m")).all())
+/// True
+/// >>> log.frames["base_link"].shape
+/// (26, 7)
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Log {
     path: PathBuf,
     run: BTreeMap<String, String>,
     complete: bool,
     scenario: String,
+    /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
     trace: Py<Trace>,
     outcome: Option<Outcome>,
     frame_time_s: Vec<f64>,
@@ -26,7 +37,11 @@ pub(crate) struct Log {
     terrain_urdf: String,
 }
 
-/// Reads an MCAP log of a run; `on_progress` is told the part done, 0 to 1, every some milliseconds.
+/// Read an MCAP log: :func:`omnistep.read_mcap` without a progress bar.
+///
+/// Args:
+///     path: as there.
+///     on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
 #[pyfunction]
 #[pyo3(signature = (path, *, on_progress = None))]
 pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<PyAny>>) -> PyResult<Log> {
@@ -60,41 +75,49 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
 
 #[pymethods]
 impl Log {
+    /// Where it was read.
     #[getter]
     fn path(&self) -> PathBuf {
         self.path.clone()
     }
 
+    /// Program version, scenario, vehicle, policy and seed by name.
     #[getter]
     fn run(&self) -> BTreeMap<String, String> {
         self.run.clone()
     }
 
+    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
     #[getter]
     fn complete(&self) -> bool {
         self.complete
     }
 
+    /// The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out.
     #[getter]
     fn scenario_toml(&self) -> &str {
         &self.scenario
     }
 
+    /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
     #[getter]
     fn trace(&self, py: Python<'_>) -> Py<Trace> {
         self.trace.clone_ref(py)
     }
 
+    /// The figures; None where the run was killed before its end.
     #[getter]
     fn outcome(&self) -> Option<Outcome> {
         self.outcome.clone()
     }
 
+    /// Times of the frames [s], (F,).
     #[getter]
     fn frame_time_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.frame_time_s)
     }
 
+    /// Frames in the world by name, (F, 7): x, y, z [m] and the unit quaternion x, y, z, w.
     #[getter]
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -106,11 +129,13 @@ impl Log {
         Ok(dict)
     }
 
+    /// The vehicle as URDF.
     #[getter]
     fn urdf(&self) -> &str {
         &self.urdf
     }
 
+    /// The ground as URDF.
     #[getter]
     fn terrain_urdf(&self) -> &str {
         &self.terrain_urdf

@@ -7,7 +7,28 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Array, Rows, array};
 use crate::error::refused;
 
-/// The constant twists that, held for `dt_s` [s], end where `twists` point.
+/// Twists that, held for a period, end where a straight line along the twists given would.
+///
+/// A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period are
+/// straightened by this.
+///
+/// Args:
+///     twists: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+///     dt_s: the period [s], above 0. The turn within it should stay below one revolution.
+///
+/// Returns:
+///     Body twists in the shape of ``twists``; wz is kept.
+///
+/// Raises:
+///     ConfigError: a shape is wrong or a number is not finite.
+///     TypeError: not numbers.
+///
+/// Example:
+///     >>> import math, omnistep
+///     >>> held = omnistep.discretize([1.0, 0.0, math.pi], dt_s=0.5)  # a quarter of a turn while going straight ahead
+///     >>> end = omnistep.moved_by([0.0, 0.0, 0.0], 0.5 * held)
+///     >>> end.round(9).tolist()
+///     [0.5, 0.0, 1.570796327]
 #[pyfunction]
 #[pyo3(signature = (twists, *, dt_s))]
 pub(crate) fn discretize<'py>(twists: &Bound<'py, PyAny>, dt_s: f64) -> PyResult<Array<'py, f64>> {
@@ -25,7 +46,24 @@ pub(crate) fn discretize<'py>(twists: &Bound<'py, PyAny>, dt_s: f64) -> PyResult
     array(twists.py(), rows.shape(3), values.collect())
 }
 
-/// The poses after displacements along arcs.
+/// Poses after displacements, exact for twists that stayed constant: the vehicle moves along an arc.
+///
+/// Args:
+///     poses: poses in the world (x [m], y [m], yaw [rad]), (3,) or (T, 3).
+///     displacements: twists times the time they were held (forward [m], left [m], turn [rad]), in the shape of
+///         ``poses``.
+///
+/// Returns:
+///     Poses in the shape of ``poses``; the yaw is added up, not wrapped.
+///
+/// Raises:
+///     ConfigError: a shape is wrong or a number is not finite.
+///     TypeError: not numbers.
+///
+/// Example:
+///     >>> import math, omnistep
+///     >>> omnistep.moved_by([0.0, 0.0, math.pi / 2], [1.0, 0.0, 0.0]).round(9).tolist()  # facing left
+///     [0.0, 1.0, 1.570796327]
 #[pyfunction]
 #[pyo3(signature = (poses, displacements, /))]
 pub(crate) fn moved_by<'py>(

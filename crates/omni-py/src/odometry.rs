@@ -89,9 +89,32 @@ impl<const N: usize> Track for Tracker<N> {
     }
 }
 
-/// Where the wheels say that the vehicle is.
+/// Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
+///
+/// Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
+/// counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity changes nothing; positions make up for it
+/// with the next row.
+///
+/// Args:
+///     kinematics: how wheels say how the vehicle moves.
+///     period_s: time between two steps [s], 1e-6 to 10.
+///     pose: where it starts; the origin, facing +x, by default.
+///
+/// Raises:
+///     ConfigError: ``period_s`` is out of range, or the pose is not three finite numbers.
+///
+/// Example:
+///     >>> import math, omnistep
+///     >>> layout = omnistep.Layout.omni(wheels=3, circle_radius_m=0.2, wheel_radius_m=0.05)
+///     >>> kinematics = omnistep.Kinematics(layout=layout)
+///     >>> odometry = omnistep.Odometry(kinematics=kinematics, period_s=0.01)
+///     >>> circle = kinematics.inverse([[1.0, 0.0, math.tau]] * 50)  # half a turn to the left
+///     >>> poses = odometry.step_velocities(circle)
+///     >>> poses.shape, abs(float(odometry.pose[1]) - 1.0 / math.pi) < 1e-9  # a circle of 1 / tau
+///     ((50, 3), True)
 #[pyclass(module = "omnistep")]
 pub(crate) struct Odometry {
+    /// How wheels say how the vehicle moves.
     kinematics: Py<Kinematics>,
     period_s: f64,
     wheels: usize,
@@ -141,7 +164,7 @@ impl Odometry {
         Ok(odometry)
     }
 
-    /// The maps.
+    /// How wheels say how the vehicle moves.
     #[getter]
     fn kinematics(&self, py: Python<'_>) -> Py<Kinematics> {
         self.kinematics.clone_ref(py)
@@ -153,13 +176,23 @@ impl Odometry {
         self.period_s
     }
 
-    /// The pose now (x [m], y [m], yaw [rad]), (3,).
+    /// The pose now, (3,).
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.track.pose().to_vec())
     }
 
-    /// Steps at actuator velocities [rad/s], each held for one period.
+    /// One period at each row of actuator velocities, held constant over it.
+    ///
+    /// Args:
+    ///     velocities: [rad/s], (N,) or (T, N).
+    ///
+    /// Returns:
+    ///     The pose after each, (3,) or (T, 3).
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong.
+    ///     TypeError: not numbers.
     fn step_velocities<'py>(&mut self, velocities: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("velocities", velocities, self.wheels)?;
         self.steps(velocities.py(), &rows, self.wheels, |track, rows, poses| {
@@ -167,7 +200,17 @@ impl Odometry {
         })
     }
 
-    /// Steps to actuator positions [rad].
+    /// What the actuators turned since the row before; the first row ever only starts.
+    ///
+    /// Args:
+    ///     positions: actuator positions [rad], unwrapped, (N,) or (T, N).
+    ///
+    /// Returns:
+    ///     The pose after each, (3,) or (T, 3).
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong.
+    ///     TypeError: not numbers.
     fn step_positions<'py>(&mut self, positions: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("positions", positions, self.wheels)?;
         self.steps(positions.py(), &rows, self.wheels, |track, rows, poses| {
@@ -175,7 +218,17 @@ impl Odometry {
         })
     }
 
-    /// Steps by displacements in the body's frame.
+    /// What somebody else measured: displacements along arcs in the body's frame.
+    ///
+    /// Args:
+    ///     displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).
+    ///
+    /// Returns:
+    ///     The pose after each, (3,) or (T, 3).
+    ///
+    /// Raises:
+    ///     ConfigError: the shape is wrong.
+    ///     TypeError: not numbers.
     fn step_displacements<'py>(&mut self, displacements: &Bound<'py, PyAny>) -> PyResult<Array<'py, f64>> {
         let rows = Rows::with_gaps("displacements", displacements, 3)?;
         self.steps(displacements.py(), &rows, 3, |track, rows, poses| {
@@ -183,7 +236,11 @@ impl Odometry {
         })
     }
 
-    /// Sets the pose.
+    /// Set the pose; the yaw is wrapped. Positions stay known: the next row adds what turned since the last.
+    ///
+    /// Raises:
+    ///     ConfigError: not three finite numbers.
+    ///     TypeError: not numbers.
     fn reset(&mut self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         const ALLOWED: &str = "three finite numbers, x [m], y [m], yaw [rad]";
         let pose: [f64; 3] = fixed("pose", pose, ALLOWED)?;
@@ -194,7 +251,7 @@ impl Odometry {
         }
     }
 
-    /// The next positions only start, as the first did.
+    /// Let the next positions only start, as the first did: for encoders that were set to zero.
     fn forget_positions(&mut self) {
         self.track.forget_positions();
     }

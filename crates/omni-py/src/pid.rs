@@ -7,7 +7,38 @@ use pyo3::prelude::*;
 use crate::arrays::{STEPS_PER_LOOK, array, choice, floats};
 use crate::error::{of_core, refused};
 
-/// A PID loop with its state.
+/// A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
+///
+/// ``u = kp e + ki (integral of e) + kd e'`` with ``e = reference - measured``; integrals and derivatives are backward
+/// differences. The code is that of firmware, in float64.
+///
+/// Args:
+///     kp_n_m_s_rad: proportional gain [N.m per rad/s], 0 to 1e6.
+///     ki_n_m_rad: integral gain [N.m per rad], 0 to 1e6.
+///     kd_n_m_s2_rad: derivative gain [N.m per rad/s^2], 0 to 1e6.
+///     period_s: control period [s], 1e-6 to 10.
+///     proportional_weight: weight of the reference in the proportional term, 0 to 1.
+///     derivative_weight: weight of the reference in the derivative term, 0 to 1: 0 is the derivative of the
+///         measurement alone.
+///     derivative_filter_s: time constant of the derivative's filter [s], 0 to 1000.
+///     static_friction_n_m: feed-forward in the direction of the reference [N.m], 0 to 1e6.
+///     viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
+///     inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
+///     order: does the integral take in the error before the output is formed, or after.
+///     anti_windup: what the integral does while the output is limited. ``clamp`` takes ``integral_limit_n_m``,
+///         ``back_calculation`` takes ``tracking_time_s``.
+///     integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
+///     tracking_time_s: time constant [s], the period to 1e6.
+///     output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
+///
+/// Raises:
+///     ConfigError: an argument is out of range, unknown, or does not go with another.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> pid = omnistep.Pid(kp_n_m_s_rad=2.0, ki_n_m_rad=10.0, period_s=0.1)
+///     >>> pid.step([1.0, 1.0], 0.0).output_n_m.tolist()  # 2 * 1 + 10 * (0.1 * 1), then more
+///     [3.0, 4.0]
 #[pyclass(module = "omnistep")]
 pub(crate) struct Pid {
     config: PidConfig<f64>,
@@ -122,7 +153,19 @@ impl Pid {
         })
     }
 
-    /// One step for each pair of a reference and a measurement [rad/s].
+    /// One step, or T of them, one after the other.
+    ///
+    /// Args:
+    ///     reference_rad_s: reference [rad/s], a number or (T,); one number stays the same for every step.
+    ///     measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, changes nothing in the state and
+    ///         yields the integral term alone.
+    ///
+    /// Returns:
+    ///     Output and terms, () or (T,).
+    ///
+    /// Raises:
+    ///     ConfigError: the lengths differ.
+    ///     TypeError: not numbers.
     fn step(
         &mut self,
         reference_rad_s: &Bound<'_, PyAny>,
@@ -180,7 +223,12 @@ impl Pid {
         })
     }
 
-    /// Bumpless transfer: the next step with this reference and measurement yields `output_n_m`.
+    /// Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
+    ///
+    /// Without an integral gain there is nothing to set, and the output may jump.
+    ///
+    /// Raises:
+    ///     ConfigError: a number is not finite.
     #[pyo3(signature = (output_n_m, *, reference_rad_s, measured_rad_s))]
     fn track(&mut self, output_n_m: f64, reference_rad_s: f64, measured_rad_s: f64) -> PyResult<()> {
         for (name, value) in [
@@ -197,7 +245,7 @@ impl Pid {
         Ok(())
     }
 
-    /// As freshly started.
+    /// Be as freshly started.
     fn reset(&mut self) {
         self.state = PidState::default();
     }
@@ -223,7 +271,7 @@ impl Pid {
     }
 }
 
-/// What one step of a PID loop did, or each of many.
+/// What one step of a :class:`Pid` did, arrays (), or each of many, (T,).
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct PidSample {
     /// Output within the limits [N.m].

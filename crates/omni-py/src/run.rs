@@ -14,7 +14,15 @@ use crate::trace::Trace;
 /// Control periods between two looks at Ctrl-C: some milliseconds.
 const PERIODS_PER_LOOK: u32 = 64;
 
-/// Runs a scenario from start to end; `on_progress` is told the part done, 0 to 1, every some milliseconds.
+/// Run a scenario from start to end: :func:`omnistep.run` without a progress bar.
+///
+/// Args:
+///     scenario: a built-in name, a path or a :class:`Scenario`.
+///     policy: as there.
+///     overrides: as there.
+///     seed: as there.
+///     mcap: as there.
+///     on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the run.
 #[pyfunction]
 #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None, mcap = None,
     on_progress = None))]

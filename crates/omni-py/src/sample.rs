@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
-/// One control period.
+/// What one control period did and what came of it. Arrays over wheels are (N,).
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Sample {
     body_names: Vec<String>,
@@ -60,37 +60,37 @@ macro_rules! wheel_arrays {
                 self.seen.time_ns as f64 * 1e-9
             }
 
-            /// The command (vx, vy, wz).
+            /// The command: vx [m/s], vy [m/s], wz [rad/s].
             #[getter]
             fn command(&self) -> (f64, f64, f64) {
                 self.control.command.to_array().into()
             }
 
-            /// The twist estimated from the encoders (vx, vy, wz).
+            /// The twist that the encoders amount to, at the start of the period.
             #[getter]
             fn estimated(&self) -> (f64, f64, f64) {
                 self.control.estimated.to_array().into()
             }
 
-            /// The true twist (vx, vy, wz).
+            /// The true twist along the vehicle's heading, at the end of the period.
             #[getter]
             fn twist(&self) -> (f64, f64, f64) {
                 self.seen.twist.to_array().into()
             }
 
-            /// Factor of the policy on all torques or references, 0 to 1.
+            /// Factor of the policy on all torques or all references, 0 to 1.
             #[getter]
             fn common_factor(&self) -> f64 {
                 self.control.common_factor
             }
 
-            /// Position of the base [m], x, y, z.
+            /// Position of the base [m], (3,).
             #[getter]
             fn position_m<'py>(&self, py: Python<'py>) -> Floats<'py> {
                 PyArray1::from_slice(py, &self.seen.pose.position_m)
             }
 
-            /// Orientation of the base, unit quaternion x, y, z, w.
+            /// Orientation of the base, a unit quaternion (4,).
             #[getter]
             fn rotation_xyzw<'py>(&self, py: Python<'py>) -> Floats<'py> {
                 PyArray1::from_slice(py, &self.seen.pose.rotation_xyzw)
@@ -120,13 +120,13 @@ macro_rules! wheel_arrays {
                 by_name(py, &self.hinge_names, self.seen.hinges.iter().map(|hinge| hinge.rate_rad_s))
             }
 
-            /// Which requests were outside the limits (N,).
+            /// The request was outside the limits.
             #[getter]
             fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
                 PyArray1::from_iter(py, self.control.wheels.iter().map(|wheel| wheel.saturated))
             }
 
-            /// Which wheels touched the ground (N,).
+            /// The wheel touched the ground during the period.
             #[getter]
             fn touches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
                 PyArray1::from_iter(py, self.seen.wheels.iter().map(WheelObservation::touches))
@@ -149,20 +149,36 @@ macro_rules! wheel_arrays {
 }
 
 wheel_arrays! {
+    /// Reference as commanded [rad/s].
     reference_rad_s = signal |w| w.reference_rad_s;
+    /// Measured velocity [rad/s], at the start of the period.
     measured_rad_s = signal |w| w.measured_rad_s;
+    /// Proportional term [N.m].
     p_n_m = signal |w| w.p_n_m;
+    /// Integral term [N.m].
     i_n_m = signal |w| w.i_n_m;
+    /// Derivative term [N.m].
     d_n_m = signal |w| w.d_n_m;
+    /// Torque asked for with the whole reference [N.m].
     requested_n_m = signal |w| w.requested_n_m;
+    /// Torque applied [N.m], within the limits.
     applied_n_m = signal |w| w.applied_n_m;
+    /// Lowest torque allowed [N.m], <= 0.
     limit_lower_n_m = signal |w| w.limit_lower_n_m;
+    /// Highest torque allowed [N.m], >= 0.
     limit_upper_n_m = signal |w| w.limit_upper_n_m;
+    /// Part of the measured velocity that no motion of the vehicle explains [rad/s].
     residual_rad_s = signal |w| w.residual_rad_s;
+    /// Safe form of eq. (14), within -2 to 2; lagging is +.
     disturbed_ratio = signal WheelSignals::disturbed_ratio;
+    /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
     slip_ratio = wheel WheelObservation::slip_ratio;
+    /// Speed of the rim [m/s].
     rim_m_s = wheel |w| w.rim_m_s;
+    /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
     along_m_s = wheel |w| w.along_m_s;
+    /// Ground force along the contact normals [N], averaged over the period.
     force_normal_n = wheel |w| w.force_normal_n;
+    /// Ground force along the rolling direction [N], averaged over the period.
     force_along_n = wheel |w| w.force_along_n;
 }

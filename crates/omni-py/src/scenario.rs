@@ -13,7 +13,28 @@ use crate::error::{exception, refused};
 use crate::values;
 use crate::vehicle::{Vehicle, VehicleArg};
 
-/// A vehicle on a ground, with what it is told to do.
+/// A vehicle on a ground and what it is told to do, checked. It does not change; it pickles.
+///
+/// ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
+///
+/// Args:
+///     scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
+///     policy: coordination policy instead of the scenario's (see :func:`policies`).
+///     vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
+///     overrides: keys to replace, as in :func:`omnistep.run`.
+///     seed: seed of perturbation and noise, 0 to 2**63 - 1.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong; the message names it and what is allowed.
+///     TypeError: a value is none of what a key can hold.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+///     >>> low["terrain.height_m"], low.vehicle.name, low.policy
+///     (0.03, 'chugo7', 'paper')
+///     >>> omnistep.Scenario.from_dict(low.to_dict()) == low
+///     True
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Scenario {
@@ -190,7 +211,10 @@ impl Scenario {
         Ok(Self { inner })
     }
 
-    /// The scenario that a TOML text describes.
+    /// The scenario that the text of a file describes; paths in it are relative to the working directory.
+    ///
+    /// Raises:
+    ///     ConfigError: a key or value is wrong.
     #[staticmethod]
     #[pyo3(signature = (text, *, overrides = None))]
     fn from_toml(text: String, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
@@ -198,7 +222,11 @@ impl Scenario {
         Ok(Self { inner })
     }
 
-    /// The scenario that a dictionary of a file's keys describes.
+    /// The scenario that a file with these keys would describe; None is a key that is not there.
+    ///
+    /// Raises:
+    ///     ConfigError: a key or value is wrong.
+    ///     TypeError: a value is none of what a key can hold.
     #[staticmethod]
     fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
         let table = values::table("scenario", keys)?;
@@ -206,6 +234,9 @@ impl Scenario {
     }
 
     /// The same scenario with other keys.
+    ///
+    /// Raises:
+    ///     ConfigError: a name, key or value is wrong.
     #[pyo3(signature = (overrides = None, *, policy = None, vehicle = None, seed = None))]
     fn replace(
         &self,
@@ -218,16 +249,20 @@ impl Scenario {
         Ok(Self { inner })
     }
 
-    /// The scenario as a TOML file says it, its vehicle inside.
+    /// The scenario as a file says it, its vehicle inside; gains that were derived are left out.
     fn to_toml(&self) -> String {
         self.text()
     }
 
-    /// Every key of the file, the vehicle's under `vehicle`.
+    /// Every key of that file, the vehicle's under ``vehicle``.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         values::to_python(py, &Value::Table(self.table()))
     }
 
+    /// The value at a dotted key; elements of lists count from 0.
+    ///
+    /// Raises:
+    ///     KeyError: there is none; the message names what there is.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &self.table(), key)
     }
@@ -244,7 +279,7 @@ impl Scenario {
         &self.inner.control.policy
     }
 
-    /// Seed of the perturbation and of noise.
+    /// Seed of perturbation and noise.
     #[getter]
     fn seed(&self) -> u64 {
         self.inner.seed
@@ -292,19 +327,34 @@ impl Scenario {
     }
 }
 
-/// Names of the coordination presets.
+/// Names of the coordination policies.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> omnistep.policies()
+///     ['independent', 'paper', 'synchronised', 'load_sharing']
 #[pyfunction]
 pub(crate) fn policies() -> Vec<&'static str> {
     omni_core::Coordination::<f64>::PRESETS.to_vec()
 }
 
 /// Names of the built-in scenarios.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> "step" in omnistep.scenarios()
+///     True
 #[pyfunction]
 pub(crate) fn scenarios() -> Vec<&'static str> {
     config::builtin_scenarios()
 }
 
 /// Names of the built-in vehicles.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> omnistep.vehicles()
+///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 #[pyfunction]
 pub(crate) fn vehicles() -> Vec<&'static str> {
     config::builtin_vehicles()

@@ -12,7 +12,24 @@ use crate::error::exception;
 use crate::sample::Sample;
 use crate::scenario::{Scenario as PyScenario, ScenarioArg, load};
 
-/// A scenario being simulated.
+/// A scenario being simulated, one control period at a time.
+///
+/// Args:
+///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
+///     policy: coordination policy instead of the scenario's.
+///     overrides: keys to replace, as in :func:`omnistep.run`.
+///     seed: seed of the scenario's perturbation.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> simulation = omnistep.Simulation("flat")
+///     >>> for _ in range(1000):
+///     ...     sample = simulation.step((0.2, 0.0, 0.0))
+///     >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
+///     (1.0, True)
 #[pyclass(module = "omnistep")]
 pub(crate) struct Simulation {
     scenario: Scenario,
@@ -34,7 +51,15 @@ impl Simulation {
         Ok(Self { scenario, inner })
     }
 
-    /// One control period with a command (vx [m/s], vy [m/s], wz [rad/s]).
+    /// Measure, control, and hold the torques for one control period.
+    ///
+    /// Args:
+    ///     command: body twist (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise).
+    ///
+    /// Raises:
+    ///     ConfigError: not three components, or one is not finite; nothing happened then.
+    ///     TypeError: not a sequence of numbers; nothing happened then.
+    ///     SimulationError: the physics left the finite numbers.
     fn step(&mut self, py: Python<'_>, command: &Bound<'_, PyAny>) -> PyResult<Sample> {
         const ALLOWED: &str = "three finite numbers, vx [m/s], vy [m/s], wz [rad/s]";
         let components = numbers("command", command, ALLOWED)?;
@@ -51,7 +76,18 @@ impl Simulation {
         Ok(self.sample(self.inner.sample().clone()))
     }
 
-    /// One control period with actuator torques [N.m] past the controller.
+    /// Hold actuator torques for one control period, past the controller.
+    ///
+    /// The sample's ``applied_n_m`` and all that is observed are as ever; the controller's other signals are NaN
+    /// (``saturated`` is False). The controller's integrals stay as they are.
+    ///
+    /// Args:
+    ///     torques_n_m: torque of every actuator [N.m], (N,).
+    ///
+    /// Raises:
+    ///     ConfigError: not one finite torque a wheel; nothing happened then.
+    ///     TypeError: not a sequence of numbers; nothing happened then.
+    ///     SimulationError: the physics left the finite numbers.
     fn step_torques(&mut self, py: Python<'_>, torques_n_m: &Bound<'_, PyAny>) -> PyResult<Sample> {
         let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque a wheel")?;
         py.detach(|| self.inner.step_torques(&torques_n_m))
@@ -59,7 +95,7 @@ impl Simulation {
         Ok(self.sample(past_the_controller(&torques_n_m)))
     }
 
-    /// The scenario's own command at a time [s], for the present heading.
+    /// The scenario's own command at a time [s], as a body twist for the present heading.
     fn command_at(&self, time_s: f64) -> (f64, f64, f64) {
         let heading_rad = self.inner.observation().pose.yaw_rad();
         let command = self.scenario.command.for_heading(time_s, heading_rad);
@@ -78,13 +114,13 @@ impl Simulation {
         self.scenario.control.period_us as f64 * 1e-6
     }
 
-    /// Actuator velocities as the encoders see them now [rad/s], (N,).
+    /// Actuator velocities as the encoders see them now [rad/s], (N,): what a loop on `step_torques` measures.
     #[getter]
     fn measured_rad_s<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
         numpy::PyArray1::from_slice(py, self.inner.measured_rad_s())
     }
 
-    /// Names of the wheels.
+    /// Names of the N wheels.
     #[getter]
     fn wheel_names(&self) -> Vec<String> {
         self.scenario

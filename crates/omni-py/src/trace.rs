@@ -8,13 +8,14 @@ use omni_sim::config::{Scenario, Source};
 use pyo3::exceptions::{PyImportError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use crate::arrays::numbers;
 use crate::error::exception;
 
-/// A finished run.
+/// A finished run: named columns of float64, one row a control period.
+///
+/// ``trace["time_s"]`` and ``trace.wheels("measured_rad_s")`` are read-only NumPy arrays on the trace's own memory:
+/// nothing is copied, and the arrays keep the trace alive. ``docs/conventions.md`` lists the columns.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Trace {
     scenario: Scenario,
@@ -32,6 +33,9 @@ impl Trace {
     }
 }
 
+/// Who makes a thing again, and of what.
+type Pickled<'py, A> = PyResult<(Bound<'py, PyAny>, A)>;
+
 /// An array on memory that `owner` keeps; it cannot be written to.
 fn borrow<'py, D: Dimension>(
     owner: &Bound<'py, Trace>,
@@ -47,13 +51,12 @@ fn borrow<'py, D: Dimension>(
 
 #[pymethods]
 impl Trace {
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (String, Bound<'py, PyBytes>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String, Bound<'py, PyBytes>)> {
         let text = self.scenario.to_toml().unwrap_or_default(); // a scenario that ran has a seed that TOML can hold
-        let state = state(py, &*self.trace)?;
-        Ok((py.get_type::<Self>().getattr("_of_state")?, (text, state)))
+        let state = postcard::to_allocvec(&*self.trace);
+        let state = state.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let made_by = py.get_type::<Self>().getattr("_of_state")?;
+        Ok((made_by, (text, PyBytes::new(py, &state))))
     }
 
     /// A trace out of its pickle.
@@ -61,7 +64,10 @@ impl Trace {
     fn _of_state(scenario: String, state: &[u8]) -> PyResult<Self> {
         let source = Source::text("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(|error| exception(&error.into()))?;
-        Ok(Self::new(scenario, of_state(state)?))
+        let trace = postcard::from_bytes(state);
+        let trace =
+            trace.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        Ok(Self::new(scenario, trace))
     }
 
     /// Names of the columns.
@@ -70,19 +76,19 @@ impl Trace {
         self.trace.names().to_vec()
     }
 
-    /// Names of the wheels.
+    /// Names of the N wheels, in the order of every array over wheels.
     #[getter]
     fn wheel_names(&self) -> Vec<String> {
         self.trace.wheel_names().to_vec()
     }
 
-    /// Names of the signals that `wheels` takes.
+    /// Names that :meth:`wheels` takes.
     #[getter]
     fn wheel_signals(&self) -> Vec<String> {
         self.trace.wheel_signals().to_vec()
     }
 
-    /// Rolling radii of the wheels [m].
+    /// Rolling radii of the wheels [m], (N,).
     #[getter]
     fn wheel_radius_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(
@@ -91,7 +97,7 @@ impl Trace {
         )
     }
 
-    /// The ground: the keys of the scenario's `[terrain]`.
+    /// The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``.
     #[getter]
     fn terrain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         // The terrain as a file would say it. Plain data: it can be written as JSON.
@@ -109,7 +115,7 @@ impl Trace {
         Ok(dict)
     }
 
-    /// Height of the ground [m] at places x [m], (M,), of the world, along the line y [m].
+    /// Height of the ground [m] at places x_m [m], (M,), along the line y_m [m].
     #[pyo3(signature = (x_m, *, y_m = 0.0))]
     fn ground_m<'py>(
         &self,
@@ -153,7 +159,10 @@ impl Trace {
         self.outcome.clone()
     }
 
-    /// A signal of all wheels, (T, N), on the trace's own memory.
+    /// A signal of all wheels, (T, N), without a copy.
+    ///
+    /// Raises:
+    ///     KeyError: there is no such signal; the message suggests the nearest.
     fn wheels<'py>(slf: &Bound<'py, Self>, signal: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let trace = &slf.get().trace;
         let shape = (trace.wheel_names().len(), trace.rows());
@@ -164,7 +173,7 @@ impl Trace {
         Ok(borrow(slf, &view.reversed_axes()))
     }
 
-    /// Every column by name.
+    /// Every column by name, each (T,), without a copy.
     fn columns<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(slf.py());
         for name in slf.get().trace.names() {
@@ -173,6 +182,10 @@ impl Trace {
         Ok(dict)
     }
 
+    /// A column, (T,), without a copy.
+    ///
+    /// Raises:
+    ///     KeyError: there is no such column; the message suggests the nearest.
     fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let trace = &slf.get().trace;
         let column = trace
@@ -181,7 +194,7 @@ impl Trace {
         Ok(borrow(slf, &ArrayView1::from(column)))
     }
 
-    /// The columns as an Arrow stream, on the trace's own memory; whatever schema is asked for, they are float64.
+    /// The columns as an Arrow stream without a copy: ``pyarrow.table(trace)``, ``duckdb.sql("from trace")``.
     #[pyo3(signature = (requested_schema = None))]
     fn __arrow_c_stream__<'py>(
         &self,
@@ -192,7 +205,7 @@ impl Trace {
         crate::arrow::stream(py, &self.trace)
     }
 
-    /// Every column side by side, (T, C), on the trace's own memory.
+    /// Every column side by side in the order of ``names``, (T, C), without a copy; read-only.
     fn to_numpy<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let trace = &slf.get().trace;
         let shape = (trace.names().len(), trace.rows());
@@ -201,17 +214,28 @@ impl Trace {
         Ok(borrow(slf, &view.reversed_axes()))
     }
 
-    /// A polars data frame on the trace's own memory.
+    /// A ``polars.DataFrame`` on the trace's own memory.
+    ///
+    /// >>> import omnistep
+    /// >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
+    /// >>> trace.to_polars().shape == (500, len(trace.names))
+    /// True
+    ///
+    /// Raises:
+    ///     ImportError: polars is not there.
     fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         extra(slf.py(), "polars")?.call_method1("DataFrame", (slf,))
     }
 
-    /// A pandas data frame; a copy, as pandas keeps its own blocks.
+    /// A ``pandas.DataFrame``: a copy, as pandas keeps its own memory.
+    ///
+    /// Raises:
+    ///     ImportError: pandas is not there.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         extra(slf.py(), "pandas")?.call_method1("DataFrame", (Self::columns(slf)?,))
     }
 
-    /// The figures of the run by name: [`Outcome.to_dict`].
+    /// The figures of the run by name, as :meth:`Outcome.to_dict`.
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.outcome.to_dict(py)
     }
@@ -279,7 +303,9 @@ fn unknown(py: Python<'_>, kind: &str, name: &str, known: &[impl AsRef<str>]) ->
     PyKeyError::new_err(format!("no {kind} {name:?}{hint}"))
 }
 
-/// Figures of a run.
+/// Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
+///
+/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where it says so.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {
@@ -299,110 +325,120 @@ impl Outcome {
     }
 }
 
-/// What a pickle holds.
-fn state<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyBytes>> {
-    let bytes = postcard::to_allocvec(value).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    Ok(PyBytes::new(py, &bytes))
-}
-
-fn of_state<T: DeserializeOwned>(state: &[u8]) -> PyResult<T> {
-    postcard::from_bytes(state)
-        .map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))
-}
-
 #[pymethods]
 impl Outcome {
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let state = state(py, &self.inner)?;
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String,)> {
+        let state =
+            serde_json::to_string(&self.inner).map_err(|error| PyValueError::new_err(error.to_string()))?;
         Ok((py.get_type::<Self>().getattr("_of_state")?, (state,)))
     }
 
     /// Figures out of their pickle.
     #[staticmethod]
-    fn _of_state(state: &[u8]) -> PyResult<Self> {
-        Ok(Self::new(of_state(state)?))
+    fn _of_state(state: &str) -> PyResult<Self> {
+        let inner = serde_json::from_str(state);
+        let inner =
+            inner.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        Ok(Self::new(inner))
     }
 
+    /// How it ended; `driven` on flat ground.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()
     }
 
+    /// Every wheel stands on the ground beyond the obstacle; False on flat ground.
     #[getter]
     fn climbed(&self) -> bool {
         self.inner.climbed
     }
 
+    /// From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed.
     #[getter]
     fn crossing_s(&self) -> Option<f64> {
         self.inner.crossing_s
     }
 
+    /// World x of the base where it stalled [m]; None unless stalled.
     #[getter]
     fn stalled_at_m(&self) -> Option<f64> {
         self.inner.stalled_at_m
     }
 
+    /// The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled.
     #[getter]
     fn stalled_row(&self) -> Option<usize> {
         self.inner.stalled_row
     }
 
+    /// Largest nose-up angle of any body [deg].
     #[getter]
     fn pitch_peak_deg(&self) -> f64 {
         self.inner.pitch_peak_deg
     }
 
+    /// Heading less the heading commanded, at the end of the crossing [deg]; left is positive.
     #[getter]
     fn yaw_error_deg(&self) -> f64 {
         self.inner.yaw_error_deg
     }
 
+    /// Root mean square of the slip ratio over driven wheels that touch the ground.
     #[getter]
     fn slip_rms(&self) -> f64 {
         self.inner.slip_rms
     }
 
+    /// Root mean square of the disturbed ratio over driven wheels.
     #[getter]
     fn disturbed_rms(&self) -> f64 {
         self.inner.disturbed_rms
     }
 
+    /// Root mean square of the spread of velocity over reference.
     #[getter]
     fn spread_rms(&self) -> f64 {
         self.inner.spread_rms
     }
 
+    /// Root mean square of the part of the velocities that no common factor on the references explains [rad/s].
     #[getter]
     fn shape_error_rms_rad_s(&self) -> f64 {
         self.inner.shape_error_rms_rad_s
     }
 
+    /// Sum over wheels of the time integral of torque squared [N^2.m^2.s].
     #[getter]
     fn heat_n2m2s(&self) -> f64 {
         self.inner.heat_n2m2s
     }
 
+    /// Work of the motors [J].
     #[getter]
     fn work_j(&self) -> f64 {
         self.inner.work_j
     }
 
+    /// That work over weight times way; None where it went less than 1 cm.
     #[getter]
     fn cost_of_transport(&self) -> Option<f64> {
         self.inner.cost_of_transport
     }
 
+    /// That work over weight times height gained; None unless climbed to a higher place.
     #[getter]
     fn e_over_mgh(&self) -> Option<f64> {
         self.inner.e_over_mgh
     }
 
+    /// Friction that the wheels called for in 95 of 100 averages of 10 ms.
     #[getter]
     fn required_friction(&self) -> f64 {
         self.inner.required_friction
     }
 
+    /// Energy that the book cannot place, over all that went through the motors.
     #[getter]
     fn energy_residual(&self) -> f64 {
         self.inner.energy_residual

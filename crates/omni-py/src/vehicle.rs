@@ -14,7 +14,23 @@ use crate::error::{exception, refused};
 use crate::layout::Layout;
 use crate::values;
 
-/// A vehicle as its file describes it.
+/// A vehicle as its file describes it, checked. It does not change; two with the same numbers are equal; it pickles.
+///
+/// ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
+///
+/// Args:
+///     vehicle: a built-in name (see :func:`vehicles`), the path of a .toml file or another :class:`Vehicle`.
+///     overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong; the message names it and what is allowed.
+///     TypeError: a value is none of what a key can hold.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> vehicle = omnistep.Vehicle("chugo7", overrides={"wheel.0.radius_m": 0.07})
+///     >>> vehicle.mass_kg, vehicle["wheel.0.radius_m"], len(vehicle.layout)
+///     (20.0, 0.07, 7)
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Vehicle {
@@ -94,14 +110,21 @@ impl Vehicle {
         }
     }
 
-    /// The vehicle that a TOML text describes.
+    /// The vehicle that the text of a file describes.
+    ///
+    /// Raises:
+    ///     ConfigError: a key or value is wrong.
     #[staticmethod]
     #[pyo3(signature = (text, *, overrides = None))]
     fn from_toml(text: String, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
         read(&Source::text("vehicle", text), overrides)
     }
 
-    /// The vehicle that a dictionary of a file's keys describes.
+    /// The vehicle that a file with these keys would describe; None is a key that is not there.
+    ///
+    /// Raises:
+    ///     ConfigError: a key or value is wrong.
+    ///     TypeError: a value is none of what a key can hold.
     #[staticmethod]
     fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
         let table = values::table("vehicle", keys)?;
@@ -109,13 +132,16 @@ impl Vehicle {
     }
 
     /// The same vehicle with other keys.
+    ///
+    /// Raises:
+    ///     ConfigError: a key or value is wrong.
     #[pyo3(signature = (overrides = None))]
     fn replace(&self, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
         let file = format!("vehicle {}", self.inner.name);
         read(&Source::text(file, text(&self.inner)), overrides)
     }
 
-    /// The vehicle as a TOML file says it.
+    /// The vehicle as a file says it.
     fn to_toml(&self) -> String {
         text(&self.inner)
     }
@@ -125,6 +151,10 @@ impl Vehicle {
         values::to_python(py, &Value::Table(table(&self.inner)))
     }
 
+    /// The value at a dotted key; elements of lists count from 0.
+    ///
+    /// Raises:
+    ///     KeyError: there is none; the message names what there is.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &table(&self.inner), key)
     }
@@ -135,7 +165,7 @@ impl Vehicle {
         &self.inner.name
     }
 
-    /// Names of the wheels.
+    /// Names of the N wheels, in the order of every array over wheels.
     #[getter]
     pub(crate) fn wheel_names(&self) -> Vec<String> {
         self.inner.wheel.iter().map(|wheel| wheel.name.clone()).collect()
@@ -153,19 +183,22 @@ impl Vehicle {
         self.inner.mass_kg()
     }
 
-    /// Centre of mass as it stands on flat ground [m], (3,).
+    /// Centre of mass as the vehicle stands on flat ground [m], (3,).
     #[getter]
     fn centre_of_mass_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.inner.centre_of_mass_m().to_vec())
     }
 
-    /// Velocity at which the motors have no torque left [rad/s].
+    /// Velocity at which the motors have no torque left [rad/s]; None where the limit is constant.
     #[getter]
     fn no_load_rad_s(&self) -> Option<f64> {
         self.inner.no_load_rad_s()
     }
 
-    /// What each wheel carries on flat ground [N], (N,); none where statics do not say.
+    /// What each wheel carries on flat ground [N], (N,); None where moment balance alone does not say.
+    ///
+    /// Raises:
+    ///     ConfigError: gravity is not above 0.
     #[pyo3(signature = (*, gravity_m_s2 = 9.81))]
     fn static_loads_n<'py>(&self, py: Python<'py>, gravity_m_s2: f64) -> PyResult<Option<Array<'py, f64>>> {
         if !(gravity_m_s2.is_finite() && gravity_m_s2 > 0.0) {
@@ -176,7 +209,10 @@ impl Vehicle {
         loads.map(|loads| array(py, vec![loads.len()], loads)).transpose()
     }
 
-    /// Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast [rad/s].
+    /// Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast, (3,).
+    ///
+    /// Raises:
+    ///     ConfigError: not a finite number.
     fn speeds_at<'py>(&self, py: Python<'py>, actuator_rad_s: f64) -> PyResult<Array<'py, f64>> {
         if !actuator_rad_s.is_finite() {
             let message = format!("actuator_rad_s = {actuator_rad_s}, allowed: finite");
@@ -186,7 +222,7 @@ impl Vehicle {
         array(py, vec![3], speeds.to_vec())
     }
 
-    /// For RViz, Rerun and other simulators.
+    /// The vehicle as URDF, for RViz, Rerun and other simulators.
     fn urdf(&self) -> String {
         vehicle_urdf(&self.inner)
     }

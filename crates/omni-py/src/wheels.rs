@@ -11,7 +11,7 @@ use pyo3::types::PyMapping;
 use crate::error::exception;
 use crate::values;
 
-/// Speeds and loads of wheels A, B and C.
+/// Speeds and loads of wheels A, B and C, a row every 0.1 s.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct WheelsTrace {
     inner: omni_sim::WheelsTrace,
@@ -37,7 +37,7 @@ impl WheelsTrace {
         PyArray1::from_slice(py, &self.inner.t_s)
     }
 
-    /// Velocities of A, B, C [rpm], (T, 3).
+    /// Velocities [rpm], (T, 3).
     #[getter]
     fn speed_rpm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         columns(py, &self.inner.speed_rpm)
@@ -74,7 +74,24 @@ impl WheelsTrace {
     }
 }
 
-/// Runs section 3.3 under a policy.
+/// Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
+///
+/// Args:
+///     policy: ``independent``, ``paper`` or ``synchronised``.
+///     overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
+///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+///
+/// Returns:
+///     A row every 0.1 s, or every control period where that is longer.
+///
+/// Raises:
+///     ConfigError: a name, key or value is wrong.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> trace = omnistep.wheels("synchronised")
+///     >>> trace.speed_rpm.shape, float(trace.t_s[-1])
+///     ((651, 3), 65.0)
 #[pyfunction]
 #[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = PathBuf::from("wheels")))]
 pub(crate) fn wheels(

@@ -113,3 +113,18 @@ pub struct Outcome {
 fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
+
+/// An outcome as text within binary data: what was not measured is null there, and NaN again.
+pub(crate) mod as_json {
+    use serde::{Deserialize, Deserializer, Serializer, de, ser};
+
+    use super::Outcome;
+
+    pub(crate) fn serialize<S: Serializer>(outcome: &Outcome, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&serde_json::to_string(outcome).map_err(ser::Error::custom)?)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Outcome, D::Error> {
+        serde_json::from_str(&String::deserialize(from)?).map_err(de::Error::custom)
+    }
+}

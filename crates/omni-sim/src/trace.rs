@@ -95,6 +95,7 @@ const WHEEL: [WheelColumn; 27] = [
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trace {
+    #[serde(with = "crate::outcome::as_json")]
     outcome: Outcome,
     names: Vec<String>,
     rows: usize,
