@@ -31,20 +31,6 @@ KINDS_OF_FILES = ("scenario", "vehicle", "study")
 # by hand.
 ELSEWHERE = ("dask", "mpi4py")
 
-# What README says was there before: a small one of the study climb_map, with its axes.
-SMALL_CLIMB_MAP = """
-schema_version = 1
-name = "small"
-scenario = "step"
-seeds = 1
-set = { duration_s = 0.2 }
-axis = [
-    { key = "vehicle.motor.stall_torque_n_m", values = [1.0, 2.0] },
-    { key = "terrain.height_m", values = [0.03, 0.05] },
-    { key = "control.policy", values = ["paper", "synchronised"] },
-]
-"""
-
 
 @cache
 def check_docs():
@@ -215,9 +201,6 @@ def blocks(document):
 @pytest.mark.parametrize("path", PAGES, ids=[str(path.relative_to(ROOT)) for path in PAGES])
 def test_every_block_of_a_page_does_what_it_says(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if path.name == "README.md":
-        Path("small.toml").write_text(SMALL_CLIMB_MAP)
-        assert omnistep("study", "small.toml", "--out", "out/climb_map", "--quiet")[0] == 0
     document = Document.parse(str(path), blocks)
     for example in document:
         try:
