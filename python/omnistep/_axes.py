@@ -63,7 +63,7 @@ def pyplot() -> Any:
     try:
         import matplotlib.pyplot as plt
     except ImportError as error:
-        raise ImportError('omnistep.plot needs matplotlib: pip install "omnistep[plot]"') from error
+        raise ImportError('omnistep.plot needs matplotlib: install omnistep with its extra "plot"') from error
     return plt
 
 

@@ -3,7 +3,7 @@
 Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them.
 
-Needs matplotlib: ``pip install "omnistep[plot]"``. Every function draws on the axes given, or on a new figure, and
+Needs matplotlib, which the extra ``plot`` brings. Every function draws on the axes given, or on a new figure, and
 returns the axes it drew on. A policy has the same colour in every figure.
 """
 
