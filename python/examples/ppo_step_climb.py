@@ -2,7 +2,7 @@
 
 python python/examples/ppo_step_climb.py [--steps N] [--out FOLDER]: trains, compares on the same unseen episodes what
 was learnt with driving straight ahead and with random actions, and writes ppo-step-climb.csv and ppo-step-climb.png.
-Needs ``pip install ".[ppo]"``.
+Needs the extra ``ppo``: in the repository ``pip install ".[ppo]"``.
 """
 
 import argparse

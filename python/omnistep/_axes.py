@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnistep._given import of_kind
 from omnistep.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def pyplot() -> Any:
     try:
         import matplotlib.pyplot as plt
     except ImportError as error:
-        raise ImportError('omnistep.plot needs matplotlib: pip install "omnistep[plot]"') from error
+        raise ImportError('omnistep.plot needs matplotlib: install omnistep with its extra "plot"') from error
     return plt
 
 
@@ -74,7 +75,9 @@ def given_or_new(
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
         options = {"sharex": True, "sharey": share_y, "figsize": size, "layout": "constrained", "squeeze": False}
         return np.asarray(pyplot().subplots(rows, columns, **options)[1]).reshape(shape)
-    given = np.asarray(axes)
+    given = np.asarray(axes, dtype=object)
+    for number, each in enumerate(given.ravel()):
+        of_kind(each, f"axes[{number}]" if given.shape else "axes", pyplot().Axes, allowed="matplotlib's Axes")
     if given.size != np.prod(shape):
         raise ConfigError(f"axes = {given.size} axes, allowed: {' x '.join(map(str, shape))}", key="axes")
     return given.reshape(shape)
@@ -97,9 +100,3 @@ def legend_above(ax: Axes, *, columns: int, room: float = 0.35) -> None:
 def title(trace: Trace) -> str:
     """Return what a run is of."""
     return f"{trace.scenario}, {trace.policy}"
-
-
-def not_empty(trace: Trace) -> None:
-    """Refuse a run without a row, as of a log without ``/vehicle_state``."""
-    if len(trace) == 0:
-        raise ConfigError(f"{title(trace)}: a run without a row, allowed: at least one control period", key="trace")

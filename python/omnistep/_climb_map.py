@@ -54,8 +54,9 @@ def climb_map(
     anything but x, y and panel, as in their seeds, are counted together.
 
     Args:
-        rows: the folder that ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb,
-            or a list of dictionaries; with a column ``climbed``, and ``error`` where runs may have failed. Files
+        rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, the folder that they or
+            ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb, or a list of
+            dictionaries; with a column ``climbed``, and ``error`` where runs may have failed. Files
             need pyarrow, polars or duckdb.
         x: key or column along x; numbers or names.
         y: key or column along y.

@@ -9,10 +9,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from omnistep.ensembles import StudyResult
 from omnistep.errors import ConfigError
 
 _ALLOWED = (
-    "the folder of a study, a .parquet file, a table of polars, pandas, pyarrow or duckdb, a list of dictionaries"
+    "a StudyResult, the folder of a study, a .parquet file, a table of polars, pandas, pyarrow or duckdb, "
+    "a list of dictionaries"
 )
 
 
@@ -29,6 +31,8 @@ def columns(rows: Any, wanted: Mapping[str, str], *, optional: Sequence[str] = (
         ImportError: a path was given and nothing here reads Parquet.
     """
     table = _read(Path(rows)) if isinstance(rows, str | PathLike) else rows
+    if isinstance(table, StudyResult):
+        table = table.rows()
     if hasattr(table, "collect"):  # a lazy frame of polars
         table = table.collect()
     names = _names(table)

@@ -957,7 +957,16 @@ class Log:
         """The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out."""
     @property
     def trace(self) -> Trace:
-        """Every control period: the columns of the run's own trace that its log has, and what was asked for."""
+        """Every control period: the columns of the run's own trace that its log has, and what was asked for.
+
+        These are what the controller was told, estimated and did, and the torques and forces at the wheels;
+        ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
+        ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
+        energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
+        ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
+        that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
+        every column again.
+        """
     @property
     def outcome(self) -> Outcome | None:
         """The figures; None where the run was killed before its end."""

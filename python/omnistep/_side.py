@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnistep._axes import not_empty, policy_colour, pyplot, title
+from omnistep._axes import policy_colour, pyplot, title
+from omnistep._given import of_kind, trace_of, with_places
 from omnistep._omnistep import Log, Trace
 from omnistep.errors import ConfigError
 
@@ -27,12 +28,14 @@ def span(run: Trace | Log) -> tuple[float, float]:
 
 def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float, float]) -> Axes:
     """Draw a climb over that span of the ground [m]; :func:`omnistep.plot.strip` says what is shown."""
+    of_kind(every_s, "every_s", float, int, np.number, allowed="a number")
     if not (isfinite(every_s) and every_s > 0.0):
         raise ConfigError(f"every_s = {every_s}, allowed: > 0 [s]", key="every_s")
     trace, time, x, z = _centres(run)
     plt = pyplot()
     if ax is None:
         ax = plt.subplots(figsize=(11, 2.3), layout="constrained")[1]
+    of_kind(ax, "ax", plt.Axes, allowed="matplotlib's Axes")
     _ground(ax, trace, *span)
     # The first row at or after each multiple of the interval; a nanosecond is far below any control period.
     rows = np.flatnonzero(np.diff(np.floor((time + 1e-9) / every_s), prepend=-1.0) > 0.0)
@@ -71,7 +74,7 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
 def _centres(run: Trace | Log) -> tuple[Trace, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the run, times [s], (T,), and x and z of the wheels' centres then [m], (T, N)."""
     if isinstance(run, Trace):
-        not_empty(run)
+        with_places(trace_of(run))
         return run, run["time_s"], run.wheels("x_m"), run.wheels("z_m")
     trace, time = run.trace, run.frame_time_s
     if len(time) == 0:

@@ -39,7 +39,7 @@ def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float
     Raises:
         LogError: the log cannot be read.
         ValueError: the time is not positive, or no picture has that ending.
-        ImportError: matplotlib is not there: ``pip install "omnistep[plot]"``.
+        ImportError: matplotlib is not there; the extra ``plot`` brings it.
     """
     ax = plot.strip(read_mcap(path), every_s=every_s)
     figure: Any = ax.figure
@@ -62,7 +62,7 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
         LogError: the log cannot be read.
         ValueError: another ending, a rate that is not within 0 to 50, or a moment outside the run.
         FilmError: the viewer did not start, or ended.
-        ImportError: Rerun is not there: ``pip install "omnistep[view]"``.
+        ImportError: Rerun is not there; the extra ``view`` brings it.
     """
     out = Path(out)
     if out.suffix not in (".mp4", ".gif", ".png"):
@@ -126,11 +126,11 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
 
 
 def _extra(module: str) -> Any:
-    """Import what ``omnistep[view]`` brings."""
+    """Import what the extra ``view`` brings."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise ImportError(f'omnistep film needs {module}: pip install "omnistep[view]"') from error
+        raise ImportError(f'omnistep film needs {module}: install omnistep with its extra "view"') from error
 
 
 def _loaded(client: Any, until_s: float) -> Any:
@@ -158,7 +158,7 @@ def _viewer() -> Iterator[Any]:
         "rerun", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     )
     if program is None:
-        raise ImportError('omnistep film needs Rerun\'s viewer: pip install "omnistep[view]"')
+        raise ImportError('omnistep film needs Rerun\'s viewer: install omnistep with its extra "view"')
     command = [program, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
     command += ["--window-size", "1700x760"]
     quiet = dict(os.environ, RERUN_ANALYTICS="0", DO_NOT_TRACK="1", RERUN_APP_ONLY="true")

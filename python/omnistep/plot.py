@@ -3,12 +3,13 @@
 Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them.
 
-Needs matplotlib: ``pip install "omnistep[plot]"``. Every function draws on the axes given, or on a new figure, and
+Needs matplotlib, which the extra ``plot`` brings. Every function draws on the axes given, or on a new figure, and
 returns the axes it drew on. A policy has the same colour in every figure.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,6 @@ from omnistep._axes import (
     dashes,
     given_or_new,
     legend_above,
-    not_empty,
     policy_colour,
     pyplot,
     same_limits,
@@ -27,7 +27,8 @@ from omnistep._axes import (
     wheel_style,
 )
 from omnistep._climb_map import climb_map
-from omnistep._omnistep import Log, Trace, WheelsTrace
+from omnistep._given import names, of_kind, several, trace_of, with_places
+from omnistep._omnistep import Log, Scenario, Trace, WheelsTrace
 from omnistep.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -40,12 +41,15 @@ __all__ = ["climb", "climb_map", "climbs", "paper", "policy_colour", "strip", "s
 _LETTERS = "abcdefgh"
 
 
-def climb(trace: Trace, *, wheels: Sequence[str] | None = None, axes: Sequence[Axes] | None = None) -> NDArray[Any]:
+def climb(
+    trace: Trace | Log, *, wheels: Sequence[str] | None = None, axes: Sequence[Axes] | NDArray[Any] | None = None
+) -> NDArray[Any]:
     """Draw disturbed ratio, slip ratio and wheel velocity over time: figure 10 (a-c) of the paper, or 11.
 
     Args:
-        trace: a run.
+        trace: a run, or its log.
         wheels: names of the wheels to draw; by default a front, a middle and a rear one of those that are driven.
+            The ``trace`` of a log does not say where they are: hand in the log.
         axes: three axes to draw on; a new figure by default.
 
     Returns:
@@ -54,6 +58,7 @@ def climb(trace: Trace, *, wheels: Sequence[str] | None = None, axes: Sequence[A
     Raises:
         KeyError: a wheel of that name does not exist.
         ConfigError: not three axes were given, no wheel, or a run without a row.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -63,15 +68,15 @@ def climb(trace: Trace, *, wheels: Sequence[str] | None = None, axes: Sequence[A
         >>> bool((axes[0].lines[0].get_ydata() == trace["wheel_5_disturbed_ratio"]).all())
         True
     """
-    not_empty(trace)
-    names = trace.wheel_names
-    chosen = [_index(names, name) for name in wheels] if wheels is not None else _front_middle_rear(trace)
-    if not chosen:
-        raise ConfigError("wheels = [], allowed: at least one name", key="wheels")
+    run: Trace | Log = of_kind(trace, "trace", Trace, Log)
+    trace, known = trace_of(run), trace_of(run).wheel_names
+    if wheels is None:
+        chosen = _front_middle_rear(run)
+        labels = [f"{place} (wheel {known[k]})" for place, k in zip(("front", "middle", "rear"), chosen, strict=True)]
+    else:
+        chosen = [_index(known, name) for name in names(wheels, "wheels")]
+        labels = [f"wheel {known[k]}" for k in chosen]
     drawn = given_or_new(axes, (3,), size=(8.0, 7.0))
-    labels = [f"wheel {names[k]}" for k in chosen]
-    if wheels is None and len(chosen) == 3:
-        labels = [f"{place} (wheel {names[k]})" for place, k in zip(("front", "middle", "rear"), chosen, strict=True)]
     time = trace["time_s"]
     panels = ("disturbed_ratio", "slip_ratio", "measured_rad_s")
     for ax, signal in zip(drawn, panels, strict=True):
@@ -92,7 +97,7 @@ def climb(trace: Trace, *, wheels: Sequence[str] | None = None, axes: Sequence[A
 
 
 def climbs(
-    traces: Iterable[Trace] | Mapping[str, Trace],
+    traces: Trace | Log | Iterable[Trace | Log] | Mapping[str, Trace] | Mapping[str, Log],
     *,
     wheels: Sequence[str] | None = None,
     axes: Sequence[Sequence[Axes]] | NDArray[Any] | None = None,
@@ -103,7 +108,7 @@ def climbs(
     ``independent``.
 
     Args:
-        traces: P runs, or what :func:`omnistep.compare` returns.
+        traces: P runs, or their logs, or what :func:`omnistep.compare` returns.
         wheels: names of the wheels to draw, as for :func:`climb`.
         axes: axes to draw on, (3, P); a new figure by default.
 
@@ -113,6 +118,7 @@ def climbs(
     Raises:
         KeyError: a wheel of that name does not exist.
         ConfigError: there is no run, one is without a row, or the axes are not as many.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -121,9 +127,13 @@ def climbs(
         >>> omnistep.plot.climbs(both).shape
         (3, 2)
     """
-    several: list[Trace] = _several(traces, Trace)
-    drawn = given_or_new(axes, (3, len(several)), size=(1.0 + 4.5 * len(several), 7.0))
-    for trace, column in zip(several, drawn.T, strict=True):
+    given: list[Trace | Log] = several(traces, "traces", Trace, Log)
+    for run in given:  # before there is a figure
+        columns = trace_of(run)
+        if wheels is None and isinstance(run, Trace):
+            with_places(columns)
+    drawn = given_or_new(axes, (3, len(given)), size=(1.0 + 4.5 * len(given), 7.0))
+    for trace, column in zip(given, drawn.T, strict=True):
         climb(trace, wheels=wheels, axes=column)
     for row in drawn:
         same_limits(row)
@@ -148,7 +158,9 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         The axes.
 
     Raises:
-        ConfigError: the time is not positive, the log has no poses, or the run no row.
+        ConfigError: the time is not positive, the log has no poses, or the run no row; or it is the ``trace`` of a
+            log, which does not say where the wheels are: hand in the log.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -157,11 +169,12 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         >>> len(omnistep.plot.strip(trace, every_s=0.1).lines[-1].get_xdata())  # at 0, 0.1, ... 0.5 s
         6
     """
+    of_kind(run, "run", Trace, Log)
     return _side.draw(run, every_s=every_s, ax=ax, span=_side.span(run))
 
 
 def strips(
-    runs: Iterable[Trace | Log] | Mapping[str, Trace],
+    runs: Trace | Log | Iterable[Trace | Log] | Mapping[str, Trace] | Mapping[str, Log],
     *,
     every_s: float = 0.3,
     axes: Sequence[Axes] | NDArray[Any] | None = None,
@@ -180,6 +193,7 @@ def strips(
 
     Raises:
         ConfigError: there is no run, the axes are not as many, or as :func:`strip`.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -188,11 +202,11 @@ def strips(
         >>> omnistep.plot.strips([trace, trace])[1].get_title()
         '(b) flat, synchronised'
     """
-    several: list[Trace | Log] = _several(runs, Trace, Log)
-    spans = [_side.span(run) for run in several]
+    given: list[Trace | Log] = several(runs, "runs", Trace, Log)
+    spans = [_side.span(run) for run in given]
     span = (min(left for left, _ in spans), max(right for _, right in spans))
-    drawn = given_or_new(axes, (len(several),), size=(11.0, 0.4 + 1.75 * len(several)))
-    for k, (run, ax) in enumerate(zip(several, drawn, strict=True)):
+    drawn = given_or_new(axes, (len(given),), size=(11.0, 0.4 + 1.75 * len(given)))
+    for k, (run, ax) in enumerate(zip(given, drawn, strict=True)):
         _side.draw(run, every_s=every_s, ax=ax, span=span)
         ax.set_title(f"({_letter(k)}) {ax.get_title()}")
     same_limits(drawn)
@@ -201,7 +215,9 @@ def strips(
     return drawn
 
 
-def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] | None = None) -> NDArray[Any]:
+def wheels(
+    traces: WheelsTrace | Iterable[WheelsTrace], *, axes: Sequence[Axes] | NDArray[Any] | None = None
+) -> NDArray[Any]:
     """Draw the velocities of wheels A, B and C and the loads on them: figure 8 (a-d) of the paper.
 
     Args:
@@ -214,6 +230,7 @@ def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] 
 
     Raises:
         ConfigError: not four axes were given, no run, or runs under different loads.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -223,21 +240,21 @@ def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] 
         >>> bool((axes[1].lines[0].get_ydata() == run.speed_rpm[:, 1]).all())
         True
     """
-    several: list[WheelsTrace] = _several(traces, WheelsTrace)
-    first = several[0]
-    for number, trace in enumerate(several):
+    given: list[WheelsTrace] = several(traces, "traces", WheelsTrace)
+    first = given[0]
+    for number, trace in enumerate(given):
         if not np.array_equal(trace.load_n_m_s_rad, first.load_n_m_s_rad):
             message = f"traces[{number}]: other loads than traces[0], allowed: runs under the same loads"
             raise ConfigError(message, key=f"traces[{number}]")
     drawn = given_or_new(axes, (4,), size=(8.0, 8.0))
-    highest = max(float(trace.speed_rpm.max()) for trace in several)
+    highest = max(float(trace.speed_rpm.max()) for trace in given)
     for k, letter in enumerate("ABC"):
-        for number, trace in enumerate(several):
-            before = [each.policy for each in several[:number]].count(trace.policy)
+        for number, trace in enumerate(given):
+            before = [each.policy for each in given[:number]].count(trace.policy)
             label = trace.policy if before == 0 else f"{trace.policy} ({before + 1})"
             # Wider below, so that a line that others cover is seen.
             style = {"color": policy_colour(trace.policy), "linestyle": dashes(before)}
-            width = 1.4 + 0.9 * (len(several) - 1 - number)
+            width = 1.4 + 0.9 * (len(given) - 1 - number)
             drawn[k].plot(trace.t_s, trace.speed_rpm[:, k], **style, linewidth=width, label=label)
         drawn[k].set_ylabel(f"({_letter(k)}) wheel {letter}\n[rpm]")
         drawn[k].set_ylim(-0.04 * max(highest, 1e-3), 1.05 * max(highest, 1e-3))
@@ -255,16 +272,16 @@ def wheels(traces: WheelsTrace | Sequence[WheelsTrace], *, axes: Sequence[Axes] 
 
 def paper(
     *,
-    proposed: Trace | None = None,
-    general: Trace | None = None,
+    proposed: Trace | Log | None = None,
+    general: Trace | Log | None = None,
     wheel_runs: Sequence[WheelsTrace] | None = None,
     figure: Figure | SubFigure | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Draw every figure of the paper that shows a result: 8 (a-d), 9 (a, b), 10 (a-c) and 11 (a-c).
 
     Args:
-        proposed: the run for figures 9 (a) and 10; the built-in step under ``synchronised`` by default.
-        general: the run for figures 9 (b) and 11; the built-in step under ``independent`` by default.
+        proposed: the run for figures 9 (a) and 10, or its log; the built-in step under ``synchronised`` by default.
+        general: the run for figures 9 (b) and 11, or its log; the built-in step under ``independent`` by default.
         wheel_runs: the runs for figure 8; ``synchronised`` and ``paper``, (12) as printed, by default.
         figure: an empty figure to draw on; a new one of 10 x 15 inches by default.
 
@@ -273,6 +290,7 @@ def paper(
 
     Raises:
         ConfigError: as :func:`wheels`, :func:`strips` and :func:`climbs`.
+        TypeError: an argument of another type.
         ImportError: matplotlib is not there.
 
     Example:
@@ -281,13 +299,21 @@ def paper(
         >>> sorted(omnistep.plot.paper(proposed=run, general=run))
         ['10', '11', '8', '9']
     """
-    if wheel_runs is None:
+    for name, run in {"proposed": proposed, "general": general}.items():
+        if run is not None:
+            _side.span(of_kind(run, name, Trace, Log))
+    if wheel_runs is not None:
+        wheel_runs = several(wheel_runs, "wheel_runs", WheelsTrace)
+    else:
         wheel_runs = [_omnistep.wheels("synchronised"), _omnistep.wheels("paper")]
     both = [
         proposed if proposed is not None else _omnistep.run("step", policy="synchronised"),
         general if general is not None else _omnistep.run("step", policy="independent"),
     ]
-    if figure is None:
+    if figure is not None:
+        kind = importlib.import_module("matplotlib.figure").FigureBase
+        of_kind(figure, "figure", kind, allowed="matplotlib's Figure or SubFigure")
+    else:
         figure = pyplot().figure(figsize=(10.0, 15.0), layout="constrained")
     parts: Any = figure.subfigures(3, 1, height_ratios=(6.2, 3.4, 6.2))
     top, middle, bottom = parts
@@ -307,20 +333,6 @@ def _letter(number: int) -> str:
     return _LETTERS[number] if number < len(_LETTERS) else str(number + 1)
 
 
-def _several(runs: Any, *kinds: type) -> list[Any]:
-    """Return one run, or runs in a list or a dictionary, as a list."""
-    if isinstance(runs, kinds):
-        return [runs]
-    several = list(runs.values() if isinstance(runs, Mapping) else runs)
-    allowed = " or ".join(kind.__name__ for kind in kinds)
-    if not several:
-        raise ConfigError(f"runs = [], allowed: at least one {allowed}", key="runs")
-    for number, run in enumerate(several):
-        if not isinstance(run, kinds):
-            raise TypeError(f"runs[{number}]: a {type(run).__name__}, allowed: {allowed}")
-    return several
-
-
 def _index(names: list[str], name: str) -> int:
     if name not in names:
         raise KeyError(f"no wheel {name!r}, allowed: {', '.join(names)}")
@@ -332,10 +344,17 @@ def _direction(trace: Trace, wheel: int) -> float:
     return -1.0 if trace.wheels("reference_rad_s")[:, wheel].sum() < 0.0 else 1.0
 
 
-def _front_middle_rear(trace: Trace) -> list[int]:
+def _front_middle_rear(run: Trace | Log) -> list[int]:
     """Choose one driven wheel at the front, in the middle and at the rear; of two side by side the right one."""
+    trace = trace_of(run)
     reference = np.abs(trace.wheels("reference_rad_s")).max(axis=0)
     driven = np.flatnonzero(reference > 0.5 * reference.max()) if reference.max() > 0 else np.arange(reference.size)
-    x, y = trace.wheels("x_m")[0, driven], trace.wheels("y_m")[0, driven]
+    if isinstance(run, Log):  # its columns have no places; the vehicle that it holds does
+        layout = Scenario.from_toml(run.scenario_toml).vehicle.layout
+        x, y = np.array([layout.wheels[k].position_m for k in driven]).T
+    else:
+        x, y = with_places(trace).wheels("x_m")[0, driven], trace.wheels("y_m")[0, driven]
+        cos, sin = np.cos(trace["pose_yaw_rad"][0]), np.sin(trace["pose_yaw_rad"][0])
+        x, y = cos * x + sin * y, cos * y - sin * x
     places = (x.max(), 0.5 * (x.max() + x.min()), x.min())
     return [int(driven[np.lexsort((y, np.abs(x - place).round(3)))[0]]) for place in places]

@@ -72,14 +72,14 @@ def page(logs: Sequence[Log]) -> str:
 
     Raises:
         ValueError: there is no run, or one has no message on ``/tf`` or ``/vehicle_state``.
-        ImportError: plotly is not there: ``pip install "omnistep[view]"``.
+        ImportError: plotly is not there; the extra ``view`` brings it.
     """
     if not logs:
         raise ValueError("logs = [], allowed: at least one run")
     try:
         get_plotlyjs = importlib.import_module("plotly.offline").get_plotlyjs
     except ImportError as error:
-        raise ImportError('omnistep.report needs plotly: pip install "omnistep[view]"') from error
+        raise ImportError('omnistep.report needs plotly: install omnistep with its extra "view"') from error
     assets = files("omnistep") / "assets"
     data = json.dumps({"runs": [_run(log) for log in logs]}, separators=(",", ":"), allow_nan=False)
     first = logs[0]

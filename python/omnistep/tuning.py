@@ -90,7 +90,7 @@ def tune(
     Raises:
         ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values in between
             that do not fit together are no error: they count ``worst``.
-        ImportError: Optuna is not there: ``pip install "omnistep[tune]"``.
+        ImportError: Optuna is not there; it comes with the extra ``tune``.
         StudyError: the folder cannot be read or written.
         KeyboardInterrupt: Ctrl-C was pressed.
 
@@ -202,4 +202,4 @@ def _optuna() -> Any:
     try:
         return importlib.import_module("optuna")
     except ImportError as error:
-        raise ImportError('omnistep.tune needs Optuna: pip install "omnistep[tune]"') from error
+        raise ImportError('omnistep.tune needs Optuna: install omnistep with its extra "tune"') from error

@@ -137,6 +137,16 @@ def test_a_relation_of_duckdb_is_asked_once_as_it_may_answer_in_another_order():
     assert len(asked) == 1
 
 
+def test_the_result_of_a_study_gives_the_map_of_its_folder(study):
+    small = study.parent / "small.toml"
+    result = omnistep.study(small, out=study, progress=False)
+    assert (len(result), result.computed) == (4, 0)
+    (ax,) = omnistep.plot.climb_map(result, x="control.policy", panel=None)
+    assert cells(ax) == ["1/1", "1/1", "0/1", "0/1"]
+    (of_folder,) = omnistep.plot.climb_map(study, x="control.policy", panel=None)
+    assert cells(of_folder) == cells(ax)
+
+
 @pytest.mark.parametrize("reader", ["pyarrow", "polars", "duckdb"])
 def test_every_reader_reads_what_a_study_wrote(study, reader, monkeypatch):
     for other in {"pyarrow": "pyarrow.dataset", "polars": "polars", "duckdb": "duckdb"}.items():
@@ -170,7 +180,7 @@ def test_wrong_requests_are_one_line(tmp_path):
         r"rows\[3\]: no terrain_height_m": ([*rows()[:3], rows()[0] | {Y: None}], {}),
         "rows: none, allowed: at least one": (pl.DataFrame(rows()).clear(), {}),
         "none, allowed: at least one": ([], {}),
-        "rows: a int, allowed: the folder": (7, {}),
+        "rows: a int, allowed: a StudyResult, the folder": (7, {}),
         "nowhere: no such file or folder": (tmp_path / "nowhere", {}),
         r"empty: no \*.parquet in it": (tmp_path / "empty", {}),
         "no Parquet: ": (tmp_path, {}),

@@ -17,6 +17,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 from latex2mathml.converter import convert
+from matplotlib.testing.compare import compare_images
 from sybil import Document
 from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
@@ -29,20 +30,6 @@ KINDS_OF_FILES = ("scenario", "vehicle", "study")
 # Packages whose blocks are only compiled here: dask's is run by test_sweep_dask.py in `make test-full`, MPI's was tried
 # by hand.
 ELSEWHERE = ("dask", "mpi4py")
-
-# What README says was there before: a small one of the study climb_map, with its axes.
-SMALL_CLIMB_MAP = """
-schema_version = 1
-name = "small"
-scenario = "step"
-seeds = 1
-set = { duration_s = 0.2 }
-axis = [
-    { key = "vehicle.motor.stall_torque_n_m", values = [1.0, 2.0] },
-    { key = "terrain.height_m", values = [0.03, 0.05] },
-    { key = "control.policy", values = ["paper", "synchronised"] },
-]
-"""
 
 
 @cache
@@ -70,11 +57,21 @@ def python_block(example, info):
         program(example, info)
         return
     said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    # As fine as scripts/py_figures.py draws the documents' pictures.
+    with contextlib.redirect_stdout(said), plt.rc_context({"savefig.dpi": 90}):
         PythonEvaluator()(example)
     example.namespace["said"] = said.getvalue()
-    if "matplotlib.pyplot" in sys.modules:
-        plt.close("all")
+    plt.close("all")
+    # A picture under the name of one that the documents show is that one.
+    for shown in sorted((ROOT / "docs" / "images").glob("*.png")):
+        drawn = Path(shown.name)
+        if drawn.is_file():
+            # compare_images leaves its findings beside what it compares; the tolerance is test_plot_images.py's.
+            expected = Path(f"shown-{shown.name}")
+            expected.write_bytes(shown.read_bytes())
+            found = compare_images(expected, drawn, tol=0.3)
+            assert found is None, found
+            drawn.unlink()
 
 
 def program(example, info):
@@ -204,9 +201,6 @@ def blocks(document):
 @pytest.mark.parametrize("path", PAGES, ids=[str(path.relative_to(ROOT)) for path in PAGES])
 def test_every_block_of_a_page_does_what_it_says(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if path.name == "README.md":
-        Path("small.toml").write_text(SMALL_CLIMB_MAP)
-        assert omnistep("study", "small.toml", "--out", "out/climb_map", "--quiet")[0] == 0
     document = Document.parse(str(path), blocks)
     for example in document:
         try:
@@ -214,6 +208,17 @@ def test_every_block_of_a_page_does_what_it_says(path, tmp_path, monkeypatch):
         except Exception as error:
             error.add_note(f"in the block at {path.relative_to(ROOT)}:{example.line}")
             raise
+
+
+def test_a_picture_below_a_block_is_one_that_the_block_saves():
+    saved = 0
+    for path in PAGES:
+        for block, name in re.findall(
+            r"```python[^\n]*\n((?:(?!```).)*)```\n\n!\[[^]]*\]\(.*?([\w-]+\.png)\)", path.read_text(), re.DOTALL
+        ):
+            assert f'savefig("{name}")' in block, f"{path.name}: {name}"
+            saved += 1
+    assert saved >= 3  # of the tutorial
 
 
 def test_no_block_is_left_out():
@@ -231,6 +236,8 @@ def test_no_block_is_left_out():
     ("kind", "info", "text"),
     [
         ("python", "", "assert 1 + 1 == 3\n"),
+        # Three vehicles where the picture has seven.
+        ("python", "", 'import omnistep as o; o.plot.strip(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
         ("sh", "", "omnistep run nowhere\n"),
         ("sh", "", "make nothing\n"),
         ("sh", "", "curl https://example.org\n"),

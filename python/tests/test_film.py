@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -24,15 +25,35 @@ def log(tmp_path_factory):
 
 
 @pytest.mark.parametrize("ending", ["mp4", "gif"])
-def test_a_film_has_a_picture_a_moment_and_the_vehicle_moves(log, tmp_path, ending):
+def test_a_film_has_a_picture_a_moment_and_the_vehicle_moves_and_no_viewer_stays(log, tmp_path, ending, monkeypatch):
+    started = []
+
+    class Recorded(subprocess.Popen):
+        def __init__(self, *args, **kwargs):
+            super().__init__(*args, **kwargs)
+            started.append((self.pid, kwargs.get("start_new_session", False)))
+
+    monkeypatch.setattr(film.subprocess, "Popen", Recorded)
     out = tmp_path / f"climb.{ending}"
     film.film(log, out, fps=2.0)
+    monkeypatch.undo()
     pictures = np.asarray(iio.imread(out))
     assert pictures.shape[0] == 5 and pictures.shape[1] > 500 and pictures.shape[2] > 1000
     # The vehicle is some hundredths of the picture, and goes ahead by its length.
     changed = np.abs(pictures[-1].astype(int) - pictures[0].astype(int)).max(axis=2) > 30
     assert 0.005 < changed.mean() < 0.3
-    assert subprocess.run(["pgrep", "-f", "rerun --headless"], capture_output=True, check=False).stdout == b""
+    # The viewer is a script that starts another program: both are in a session of their own, and nothing else is.
+    (session,) = [pid for pid, own_session in started if own_session]
+    late = time.monotonic() + 10.0
+    while (alive := alive_in(session)) and time.monotonic() < late:
+        time.sleep(0.1)
+    assert alive == []
+
+
+def alive_in(session):
+    """Lines of ps about processes of a session that have not ended."""
+    shown = subprocess.run(["ps", "-s", str(session), "-o", "stat=,args="], capture_output=True, text=True, check=False)
+    return [line for line in shown.stdout.splitlines() if not line.startswith("Z")]
 
 
 def test_a_picture_is_of_its_moment(log, tmp_path):

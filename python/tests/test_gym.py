@@ -264,17 +264,61 @@ def test_other_threads_run_while_environments_step():
     assert during > 10
 
 
+def rows_of_wheels(picture):
+    """Rows of wheels in a picture: their first and last column and line of pixels, (rows, 2) each."""
+    blue = np.abs(picture.astype(int) - (0x00, 0x72, 0xB2)).max(axis=2) < 60  # lines are a pixel wide and smoothed
+    columns = np.flatnonzero(blue.any(axis=0))
+    rows = np.split(columns, np.flatnonzero(np.diff(columns) > 3) + 1)
+    lines = [np.flatnonzero(blue[:, row[0] : row[-1] + 1].any(axis=1)) for row in rows]
+    return np.array([row[[0, -1]] for row in rows]), np.array([line[[0, -1]] for line in lines])
+
+
+def riser(picture):
+    """The column of pixels where the grey ground rises, and by how many pixels."""
+    grey = np.abs(picture.astype(int) - 204).max(axis=2) < 3
+    columns = np.flatnonzero(grey.sum(axis=0) > 20)  # ground, and no letter
+    tops = grey[:, columns].argmax(axis=0)
+    where = int(np.flatnonzero(tops < tops[0] - 8)[0])
+    return columns[where], tops[0] - tops[-1]
+
+
 def test_pictures_show_the_vehicle_move():
     env = make("StepClimb", render_mode="rgb_array")
-    env.reset(seed=0)
+    _, before = env.reset(seed=0, options={"height_m": 0.05, "friction": 0.8})
     one = env.render()
     assert (one.dtype, one.shape) == (np.uint8, (320, 640, 3))
+    columns, lines = rows_of_wheels(one)
+    assert len(columns) == 3  # front, middle and rear, from the side
+    rear, middle, front = columns.mean(axis=1)
+    scale = 0.60 / (front - rear)  # metres a pixel: 2 R1
+    # To a pixel at each end: 1.6 m are 537 of them, so 3 mm is one.
+    assert (middle - rear) * scale == pytest.approx(0.30, abs=0.006)
+    assert np.ptp(columns, axis=1) * scale == pytest.approx(np.full(3, 0.132), abs=0.009)
+    assert np.ptp(lines[:, 1]) <= 1  # on level ground
+    at, height = riser(one)
+    assert (at - middle) * scale == pytest.approx(0.70 - before["x_m"], abs=0.009)
+    assert height * scale == pytest.approx(0.05, abs=0.006)
     for _ in range(20):
-        env.step(np.array([1, 0, 0, 0, 0], np.float32))
-    assert (one != env.render()).any()
+        *_, info = env.step(np.array([1, 0, 0, 0, 0], np.float32))
+    # The picture goes with the vehicle: the step comes nearer.
+    columns, _ = rows_of_wheels(two := env.render())
+    assert (at - riser(two)[0]) * scale == pytest.approx(info["x_m"] - before["x_m"], abs=0.009)
+    assert info["x_m"] - before["x_m"] > 0.2
+    for _ in range(20):
+        *_, info = env.step(np.array([1, 0, 0, 0, 0], np.float32))
+    _, lines = rows_of_wheels(env.render())
+    assert (lines[0, 1] - lines[2, 1]) * scale == pytest.approx(0.05, abs=0.006)  # the front row is up
+
+
+def test_pictures_from_above_show_every_wheel():
     envs = make_vec("Drive", render_mode="rgb_array", num_envs=2)
     envs.reset(seed=0)
-    assert [picture.shape for picture in envs.render()] == [(320, 640, 3)] * 2
+    for picture in envs.render():
+        assert (picture.dtype, picture.shape) == (np.uint8, (320, 640, 3))
+        columns, lines = rows_of_wheels(picture)
+        scale = 0.60 / (columns[2].mean() - columns[0].mean())
+        # Outer rows: wheels 2 R2 = 0.46 m apart, and a diameter; the middle one stands alone.
+        assert np.ptp(lines, axis=1) * scale == pytest.approx([0.592, 0.132, 0.592], abs=0.009)
 
 
 def test_ids_are_found_by_module_and_gymnasium_stays_an_extra():
@@ -284,7 +328,7 @@ def test_ids_are_found_by_module_and_gymnasium_stays_an_extra():
     assert done.stdout.strip() == "omnistep/Drive-v0"
     failed = subprocess.run([sys.executable, "-c", missing], capture_output=True, text=True, check=False, cwd="/")
     assert failed.stderr.strip().splitlines()[-1] == (
-        'ImportError: omnistep.gym needs Gymnasium: pip install "omnistep[learn]"'
+        'ImportError: omnistep.gym needs Gymnasium: install omnistep with its extra "learn"'
     )
 
 

@@ -39,7 +39,7 @@ for plot in (omnistep.plot.climb, omnistep.plot.strip, lambda _: omnistep.plot.w
     try:
         plot(trace)
     except ImportError as error:
-        assert 'pip install "omnistep[plot]"' in str(error), error
+        assert 'install omnistep with its extra "plot"' in str(error), error
     else:
         raise AssertionError(plot)
 """

@@ -187,12 +187,79 @@ def test_wrong_requests_are_one_line(climb, wheel_runs, tmp_path):
             draw()
         assert "\n" not in str(caught.value)
         assert len(plt.get_fignums()) <= len(before) + ("axes" in message)  # no empty figure is left
-    with pytest.raises(TypeError, match=r"runs\[0\]: a WheelsTrace, allowed: Trace"):
-        omnistep.plot.climbs([wheel_runs[0]])
+
+
+def test_an_argument_of_another_type_is_one_line_with_its_name(climb, wheel_runs):
+    plot, path = omnistep.plot, "a.mcap"
+    row = {"torque": 1.0, "height": 0.1, "climbed": True}
+    over = {"x": "torque", "y": "height", "panel": None}
+    cases = {
+        "trace: the string 'a.mcap', allowed: Trace or Log (omnistep.read_mcap reads one)": lambda: plot.climb(path),
+        "trace: None, allowed: Trace or Log": lambda: plot.climb(None),
+        "wheels: the string '5', allowed: a list of names": lambda: plot.climb(climb, wheels="5"),
+        "axes[0]: a int, allowed: matplotlib's Axes": lambda: plot.climb(climb, axes=[1, 2, 3]),
+        "run: None, allowed: Trace or Log": lambda: plot.strip(None),
+        "run: a dict, allowed: Trace or Log": lambda: plot.strip({"a": climb}),
+        "run: the string 'a.mcap', allowed: Trace or Log (omnistep.read_mcap reads one)": lambda: plot.strip(path),
+        "ax: a int, allowed: matplotlib's Axes": lambda: plot.strip(climb, ax=3),
+        "every_s: the string '1', allowed: a number": lambda: plot.strip(climb, every_s="1"),
+        "runs[1]: a int, allowed: Trace or Log": lambda: plot.strips([climb, 3]),
+        "traces: None, allowed: Trace or Log, one or a list or dictionary of them": lambda: plot.climbs(None),
+        "traces['a']: a int, allowed: Trace or Log": lambda: plot.climbs({"a": 3}),
+        "traces[0]: a WheelsTrace, allowed: Trace or Log": lambda: plot.climbs([wheel_runs[0]]),
+        "traces[0]: a Trace, allowed: WheelsTrace": lambda: plot.wheels([climb]),
+        "traces: a Trace, allowed: WheelsTrace, one or a list or dictionary of them": lambda: plot.wheels(climb),
+        "proposed: a int, allowed: Trace or Log": lambda: plot.paper(proposed=3),
+        "wheel_runs[0]: a int, allowed: WheelsTrace": lambda: plot.paper(wheel_runs=[3]),
+        "figure: a int, allowed: matplotlib's Figure or SubFigure": lambda: plot.paper(figure=3),
+        "axes[0]: the string 'left', allowed: matplotlib's Axes": lambda: plot.climb_map([row], **over, axes=["left"]),
+    }
+    for message, draw in cases.items():
+        with pytest.raises(TypeError) as caught:
+            draw()
+        assert str(caught.value) == message
+        assert plt.get_fignums() == [], message  # no empty figure is left
+
+
+def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_path):
+    again = omnistep.run("step", policy="synchronised", mcap=tmp_path / "climb.mcap")
+    assert (again.to_numpy() == climb.to_numpy()).all()
+    log = omnistep.read_mcap(tmp_path / "climb.mcap")
+    of_log = [*omnistep.plot.climb(log), *omnistep.plot.climbs([log, climb])[:, 0]]
+    of_log += [*omnistep.plot.paper(proposed=log, general=climb)["10"], *omnistep.plot.climbs(log)[:, 0]]
+    drawn = list(omnistep.plot.climb(climb))
+    for ax, expected in zip(of_log, 4 * drawn, strict=True):
+        assert [each.get_label() for each in ax.lines] == [each.get_label() for each in expected.lines]
+        for one, other in zip(ax.lines, expected.lines, strict=True):
+            np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+    # The columns alone do not say where wheels are; those that are named need no place.
+    (line_of_5,) = (each for each in omnistep.plot.climb(log.trace, wheels=["5"])[1].lines)
+    np.testing.assert_array_equal(line_of_5.get_ydata(), climb["wheel_5_slip_ratio"])
+    plt.close("all")
+    for draw in (
+        omnistep.plot.climb,
+        omnistep.plot.climbs,
+        omnistep.plot.strip,
+        lambda trace: omnistep.plot.strips([climb, trace]),
+        lambda trace: omnistep.plot.paper(general=trace),
+    ):
+        with pytest.raises(omnistep.ConfigError) as caught:
+            draw(log.trace)
+        message = "step, synchronised: the trace of a log, without the wheels' places x_m, allowed: the Log itself"
+        assert str(caught.value) == message
+        assert plt.get_fignums() == []
+
+
+def test_front_and_rear_are_the_vehicle_s_however_it_stands(tmp_path):
+    turned = {"duration_s": 0.2, "start.heading_rad": np.pi}
+    trace = omnistep.run("flat", overrides=turned, mcap=tmp_path / "turned.mcap")
+    for run in (trace, omnistep.read_mcap(tmp_path / "turned.mcap")):
+        labels = [each.get_label() for each in omnistep.plot.climb(run)[0].lines]
+        assert labels == ["front (wheel 5)", "middle (wheel 4)", "rear (wheel 1)"]
 
 
 def test_matplotlib_is_loaded_by_drawing_only_and_its_absence_is_one_line():
     code = "import sys, omnistep; assert 'matplotlib' not in sys.modules; sys.modules['matplotlib'] = None\n"
     code += "try: omnistep.plot.wheels(omnistep.wheels())\nexcept ImportError as error: print(error)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == 'omnistep.plot needs matplotlib: pip install "omnistep[plot]"\n'
+    assert done.stdout == 'omnistep.plot needs matplotlib: install omnistep with its extra "plot"\n'

@@ -1,7 +1,9 @@
 """Runs, traces and the user's own loop."""
 
 import gc
+import sys
 import threading
+import time
 from types import MappingProxyType
 
 import numpy as np
@@ -138,18 +140,55 @@ def test_same_seed_same_run_other_seed_other_run():
     assert one["pose_yaw_rad"][-1] != other["pose_yaw_rad"][-1]
 
 
-def test_two_threads_run_at_once_and_agree():
+def turns_of_another_thread_during(call):
+    """How often another thread got the interpreter's lock while a call went on."""
+    stop, turns = threading.Event(), 0
+
+    def count():
+        nonlocal turns
+        while not stop.is_set():
+            turns += 1
+            time.sleep(0)  # lets the lock go
+
+    thread = threading.Thread(target=count)
+    interval = sys.getswitchinterval()
+    # Nobody is asked for the lock in the next minute: the thread runs where this one lets it go, or not at all.
+    sys.setswitchinterval(60.0)
+    try:
+        thread.start()
+        before = turns
+        call()
+        return turns - before
+    finally:
+        sys.setswitchinterval(interval)
+        stop.set()
+        thread.join()
+
+
+def test_other_threads_run_while_a_run_goes_on():
+    # A run of some 100 ms, a turn of microseconds.
+    overrides = {"duration_s": 0.5}
+    assert turns_of_another_thread_during(lambda: omnistep.run("flat", overrides=overrides, progress=False)) > 10
+    # What keeps the lock is noticed: as many numbers in Python.
+    assert turns_of_another_thread_during(lambda: sum(range(3_000_000))) == 0
+
+
+def test_runs_at_once_in_threads_are_the_run_alone_bit_for_bit():
     results = {}
+    weak = {"duration_s": 0.5, "vehicle.motor.stall_torque_n_m": 0.2}  # so that policies differ
 
-    def work(key):
-        results[key] = omnistep.run("flat", overrides={"duration_s": 0.5})["pose_x_m"][-1]
+    def work(policy, key):
+        results[policy, key] = omnistep.run("flat", policy=policy, overrides=weak).to_numpy()
 
-    threads = [threading.Thread(target=work, args=(key,)) for key in (1, 2)]
+    pairs = [(policy, key) for policy in ("paper", "independent") for key in (1, 2)]
+    threads = [threading.Thread(target=work, args=pair) for pair in pairs]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert results[1] == results[2]
+    for policy, key in pairs:
+        assert (results[policy, key] == omnistep.run("flat", policy=policy, overrides=weak).to_numpy()).all()
+    assert (results["paper", 1] != results["independent", 1]).any()
 
 
 def test_a_torque_loop_of_one_s_own_reads_the_encoders_and_holds_the_speed():

@@ -28,11 +28,26 @@ def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
 
 
 def test_a_scenario_runs_as_its_name_with_the_same_keys_does():
-    keys = {"duration_s": 0.3, "terrain.friction": 0.4}
+    # Motors so weak that the policy matters, a perturbation so that the seed does.
+    keys = {"duration_s": 0.3, "perturbation.yaw_rad": 0.05, "vehicle.motor.stall_torque_n_m": 0.2}
     scenario = omnistep.Scenario("flat", policy="paper", overrides=keys, seed=3)
-    by_name = omnistep.run("flat", policy="paper", overrides=keys, seed=3)
-    for trace in (omnistep.run(scenario), omnistep.run("flat", seed=3, policy="paper", overrides=keys)):
-        assert (trace.to_numpy() == by_name.to_numpy()).all()
+    by_name = omnistep.run("flat", policy="paper", overrides=keys, seed=3).to_numpy()
+    ways = {
+        "all in the scenario": lambda: omnistep.run(scenario),
+        "all replaced": lambda: omnistep.run(omnistep.Scenario("flat").replace(keys, policy="paper", seed=3)),
+        "some beside it": lambda: omnistep.run(omnistep.Scenario("flat", overrides=keys), policy="paper", seed=3),
+        "keys beside it": lambda: omnistep.run(omnistep.Scenario("flat", policy="paper", seed=3), overrides=keys),
+    }
+    for way, run in ways.items():
+        assert (run().to_numpy() == by_name).all(), way
+    # Each of them decides something.
+    others = [
+        scenario.replace(seed=4),
+        scenario.replace(policy="independent"),
+        scenario.replace({"vehicle.motor.stall_torque_n_m": 0.3}),
+    ]
+    for other in others:
+        assert (omnistep.run(other).to_numpy() != by_name).any(), other
     assert (scenario.seed, scenario.policy, scenario.duration_s, scenario.period_s) == (3, "paper", 0.3, 0.001)
     # Arguments change it further, and leave it as it is.
     assert omnistep.run(scenario, policy="load_sharing").policy == "load_sharing"

@@ -139,11 +139,11 @@ enum Command {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
-    /// Makes a film or pictures of a logged run; part of the Python package (pip install "omnistep[view]").
+    /// Makes a film or pictures of a logged run; part of the Python package with its extra "view".
     Film(PythonArgs),
-    /// Draws a logged run from the side; part of the Python package (pip install "omnistep[plot]").
+    /// Draws a logged run from the side; part of the Python package with its extra "plot".
     Strip(PythonArgs),
-    /// Makes one page of logged runs that any browser opens; part of the Python package (pip install "omnistep[view]").
+    /// Makes one page of logged runs that any browser opens; part of the Python package with its extra "view".
     Report(PythonArgs),
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
@@ -396,7 +396,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
 fn in_python(command: &'static str) -> Error {
     Error::Elsewhere {
         command,
-        how: "pip install \"omnistep[view]\", then the same command with its omnistep",
+        how: "install the Python package with its extra \"view\", in the repository pip install \".[view]\", then the same command with its omnistep",
     }
 }
 

@@ -354,7 +354,7 @@ fn what_is_no_log_is_refused_by_name() {
     assert!(refused(folder.path(), &["replay", "y.mcap"]).starts_with("error: y.mcap: "));
     for command in ["film", "report", "strip"] {
         let said = refused(folder.path(), &[command, "x.mcap", "-o", "y"]);
-        assert!(said.contains("pip install \"omnistep[view]\""), "{said}");
+        assert!(said.contains("pip install \".[view]\""), "{said}");
     }
 }
 
