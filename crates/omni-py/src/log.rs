@@ -29,6 +29,14 @@ pub(crate) struct Log {
     complete: bool,
     scenario: String,
     /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
+    ///
+    /// These are what the controller was told, estimated and did, and the torques and forces at the wheels;
+    /// ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
+    /// ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
+    /// energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
+    /// ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
+    /// that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
+    /// every column again.
     trace: Py<Trace>,
     outcome: Option<Outcome>,
     frame_time_s: Vec<f64>,
@@ -100,6 +108,14 @@ impl Log {
     }
 
     /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
+    ///
+    /// These are what the controller was told, estimated and did, and the torques and forces at the wheels;
+    /// ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
+    /// ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
+    /// energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
+    /// ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
+    /// that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
+    /// every column again.
     #[getter]
     fn trace(&self, py: Python<'_>) -> Py<Trace> {
         self.trace.clone_ref(py)
