@@ -1,6 +1,6 @@
 """Environments for reinforcement learning, as Gymnasium has them.
 
-Needs Gymnasium: ``pip install ".[learn]"`` in the repository. Importing this module registers ``omnistep/StepClimb-v0`` and
+Needs Gymnasium, which the extra ``learn`` brings. Importing this module registers ``omnistep/StepClimb-v0`` and
 ``omnistep/Drive-v0``; ``gymnasium.make("omnistep.gym:omnistep/StepClimb-v0")`` does both at once. docs/learning.md has
 actions, observations and rewards in tables.
 

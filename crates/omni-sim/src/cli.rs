@@ -396,7 +396,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
 fn in_python(command: &'static str) -> Error {
     Error::Elsewhere {
         command,
-        how: "install the Python package with its extra \"view\", in the repository pip install \".[view]\", then the same command with its omnistep",
+        how: "in the repository pip install \".[view]\", then the same command with its omnistep",
     }
 }
 
