@@ -139,7 +139,7 @@ pub(crate) struct Kinematics {
     layout: Py<Layout>,
     wheels: usize,
     forward: String,
-    weights: Option<Py<PyAny>>,
+    weights: Option<Vec<f64>>,
     maps: Box<dyn Maps>,
 }
 
@@ -182,14 +182,12 @@ impl Kinematics {
         ];
         let map = choice("forward", forward, &known)?;
         let built = layout.get();
-        // A copy, which nobody else can change.
-        let tuple = layout.py().get_type::<PyTuple>();
-        let kept = weights.map(|weights| tuple.call1((weights,))).transpose()?;
-        let maps = match (weights, map) {
+        let weights = weights.map(|weights| numbers("weights", weights, "one number a wheel"));
+        let weights = weights.transpose()?;
+        let maps = match (&weights, map) {
             (None, _) => for_wheel_count!(built.len(), named[](built, map), counts::refuse)?,
             (Some(weights), ForwardMap::LeastSquares) => {
-                let weights = numbers("weights", weights, "one number a wheel")?;
-                for_wheel_count!(built.len(), weighted[](built, &weights), counts::refuse)?
+                for_wheel_count!(built.len(), weighted[](built, weights), counts::refuse)?
             }
             (Some(_), ForwardMap::PaperAverage) => {
                 let message =
@@ -201,7 +199,7 @@ impl Kinematics {
             wheels: built.len(),
             layout: layout.unbind(),
             forward: forward.into(),
-            weights: kept.map(Bound::unbind),
+            weights,
             maps,
         })
     }
@@ -334,7 +332,7 @@ impl Kinematics {
         let keywords = PyDict::new(py);
         keywords.set_item("layout", &self.layout)?;
         keywords.set_item("forward", &self.forward)?;
-        keywords.set_item("weights", &self.weights)?;
+        keywords.set_item("weights", self.weights.clone())?;
         rebuilt(&py.get_type::<Self>(), &keywords)
     }
 
