@@ -132,7 +132,7 @@ fn two_studies_do_not_share_a_folder_at_once() {
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.contains("out/small: another study is being run in this folder"),
+        said.contains("out/small: it is being written by another program"),
         "{said}"
     );
     drop(lock);
