@@ -5,22 +5,18 @@ use std::fs::File;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::Sender;
 
 use omni_sim::Error;
-use omni_sim::config::{Scenario, Seeds, Study};
-use omni_sim::study::{self, Batch, Cell, Computed, Kind, Row, Run, cells, compute};
-use pyo3::exceptions::PyRuntimeError;
+use omni_sim::config::{Override, Scenario, Seeds, Study};
+use omni_sim::study::{self, Batch, Cell, Kind, Row, Run, cells, compute};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
 use crate::error::{about, exception, refused};
 use crate::scenario::{ScenarioArg, load};
 use crate::values;
-
-/// Time between two looks at Ctrl-C, and two words to whoever watches.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+use crate::watched::{attended, watched};
 
 /// The runs of a study or a sweep, every scenario checked.
 #[pyclass(frozen, module = "omnistep._omnistep")]
@@ -39,7 +35,7 @@ impl Plan {
         overrides: Option<&Bound<'_, PyMapping>>,
         seeds: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let overrides = values::overrides(overrides)?;
+        let overrides = without_seed(overrides)?;
         let seeds = seeds.map(checked_seeds).transpose()?;
         let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(&error.into()))?;
         study.seeds = seeds.unwrap_or(study.seeds);
@@ -49,10 +45,8 @@ impl Plan {
             let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
             return Err(refused(key, &message));
         }
-        let inner = py.detach(|| study::Plan::new(&study, &overrides));
-        inner
-            .map(|inner| Self { inner })
-            .map_err(|error| exception(&error))
+        let inner = attended(py, |stop| study::Plan::new_until(&study, &overrides, stop))?;
+        Ok(Self { inner })
     }
 
     /// The runs of a scenario with the keys of each point replaced.
@@ -67,6 +61,8 @@ impl Plan {
     ) -> PyResult<Self> {
         let py = seeds.py();
         let seeds = checked_seeds(seeds)?;
+        without_seed(overrides)?;
+        study::Plan::check_size("sweep", points.len(), &seeds).map_err(|error| exception(&error))?;
         let mut scenarios = Vec::with_capacity(points.len());
         for (i, point) in points.iter().enumerate() {
             let own = || -> PyResult<(Vec<_>, Scenario)> {
@@ -82,11 +78,14 @@ impl Plan {
             // Many points take seconds.
             py.check_signals()?;
         }
-        let inner = py.detach(|| study::Plan::of_scenarios("sweep", scenarios, seeds));
-        inner
-            .map(|inner| Self { inner })
-            .map_err(|error| exception(&error))
+        let plan = |stop: &AtomicBool| study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
+        let inner = attended(py, plan)?;
+        Ok(Self { inner })
     }
+
+    /// Points of a study or a sweep at most.
+    #[classattr]
+    const MOST_POINTS: usize = Study::MOST_POINTS;
 
     /// Name of the study.
     #[getter]
@@ -150,22 +149,20 @@ impl Store {
 
     /// Takes the rows with an error out; returns how many.
     fn forget_errors(&self, py: Python<'_>) -> PyResult<usize> {
-        py.detach(|| self.store.forget_errors())
-            .map_err(|error| exception(&error))
+        attended(py, |stop| self.store.forget_errors_until(stop))
     }
 
     /// Every row that is there.
     fn read(&self, py: Python<'_>) -> PyResult<Rows> {
         let plan = &self.plan.get().inner;
-        let rows = py.detach(|| {
-            let found = self.store.read()?;
+        let (rows, missing, damaged) = attended(py, |stop| {
+            let found = self.store.read_until(stop)?;
             let missing = plan.missing(&found);
             let mut by_key: BTreeMap<String, Row> =
                 found.rows.into_iter().map(|row| (row.key.clone(), row)).collect();
             let rows = plan.runs().iter().filter_map(|run| by_key.remove(&run.key));
             Ok((rows.collect(), missing, found.damaged))
-        });
-        let (rows, missing, damaged) = rows.map_err(|error: Error| exception(&error))?;
+        })?;
         Ok(Rows {
             plan: self.plan.clone_ref(py),
             rows,
@@ -184,11 +181,10 @@ impl Store {
         watch: Option<Py<PyAny>>,
     ) -> PyResult<(usize, usize)> {
         let missing = &rows.get().missing;
-        watched(py, watch, |stop, heard| {
-            compute(missing, &self.store, jobs, stop, |row| {
-                let _ = heard.send(row.error.is_some());
-            })
-        })
+        let computed = watched(py, watch, |stop, heard| {
+            compute(missing, &self.store, jobs, stop, hearing(heard))
+        })?;
+        Ok((computed.rows, computed.errors))
     }
 }
 
@@ -202,61 +198,16 @@ pub(crate) fn compute_batch(
     jobs: Option<NonZeroUsize>,
 ) -> PyResult<(usize, usize)> {
     let batch = Batch::from_text(batch).map_err(|error| exception(&error))?;
-    watched(py, None, |stop, heard| {
-        batch.compute(folder, jobs, stop, |row| {
-            let _ = heard.send(row.error.is_some());
-        })
-    })
+    let computed = attended(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
+    Ok((computed.rows, computed.errors))
 }
 
-/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C and tells `watch` how many
-/// rows there are and how many of them failed.
-fn watched(
-    py: Python<'_>,
-    watch: Option<Py<PyAny>>,
-    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<Computed, Error> + Send,
-) -> PyResult<(usize, usize)> {
-    let stop = AtomicBool::new(false);
-    let look = |rows: usize, errors: usize| {
-        Python::attach(|py| {
-            py.check_signals()?;
-            watch
-                .as_ref()
-                .map_or(Ok(()), |watch| watch.call1(py, (rows, errors)).map(|_| ()))
-        })
-    };
-    py.detach(|| {
-        let (sender, receiver) = mpsc::channel();
-        std::thread::scope(|scope| {
-            let worker = scope.spawn(|| work(&stop, sender));
-            let (mut rows, mut errors, mut last) = (0, 0, Instant::now());
-            let mut ended = Ok(());
-            loop {
-                match receiver.recv_timeout(LOOK_EVERY.saturating_sub(last.elapsed())) {
-                    Ok(error) => {
-                        rows += 1;
-                        errors += usize::from(error);
-                    }
-                    Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => break,
-                }
-                if last.elapsed() >= LOOK_EVERY && ended.is_ok() {
-                    ended = look(rows, errors);
-                    last = Instant::now();
-                    stop.fetch_or(ended.is_err(), Ordering::Relaxed);
-                } else if ended.is_err() {
-                    last = Instant::now();
-                }
-            }
-            let computed = worker
-                .join()
-                .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
-            ended?;
-            let computed = computed.map_err(|error| exception(&error))?;
-            look(rows, errors)?;
-            Ok((computed.rows, computed.errors))
-        })
-    })
+/// Tells of each row whether it failed.
+fn hearing(heard: Sender<bool>) -> impl FnMut(&Row) {
+    move |row| {
+        // Somebody listens for as long as this is there.
+        let _ = heard.send(row.error.is_some());
+    }
 }
 
 /// Rows of a study in the order of its runs.
@@ -291,13 +242,15 @@ impl Rows {
     /// The runs without a row as texts for `compute_batch`, at most `size` runs each.
     fn batches(&self, py: Python<'_>, size: NonZeroUsize) -> PyResult<Vec<String>> {
         let plan = &self.plan.get().inner;
-        let texts = py.detach(|| {
-            let chunks = self.missing.chunks(size.get());
-            chunks
-                .map(|runs| Batch::new(plan, runs).map(|batch| batch.to_text()))
-                .collect::<Result<Vec<_>, _>>()
-        });
-        texts.map_err(|error| exception(&error))
+        attended(py, |stop| {
+            let text = |runs: &[Run]| {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Error::Stopped);
+                }
+                Ok(Batch::new(plan, runs)?.to_text())
+            };
+            self.missing.chunks(size.get()).map(text).collect()
+        })
     }
 
     /// Kind of each column by name: `bool`, `int`, `float` or `str`.
@@ -379,4 +332,14 @@ fn value<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
 fn checked_seeds(seeds: &Bound<'_, PyAny>) -> PyResult<Seeds> {
     let value = values::from_python("seeds", "seeds", seeds)?;
     Seeds::from_value(value).map_err(|message| refused("seeds", &format!("seeds: {message}")))
+}
+
+/// Overrides of every run: a seed among them would be in none.
+fn without_seed(overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
+    let overrides = values::overrides(overrides)?;
+    if overrides.iter().any(|each| each.key() == "seed") {
+        let message = "overrides: seed, allowed: any other key; seeds are given by seeds";
+        return Err(refused("seed", message));
+    }
+    Ok(overrides)
 }
