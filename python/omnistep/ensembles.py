@@ -183,9 +183,9 @@ def sweep(
     """Run what is missing of a scenario at many points, each with every seed.
 
     Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text:
-    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is done. So every worker must see ``out`` under
-    the same path and have the same version of omnistep, and a worker that is killed loses no row: the same call
-    computes what is missing, and nothing else.
+    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
+    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a worker that
+    is killed loses no row: the same call computes what is missing, and nothing else.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
     ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.

@@ -75,7 +75,8 @@ impl Plan {
                 Ok((values::overrides(Some(point))?, scenario))
             };
             scenarios.push(own().map_err(|error| about(py, &format!("points[{i}]"), error))?);
-            // Many points take seconds.
+            // Many points take seconds: meanwhile Ctrl-C is heard, and other threads of Python go on.
+            py.detach(|| ());
             py.check_signals()?;
         }
         let plan = |stop: &AtomicBool| study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
