@@ -178,7 +178,7 @@ def test_two_workers_with_the_same_batch_keep_each_others_rows(tmp_path):
 
 def test_a_vehicle_that_a_point_does_not_replace_is_a_column_with_its_name(tmp_path):
     rows = short([{}, {"vehicle": "rocker_bogie6"}], out=tmp_path).rows()
-    assert [row["vehicle"] for row in rows] == [omnistep.Scenario.load("flat").vehicle.name, "rocker_bogie6"]
+    assert [row["vehicle"] for row in rows] == [omnistep.Scenario("flat").vehicle.name, "rocker_bogie6"]
 
 
 def test_workers_that_do_not_see_the_folder_are_noticed(tmp_path):
