@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -1414,6 +1414,9 @@ class WheelsTrace:
 @final
 class Plan:
     """The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of."""
+
+    #: Points of a study or a sweep at most.
+    MOST_POINTS: Final[int]
 
     @staticmethod
     def of_study(

@@ -2,6 +2,8 @@
 
 import importlib
 import itertools
+import math
+import operator
 import queue
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,7 +11,7 @@ from concurrent.futures import Executor, Future
 from contextlib import closing, contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 
 from tqdm import tqdm
 
@@ -21,6 +23,9 @@ from omnistep.runs import SHORT_S
 _TASKS = 64
 #: Runs of a task at most for each thread, where the caller does not say: some seconds of work.
 _RUNS_PER_THREAD = 16
+
+#: One point more than there may be: none is asked for after it.
+_TOO_MANY = Plan.MOST_POINTS + 1
 
 #: pandas' types that know what is missing.
 _PANDAS = {"bool": "boolean", "int": "Int64", "float": "float64", "str": "str"}
@@ -133,12 +138,13 @@ def study(
 
     Args:
         study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``) or the path of a .toml file.
-        overrides: keys to replace in every run, as in :func:`omnistep.run`; none that is an axis of the study.
+        overrides: keys to replace in every run, as in :func:`omnistep.run`; none that is an axis of the study, and no
+            seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.
         jobs: threads, 1 or more; as many as there are cores by default.
         retry_errors: run those again that failed.
-        progress: show a bar on standard error.
+        progress: show a bar on standard error when it takes more than a second.
 
     Returns:
         A row for each run of the study; a run that failed is a row with an ``error``.
@@ -176,10 +182,10 @@ def sweep(
 ) -> StudyResult:
     """Run what is missing of a scenario at many points, each with every seed.
 
-    Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text of
-    some kilobytes; a worker adds each row to the folder as soon as it is done. So every worker must see ``out`` under
-    the same path and have the same version of omnistep, and a worker that is killed loses no row: the same call
-    computes what is missing, and nothing else.
+    Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text:
+    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
+    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a worker that
+    is killed loses no row: the same call computes what is missing, and nothing else.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
     ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.
@@ -187,10 +193,10 @@ def sweep(
     Args:
         points: a dictionary of keys to replace for each point; or one dictionary of a list of values for each key:
             then every combination is a point, the last key fastest. Keys and values as in ``overrides`` of
-            :func:`omnistep.run`.
+            :func:`omnistep.run`. At most 100000.
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
         policy: coordination policy instead of the scenario's.
-        overrides: keys to replace in every run; none that a point replaces.
+        overrides: keys to replace in every run; none that a point replaces, and no seed.
         seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
             noise.
         out: the folder of results.
@@ -198,7 +204,8 @@ def sweep(
         batch: runs of a task, 1 or more; by default 16 for each of its threads, or fewer where there are few.
         jobs: threads; by default all cores without an executor, and one a task with one.
         retry_errors: run those again that failed.
-        progress: show a bar on standard error; with an executor it moves by batches.
+        progress: show a bar on standard error when it takes more than a second; with an executor it moves
+            by batches.
 
     Returns:
         A row for each point and seed; a run that failed is a row with an ``error``.
@@ -221,7 +228,7 @@ def sweep(
     for given, where in [(overrides or {}, "overrides"), ({"control.policy": policy} if policy else {}, "policy")]:
         if twice := sorted({key for point in every for key in point} & set(given)):
             raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
-    positive("batch", batch)
+    batch = positive("batch", batch)
     plan = Plan.of_points(every, scenario=scenario, policy=policy, overrides=overrides, seeds=listed(seeds))
     return complete(
         plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch
@@ -239,7 +246,7 @@ def complete(
     batch: int | None = None,
 ) -> StudyResult:
     """Compute what a folder lacks of a plan. See :func:`sweep`."""
-    positive("jobs", jobs)
+    jobs = positive("jobs", jobs)
     with closing(Store(folder, plan)) as store:
         if retry_errors:
             store.forget_errors()
@@ -273,11 +280,14 @@ def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]])
         for key, values in points.items():
             if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
                 raise TypeError(f"points: {key} = {values!r}, allowed: a list of values")
-        combinations = itertools.product(*points.values())
+        each = [list(itertools.islice(values, _TOO_MANY)) for values in points.values()]
+        if (count := math.prod(map(len, each))) >= _TOO_MANY:
+            raise ConfigError(f"points: {count}, allowed: {Plan.MOST_POINTS} at most", key="points")
+        combinations = itertools.product(*each) if points else ()
         return [dict(zip(points, values, strict=True)) for values in combinations]
     if isinstance(points, str) or not isinstance(points, Iterable):
         raise TypeError(f"points: {points!r}, allowed: a list of dictionaries, or a dictionary of lists")
-    every = list(points)
+    every = list(itertools.islice(points, _TOO_MANY))
     for number, point in enumerate(every):
         if not isinstance(point, Mapping):
             raise TypeError(f"points[{number}]: {point!r}, allowed: a dictionary of keys and values")
@@ -289,10 +299,13 @@ def listed(seeds: int | Sequence[int]) -> int | list[int]:
     return list(seeds) if isinstance(seeds, Iterable) and not isinstance(seeds, str) else seeds
 
 
-def positive(name: str, value: int | None) -> None:
-    """Refuse a count below 1."""
-    if value is not None and (not isinstance(value, int) or isinstance(value, bool) or value < 1):
-        raise ConfigError(f"{name} = {value!r}, allowed: a whole number from 1", key=name)
+def positive(name: str, value: int | None) -> int | None:
+    """Return a count as Python's own number, also one of NumPy; refuse one below 1."""
+    if value is None:
+        return None
+    if isinstance(value, SupportsIndex) and not isinstance(value, bool) and (count := operator.index(value)) >= 1:
+        return count
+    raise ConfigError(f"{name} = {value!r}, allowed: a whole number from 1", key=name)
 
 
 def extra(module: str, package: str) -> Any:

@@ -28,7 +28,7 @@ class LogError(OmnistepError, OSError):
 
 
 class StudyError(OmnistepError, OSError):
-    """A folder of results could not be read or written, or workers do not share it."""
+    """A folder of results could not be read or written, workers do not share it, or a search found nothing."""
 
 
 class FilmError(OmnistepError, RuntimeError):

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from omnistep._omnistep import Plan, Scenario
 from omnistep.ensembles import complete, listed, points_of, positive
-from omnistep.errors import ConfigError
+from omnistep.errors import ConfigError, StudyError
 from omnistep.runs import SHORT_S
 
 #: From, to, and ``"log"`` where the logarithm is to be searched; or a list of values.
@@ -31,12 +31,14 @@ class TuneResult:
         study: the ``optuna.Study`` with every trial, for Optuna's plots and analyses. A trial's
             ``user_attrs["failed"]`` is the number of its runs that failed or have no such figure.
         folder: where the rows of all runs are; None if they were not kept.
+        failed: how many runs of the best trial failed or have no such figure.
     """
 
     overrides: dict[str, Any]
     value: float
     study: Any
     folder: Path | None
+    failed: int
 
 
 def tune(
@@ -82,7 +84,7 @@ def tune(
         worst: what a run counts that failed, above 0: more than any figure.
         out: a folder to keep the rows in.
         jobs: threads; as many as there are cores by default.
-        progress: show a bar on standard error.
+        progress: show a bar on standard error when it takes more than a second.
 
     Returns:
         The best values and Optuna's study.
@@ -91,7 +93,7 @@ def tune(
         ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values in between
             that do not fit together are no error: they count ``worst``.
         ImportError: Optuna is not there; it comes with the extra ``tune``.
-        StudyError: the folder cannot be read or written.
+        StudyError: the folder cannot be read or written; or no run of any trial has the figure.
         KeyboardInterrupt: Ctrl-C was pressed.
 
     >>> import omnistep
@@ -101,7 +103,7 @@ def tune(
     >>> len(found.study.trials), 0.1 <= found.overrides["command.vx_m_s"] <= 0.5
     (4, True)
     """
-    positive("trials", trials)
+    trials = positive("trials", trials) or 0
     if direction not in ("minimize", "maximize"):
         raise ConfigError(f"direction = {direction!r}, allowed: minimize, maximize", key="direction")
     if not worst > 0.0:
@@ -121,8 +123,15 @@ def tune(
         each = [{**point, **values} for point in at]
         return Plan.of_points(each, scenario=scenario, policy=policy, overrides=overrides, seeds=at_seeds)
 
-    for corner in (0, 1):
-        checked = plan({key: _ends(range_)[corner] for key, range_ in ranges.items()})
+    low, high = ({key: _ends(range_)[corner] for key, range_ in ranges.items()} for corner in (0, 1))
+    checked, _ = plan(low), plan(high)
+    for key, range_ in ranges.items():
+        for choice in getattr(range_, "choices", ())[1:-1]:
+            try:
+                plan({**low, key: choice})
+            except ConfigError:
+                # It may fit only what the others are there.
+                plan({**high, key: choice})
     if isinstance(objective, str) and objective not in checked.figures:
         known = ", ".join(checked.figures)
         raise ConfigError(f"objective = {objective!r}, allowed: a function, or {known}", key="objective")
@@ -132,6 +141,7 @@ def tune(
         folder = Path(out if out is not None else stack.enter_context(tempfile.TemporaryDirectory()))
         bar = stack.enter_context(tqdm(total=trials, unit="trial", delay=SHORT_S, disable=not progress))
         study = _study(optuna, direction, seed)
+        errors = []
         for _ in range(trials):
             trial = study.ask(ranges)
             try:
@@ -144,10 +154,28 @@ def tune(
                 value, failed = _value(rows, objective, bad)
                 trial.set_user_attr("failed", failed)
                 study.tell(trial, value)
+                errors += [row["error"] for row in rows if row["error"] is not None][:1]
             bar.set_postfix_str(f"best {study.best_value:.4g}", refresh=False)
             bar.update()
-    kept = folder if out is not None else None
-    return TuneResult(overrides=dict(study.best_params), value=float(study.best_value), study=study, folder=kept)
+    if study.best_value == bad:
+        raise StudyError(_nothing(study, objective, errors), key="objective")
+    return TuneResult(
+        overrides=dict(study.best_params),
+        value=float(study.best_value),
+        study=study,
+        folder=folder if out is not None else None,
+        failed=study.best_trial.user_attrs["failed"],
+    )
+
+
+def _nothing(study: Any, objective: str | Callable[[list[dict[str, Any]]], float], errors: list[str]) -> str:
+    """Say why no trial is worth anything."""
+    trials = len(study.trials)
+    refused = [trial.user_attrs["refused"] for trial in study.trials if "refused" in trial.user_attrs]
+    if len(refused) == trials:
+        return f"none of {trials} trials can be run: {refused[0]}"
+    figure = objective if isinstance(objective, str) else "value of the objective"
+    return ": ".join([f"no run of {trials} trials has a {figure}", *errors[:1]])
 
 
 def _value(

@@ -134,6 +134,7 @@ def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
             "is an axis of built-in ensemble",
         ),
         ({"study": "ensemble", "overrides": {"terrain.friction": -1}}, "terrain.friction", "-1, allowed: 0 to 2"),
+        ({"study": "ensemble", "overrides": {"seed": 3}}, "seed", "overrides: seed, allowed: any other key; seeds"),
         ({"study": "ensemble", "seeds": []}, "seeds", r"\[\], allowed: how many"),
         ({"study": "ensemble", "jobs": 1.5}, "jobs", "jobs = 1.5, allowed: a whole number"),
     ]:
@@ -188,6 +189,32 @@ def test_ctrl_c_ends_a_study_at_once_and_loses_nothing_that_is_done(tmp_path):
     )
     result = omnistep.study(tmp_path / "small.toml", out=folder, progress=False)
     assert (len(result), result.computed) == (4, 4 - len(rows))
+
+
+@pytest.mark.usefixtures("interrupts")
+@pytest.mark.parametrize("points", [False, True])
+def test_ctrl_c_ends_a_study_that_is_still_being_planned(points, tmp_path):
+    # 90 000 scenarios to read and check: minutes.
+    grid = {"terrain.friction": [k / 300 for k in range(300)], "command.vx_m_s": [0.1 + k / 1000 for k in range(300)]}
+    axes = [f'[[axis]]\nkey = "{key}"\nvalues = {values}\n' for key, values in grid.items()]
+    (tmp_path / "large.toml").write_text('schema_version=1\nname="large"\nscenario="flat"\nseeds=1\n' + "".join(axes))
+    pressed = []
+
+    def press():
+        pressed.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.5, press)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        if points:
+            omnistep.sweep(grid, scenario="flat", out=tmp_path / "out", progress=False)
+        else:
+            omnistep.study(tmp_path / "large.toml", out=tmp_path / "out", progress=False)
+    # It takes some 60 ms; two seconds allow for a busy machine.
+    assert time.monotonic() - pressed[0] < 2.0
+    timer.join()
+    assert not (tmp_path / "out").exists()
 
 
 def test_other_threads_go_on_while_a_study_runs(tmp_path):

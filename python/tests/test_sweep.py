@@ -16,6 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import duckdb
+import numpy as np
 import pandas as pd
 import polars as pl
 import pyarrow as pa
@@ -151,6 +152,35 @@ def test_a_run_that_fails_on_a_worker_is_a_row_with_its_error(tmp_path):
     assert omnistep.sweep(points, overrides=overrides, retry_errors=True, **more).computed == 2
 
 
+def test_counts_may_be_numpys(tmp_path):
+    grid = {FRICTION: np.array([0.5, 0.9])}
+    result = short(grid, out=tmp_path, seeds=np.int64(2), jobs=np.int64(2), executor=Here(), batch=np.int64(3))
+    assert (len(result), len(list(tmp_path.glob("part-*.parquet")))) == (4, 2)
+    assert short(grid, out=tmp_path, seeds=np.int64(3), jobs=np.int64(1)).computed == 2
+
+
+def test_two_workers_with_the_same_batch_keep_each_others_rows(tmp_path):
+    class Twice(Here):
+        def submit(self, fn, /, *args):
+            futures = []
+            both = [threading.Thread(target=lambda: futures.append(Here.submit(self, fn, *args))) for _ in range(2)]
+            for thread in both:
+                thread.start()
+            for thread in both:
+                thread.join()
+            for future in futures:
+                assert future.exception() is None
+            return futures[0]
+
+    result = short({FRICTION: [0.5, 0.9]}, out=tmp_path, seeds=6, executor=Twice(), batch=12)
+    assert len(result) == 12 and sorted(keys_in(tmp_path)) == sorted(row["key"] for row in result.rows())
+
+
+def test_a_vehicle_that_a_point_does_not_replace_is_a_column_with_its_name(tmp_path):
+    rows = short([{}, {"vehicle": "rocker_bogie6"}], out=tmp_path).rows()
+    assert [row["vehicle"] for row in rows] == [omnistep.Scenario("flat").vehicle.name, "rocker_bogie6"]
+
+
 def test_workers_that_do_not_see_the_folder_are_noticed(tmp_path):
     class Elsewhere(Here):
         def changed(self, batch, folder, jobs):
@@ -197,17 +227,24 @@ def test_any_data_frame_takes_the_rows_with_their_types(tmp_path):
         ([{"seed": 1}], {}, "seeds are given by `seeds`", "points"),
         ([], {}, "none, allowed: one or more", "points"),
         ({FRICTION: []}, {}, "none, allowed: one or more", "points"),
+        ({}, {}, "none, allowed: one or more", "points"),
+        ({FRICTION: range(1000), "vx": range(101)}, {}, "points: 101000, allowed: 100000 at most", "points"),
+        ([{}] * 100_001, {}, "points: 100001, allowed: 100000 at most", "points"),
+        ([{"no": 1}] * 11, {"seeds": 100_000}, "seeds: 100000 for 11 combinations, allowed: 1000000 runs", "seeds"),
+        ([{}], {"overrides": {"seed": 3}}, "overrides: seed, allowed: any other key; seeds are given by seeds", "seed"),
         ([{"duration_s": 1.0}], {}, "duration_s is replaced by points too", "duration_s"),
         ([{"control.policy": "paper"}], {"policy": "paper"}, "policy: control", "control.policy"),
         ([{}], {"seeds": 0}, "seeds: 0, allowed: how many, 1 to", "seeds"),
         ([{}], {"seeds": [1, 1]}, "seeds: 1, allowed", "seeds"),
         ([{}], {"jobs": 0}, "jobs = 0, allowed", "jobs"),
+        ([{}], {"jobs": True}, "jobs = True, allowed: a whole number", "jobs"),
+        ([{}], {"jobs": np.float64(2)}, r"jobs = np\.float64\(2\.0\), allowed: a whole number", "jobs"),
         ([{}], {"batch": -1}, "batch = -1, allowed", "batch"),
     ],
 )
 def test_bad_points_are_refused_in_one_line_and_nothing_is_written(points, more, expected, key, tmp_path):
     with pytest.raises(omnistep.ConfigError, match=expected) as caught:
-        short(points, out=tmp_path / "out", **more)
+        omnistep.sweep(points, **{"scenario": "flat", "overrides": SHORT, "out": tmp_path / "out", **more})
     assert caught.value.key == key and "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
 
@@ -236,3 +273,8 @@ def test_the_example_queries_its_sweep_with_duckdb(tmp_path):
     # 1 N.m stalls, 2.2 N.m climbs: with a wide margin on either side of the threshold, 1.4 to 1.8 (docs/physics.md).
     assert {share[policy, "1.0"] for policy in ("independent", "synchronised")} == {"0%"}, done.stdout
     assert {share[policy, "2.2"] for policy in ("independent", "synchronised")} == {"100%"}, done.stdout
+
+
+def test_what_no_key_can_hold_is_named_with_its_point(tmp_path):
+    with pytest.raises(TypeError, match=r"points\[1\]: .*terrain\.friction: .*allowed: a number"):
+        short([{FRICTION: 0.5}, {FRICTION: None}], out=tmp_path)

@@ -27,7 +27,7 @@ def test_the_best_of_the_trials_is_what_a_run_with_its_values_gives():
     assert figures[0] != figures[1]
     # The mean of the same two numbers, bit for bit.
     assert found.value == (figures[0] + figures[1]) / 2.0
-    assert 0.05 <= found.overrides[KP] <= 2.0 and found.folder is None
+    assert 0.05 <= found.overrides[KP] <= 2.0 and found.folder is None and found.failed == 0
     assert tune(direction="maximize").value > found.value
 
 
@@ -78,20 +78,33 @@ def test_runs_that_fail_count_worst_and_the_search_goes_on(objective):
     assert found.overrides == {"vehicle.motor.stall_torque_n_m": 2.0} and found.value < 100.0
 
 
-def test_fewer_failures_are_better_whatever_the_figure():
+def test_a_search_without_any_figure_has_no_best_values():
     # On flat ground nothing is crossed: no run has the figure.
-    found = tune(objective="crossing_s", trials=2)
-    assert found.value == 1e6 and [trial.user_attrs["failed"] for trial in found.study.trials] == [2, 2]
+    with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a crossing_s$") as caught:
+        tune(objective="crossing_s", trials=2)
+    assert caught.value.key == "objective"
+    torn = {"vehicle.motor.stall_torque_n_m": (9e5, 1e6)}
+    with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a slip_rms: the vehicle fell apart at "):
+        tune(space=torn, overrides={**BRIEF, KP: 1e6}, objective="slip_rms", seeds=1, trials=2)
+    with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a value of the objective$"):
+        tune(objective=lambda rows: float("nan"), trials=2)
+    # Nearly every period is no multiple of the physics step; the ends are.
+    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can be run: .* a multiple of physics\.step_us"):
+        tune(space={"control.period_us": (1000, 2000)}, trials=2, seeds=1)
+
+
+def test_fewer_failures_are_better_whatever_the_figure():
     half = omnistep.tuning._value([{"error": None, "x": 3.0}, {"error": None, "x": None}], "x", 1e6)
     assert half == ((3.0 + 1e6) / 2.0, 1)
     assert omnistep.tuning._value([{"error": None}], lambda rows: float("nan"), -1e6) == (-1e6, 0)
 
 
 def test_values_that_do_not_fit_together_count_worst():
-    # A control period that is no multiple of the physics step is refused; both ends are multiples of 500 us.
-    found = tune(space={"control.period_us": (1000, 2000)}, trials=4, seeds=1)
+    # A control period that is no multiple of the physics step is refused: 1500 of 500 us is one, 1000 of 750 us is not.
+    space = {"control.period_us": [1000, 1500], "physics.step_us": [500, 250, 750]}
+    found = tune(space=space, trials=12, seeds=1)
     refused = [trial for trial in found.study.trials if "refused" in trial.user_attrs]
-    assert refused and all(trial.value == 1e6 for trial in refused)
+    assert 1 <= len(refused) < 12 and all(trial.value == 1e6 for trial in refused)
     assert "allowed: a multiple of physics.step_us" in refused[0].user_attrs["refused"]
 
 
@@ -105,6 +118,9 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {KP: (-1.0, 1.0)}}, r"kp_n_m_s_rad: -1, allowed: ", "gains.kp_n_m_s_rad"),
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
         ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is given elsewhere too", "duration_s"),
+        ({"space": {"control.policy": ["paper", "papers", "independent"]}}, '"papers", allowed: ', "control.policy"),
+        ({"points": {}}, "none, allowed: one or more", "points"),
+        ({"overrides": {"seed": 3}}, "overrides: seed, allowed", "seed"),
         ({"objective": "speed"}, "objective = 'speed', allowed: a function, or climbed, ", "objective"),
         ({"direction": "down"}, "direction = 'down', allowed: minimize, maximize", "direction"),
         ({"trials": 0}, "trials = 0, allowed", "trials"),

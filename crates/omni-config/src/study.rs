@@ -16,9 +16,6 @@ use crate::load::{Override, Source, dotted, read};
 pub use points::Point;
 pub use seeds::Seeds;
 
-/// Combinations of a study at most: each is held in memory, checked.
-const MOST_POINTS: usize = 100_000;
-
 /// A study file: a grid of scenarios, each run with every seed.
 ///
 /// ```
@@ -197,6 +194,9 @@ impl Axis {
 }
 
 impl Study {
+    /// Combinations of a study at most: each is held in memory, checked.
+    pub const MOST_POINTS: usize = 100_000;
+
     /// The built-in study or the file of that name.
     ///
     /// # Errors
@@ -221,6 +221,9 @@ impl Study {
             axis.key = dotted(&axis.key);
         }
         let settings = study.settings();
+        if settings.iter().any(|set| set.key() == "seed") {
+            return Err(source.refuse("set.seed", "allowed: any other key; seeds are given by `seeds`"));
+        }
         for (i, axis) in study.axis.iter().enumerate() {
             if study.axis[..i].iter().any(|other| other.key == axis.key) {
                 return Err(source.refuse(format!("axis[{i}].key"), format!("{:?} twice", axis.key)));

@@ -22,6 +22,7 @@ mod study;
 mod trace;
 mod values;
 mod vehicle;
+mod watched;
 mod wheels;
 
 /// Control and simulation of omni-directional vehicles that climb steps.

@@ -5,24 +5,20 @@ use std::fs::File;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::Sender;
 
 use omni_sim::Error;
-use omni_sim::config::{Scenario, Seeds, Study};
-use omni_sim::study::{self, Batch, Cell, Computed, Kind, Row, Run, cells, compute};
-use pyo3::exceptions::PyRuntimeError;
+use omni_sim::config::{Override, Scenario, Seeds, Study};
+use omni_sim::study::{self, Batch, Cell, Kind, Row, Run, cells, compute};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
 use crate::error::{about, exception, refused};
 use crate::scenario::{ScenarioArg, load};
 use crate::values;
+use crate::watched::{attended, watched};
 
-/// Time between two looks at Ctrl-C, and two words to whoever watches.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
-
-/// The runs of a study or a sweep, every scenario checked.
+/// The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of.
 #[pyclass(frozen, module = "omnistep._omnistep")]
 pub(crate) struct Plan {
     inner: study::Plan,
@@ -31,6 +27,9 @@ pub(crate) struct Plan {
 #[pymethods]
 impl Plan {
     /// The runs of a study by built-in name or path.
+    ///
+    /// Raises:
+    ///     ConfigError: a name, key or value is wrong.
     #[staticmethod]
     #[pyo3(signature = (study, *, overrides = None, seeds = None))]
     fn of_study(
@@ -39,7 +38,7 @@ impl Plan {
         overrides: Option<&Bound<'_, PyMapping>>,
         seeds: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let overrides = values::overrides(overrides)?;
+        let overrides = without_seed(overrides)?;
         let seeds = seeds.map(checked_seeds).transpose()?;
         let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(&error.into()))?;
         study.seeds = seeds.unwrap_or(study.seeds);
@@ -49,13 +48,14 @@ impl Plan {
             let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
             return Err(refused(key, &message));
         }
-        let inner = py.detach(|| study::Plan::new(&study, &overrides));
-        inner
-            .map(|inner| Self { inner })
-            .map_err(|error| exception(&error))
+        let inner = attended(py, |stop| study::Plan::new_until(&study, &overrides, stop))?;
+        Ok(Self { inner })
     }
 
-    /// The runs of a scenario with the keys of each point replaced.
+    /// The runs of a scenario with the keys of each point replaced, all seeds of a point together.
+    ///
+    /// Raises:
+    ///     ConfigError: a name, key or value is wrong; the message names the point.
     #[staticmethod]
     #[pyo3(signature = (points, *, scenario = ScenarioArg::default(), policy = None, overrides = None, seeds))]
     fn of_points(
@@ -67,6 +67,8 @@ impl Plan {
     ) -> PyResult<Self> {
         let py = seeds.py();
         let seeds = checked_seeds(seeds)?;
+        without_seed(overrides)?;
+        study::Plan::check_size("sweep", points.len(), &seeds).map_err(|error| exception(&error))?;
         let mut scenarios = Vec::with_capacity(points.len());
         for (i, point) in points.iter().enumerate() {
             let own = || -> PyResult<(Vec<_>, Scenario)> {
@@ -79,22 +81,26 @@ impl Plan {
                 Ok((values::overrides(Some(point))?, scenario))
             };
             scenarios.push(own().map_err(|error| about(py, &format!("points[{i}]"), error))?);
-            // Many points take seconds.
+            // Many points take seconds: meanwhile Ctrl-C is heard, and other threads of Python go on.
+            py.detach(|| ());
             py.check_signals()?;
         }
-        let inner = py.detach(|| study::Plan::of_scenarios("sweep", scenarios, seeds));
-        inner
-            .map(|inner| Self { inner })
-            .map_err(|error| exception(&error))
+        let plan = |stop: &AtomicBool| study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
+        let inner = attended(py, plan)?;
+        Ok(Self { inner })
     }
 
-    /// Name of the study.
+    /// Points of a study or a sweep at most.
+    #[classattr]
+    const MOST_POINTS: usize = Study::MOST_POINTS;
+
+    /// Name of the study, or ``sweep``.
     #[getter]
     fn name(&self) -> &str {
         &self.inner.study().name
     }
 
-    /// Keys of its axes.
+    /// Keys that vary.
     #[getter]
     fn axes(&self) -> Vec<String> {
         self.inner
@@ -105,7 +111,7 @@ impl Plan {
             .collect()
     }
 
-    /// Names of the figures of a row that are numbers or yes and no.
+    /// Names of the figures of a row that are numbers, or yes and no.
     #[getter]
     fn figures(&self) -> Vec<&str> {
         let columns = self.inner.columns().figures.iter();
@@ -143,29 +149,31 @@ impl Store {
         })
     }
 
-    /// Lets other programs have the folder.
+    /// Let other programs have the folder.
     fn close(&mut self) {
         self.lock = None;
     }
 
-    /// Takes the rows with an error out; returns how many.
+    /// Take the rows with an error out, so that their runs are missing again; return how many.
     fn forget_errors(&self, py: Python<'_>) -> PyResult<usize> {
-        py.detach(|| self.store.forget_errors())
-            .map_err(|error| exception(&error))
+        attended(py, |stop| self.store.forget_errors_until(stop))
     }
 
-    /// Every row that is there.
+    /// Every row of the plan that is there.
+    ///
+    /// Raises:
+    ///     ConfigError: the folder holds results of another study or version.
+    ///     StudyError: the folder cannot be read.
     fn read(&self, py: Python<'_>) -> PyResult<Rows> {
         let plan = &self.plan.get().inner;
-        let rows = py.detach(|| {
-            let found = self.store.read()?;
+        let (rows, missing, damaged) = attended(py, |stop| {
+            let found = self.store.read_until(stop)?;
             let missing = plan.missing(&found);
             let mut by_key: BTreeMap<String, Row> =
                 found.rows.into_iter().map(|row| (row.key.clone(), row)).collect();
             let rows = plan.runs().iter().filter_map(|run| by_key.remove(&run.key));
             Ok((rows.collect(), missing, found.damaged))
-        });
-        let (rows, missing, damaged) = rows.map_err(|error: Error| exception(&error))?;
+        })?;
         Ok(Rows {
             plan: self.plan.clone_ref(py),
             rows,
@@ -174,7 +182,19 @@ impl Store {
         })
     }
 
-    /// Computes the rows that `rows` lacks and writes them; returns how many, and how many failed.
+    /// Compute the rows that ``rows`` lacks and write each as soon as it is done.
+    ///
+    /// Args:
+    ///     rows: what is there.
+    ///     jobs: threads; as many as there are cores by default.
+    ///     watch: called some times a second with how many rows are done and how many of them failed.
+    ///
+    /// Returns:
+    ///     Both numbers at the end.
+    ///
+    /// Raises:
+    ///     StudyError: the folder cannot be written.
+    ///     KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
     #[pyo3(signature = (rows, *, jobs = None, watch = None))]
     fn compute(
         &self,
@@ -184,15 +204,27 @@ impl Store {
         watch: Option<Py<PyAny>>,
     ) -> PyResult<(usize, usize)> {
         let missing = &rows.get().missing;
-        watched(py, watch, |stop, heard| {
-            compute(missing, &self.store, jobs, stop, |row| {
-                let _ = heard.send(row.error.is_some());
-            })
-        })
+        let computed = watched(py, watch, |stop, heard| {
+            compute(missing, &self.store, jobs, stop, hearing(heard))
+        })?;
+        Ok((computed.rows, computed.errors))
     }
 }
 
-/// Computes a batch of runs and writes their rows to the folder; returns how many, and how many failed.
+/// Compute what a batch's part in the folder lacks, each row written as soon as it is done.
+///
+/// Args:
+///     batch: of :meth:`Rows.batches`.
+///     folder: the folder of results, which some :class:`Store` holds.
+///     jobs: threads; as many as there are cores by default.
+///
+/// Returns:
+///     How many rows were computed, and how many of them failed.
+///
+/// Raises:
+///     ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
+///     StudyError: the folder cannot be written.
+///     KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
 #[pyfunction]
 #[pyo3(signature = (batch, folder, *, jobs = None))]
 pub(crate) fn compute_batch(
@@ -202,64 +234,19 @@ pub(crate) fn compute_batch(
     jobs: Option<NonZeroUsize>,
 ) -> PyResult<(usize, usize)> {
     let batch = Batch::from_text(batch).map_err(|error| exception(&error))?;
-    watched(py, None, |stop, heard| {
-        batch.compute(folder, jobs, stop, |row| {
-            let _ = heard.send(row.error.is_some());
-        })
-    })
+    let computed = attended(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
+    Ok((computed.rows, computed.errors))
 }
 
-/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C and tells `watch` how many
-/// rows there are and how many of them failed.
-fn watched(
-    py: Python<'_>,
-    watch: Option<Py<PyAny>>,
-    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<Computed, Error> + Send,
-) -> PyResult<(usize, usize)> {
-    let stop = AtomicBool::new(false);
-    let look = |rows: usize, errors: usize| {
-        Python::attach(|py| {
-            py.check_signals()?;
-            watch
-                .as_ref()
-                .map_or(Ok(()), |watch| watch.call1(py, (rows, errors)).map(|_| ()))
-        })
-    };
-    py.detach(|| {
-        let (sender, receiver) = mpsc::channel();
-        std::thread::scope(|scope| {
-            let worker = scope.spawn(|| work(&stop, sender));
-            let (mut rows, mut errors, mut last) = (0, 0, Instant::now());
-            let mut ended = Ok(());
-            loop {
-                match receiver.recv_timeout(LOOK_EVERY.saturating_sub(last.elapsed())) {
-                    Ok(error) => {
-                        rows += 1;
-                        errors += usize::from(error);
-                    }
-                    Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => break,
-                }
-                if last.elapsed() >= LOOK_EVERY && ended.is_ok() {
-                    ended = look(rows, errors);
-                    last = Instant::now();
-                    stop.fetch_or(ended.is_err(), Ordering::Relaxed);
-                } else if ended.is_err() {
-                    last = Instant::now();
-                }
-            }
-            let computed = worker
-                .join()
-                .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
-            ended?;
-            let computed = computed.map_err(|error| exception(&error))?;
-            look(rows, errors)?;
-            Ok((computed.rows, computed.errors))
-        })
-    })
+/// Tells of each row whether it failed.
+fn hearing(heard: Sender<bool>) -> impl FnMut(&Row) {
+    move |row| {
+        // Somebody listens for as long as this is there.
+        let _ = heard.send(row.error.is_some());
+    }
 }
 
-/// Rows of a study in the order of its runs.
+/// Rows of a plan in the order of its runs.
 #[pyclass(frozen, module = "omnistep._omnistep")]
 pub(crate) struct Rows {
     plan: Py<Plan>,
@@ -288,19 +275,21 @@ impl Rows {
         self.damaged.clone()
     }
 
-    /// The runs without a row as texts for `compute_batch`, at most `size` runs each.
+    /// The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each.
     fn batches(&self, py: Python<'_>, size: NonZeroUsize) -> PyResult<Vec<String>> {
         let plan = &self.plan.get().inner;
-        let texts = py.detach(|| {
-            let chunks = self.missing.chunks(size.get());
-            chunks
-                .map(|runs| Batch::new(plan, runs).map(|batch| batch.to_text()))
-                .collect::<Result<Vec<_>, _>>()
-        });
-        texts.map_err(|error| exception(&error))
+        attended(py, |stop| {
+            let text = |runs: &[Run]| {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Error::Stopped);
+                }
+                Ok(Batch::new(plan, runs)?.to_text())
+            };
+            self.missing.chunks(size.get()).map(text).collect()
+        })
     }
 
-    /// Kind of each column by name: `bool`, `int`, `float` or `str`.
+    /// Kind of each column by name.
     #[getter]
     fn kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -330,7 +319,7 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary a combination: each axis by its column, `runs`, `errors`, the mean of each of the map's figures.
+    /// One dictionary a combination: each axis by its column, ``runs``, ``errors``, means of the map's figures.
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
         let list = PyList::empty(py);
@@ -379,4 +368,14 @@ fn value<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {
 fn checked_seeds(seeds: &Bound<'_, PyAny>) -> PyResult<Seeds> {
     let value = values::from_python("seeds", "seeds", seeds)?;
     Seeds::from_value(value).map_err(|message| refused("seeds", &format!("seeds: {message}")))
+}
+
+/// Overrides of every run: a seed among them would be in none.
+fn without_seed(overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
+    let overrides = values::overrides(overrides)?;
+    if overrides.iter().any(|each| each.key() == "seed") {
+        let message = "overrides: seed, allowed: any other key; seeds are given by seeds";
+        return Err(refused("seed", message));
+    }
+    Ok(overrides)
 }

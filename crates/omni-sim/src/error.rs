@@ -56,6 +56,9 @@ pub enum Error {
         /// What is wrong, and what to do.
         reason: String,
     },
+    /// Whoever asked for it does not want it any more.
+    #[error("stopped before the end")]
+    Stopped,
     /// Ctrl-C ended a study before its end.
     #[error("{done} of {runs} runs are done and kept in {}; the same command goes on", folder.display())]
     Interrupted {

@@ -6,14 +6,17 @@
 
 mod batch;
 mod cell;
+mod columns;
 mod key;
 mod map;
+mod names;
 mod part;
 mod plan;
 mod row;
 mod run;
 mod store;
 mod table;
+mod union;
 
 pub use batch::Batch;
 pub use cell::{Cell, Column, Columns, Kind};

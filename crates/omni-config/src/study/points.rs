@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::{MOST_POINTS, Study};
+use super::Study;
 use crate::load::{Override, Source, VEHICLES, dotted};
 use crate::{Error, Scenario};
 
@@ -31,7 +31,24 @@ impl Study {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn points(&self, overrides: &[Override]) -> Result<Vec<Point>, Error> {
+        self.each_point(overrides)?.collect()
+    }
+
+    /// [`Study::points`] one by one, each made when it is asked for.
+    ///
+    /// # Errors
+    /// As [`Study::points`], here what is wrong with all of them.
+    pub fn each_point<'a>(
+        &'a self,
+        overrides: &'a [Override],
+    ) -> Result<impl ExactSizeIterator<Item = Result<Point, Error>> + 'a, Error> {
         for each in overrides {
+            if each.key() == "seed" {
+                return Err(Error::Override {
+                    text: each.to_string(),
+                    message: "allowed: any other key; seeds are given by `seeds`, or --seeds".into(),
+                });
+            }
             if self.axis.iter().any(|axis| axis.key == each.key()) {
                 return Err(Error::Override {
                     text: each.to_string(),
@@ -43,15 +60,14 @@ impl Study {
         let count = values
             .iter()
             .try_fold(1_usize, |product, values| product.checked_mul(values.len()))
-            .filter(|count| *count <= MOST_POINTS);
+            .filter(|count| *count <= Self::MOST_POINTS);
         let Some(count) = count else {
-            let message = format!("too many combinations, allowed: {MOST_POINTS} at most");
+            let message = format!("too many combinations, allowed: {} at most", Self::MOST_POINTS);
             return Err(self.refuse("axis", message));
         };
         let source = self.scenario_source()?;
         let settings = self.settings();
-        let mut points = Vec::with_capacity(count);
-        for index in 0..count {
+        Ok((0..count).map(move |index| {
             let chosen = combination(&values, index);
             let own = settings.iter().map(|set| self.located(set.key(), set.value()));
             let varied = self.axis.iter().zip(&chosen);
@@ -59,12 +75,11 @@ impl Study {
             let all: Vec<_> = own.chain(overrides.iter().cloned()).chain(varied).collect();
             let scenario = Scenario::from_source(&source, &all)
                 .map_err(|error| self.explained(error, &settings, overrides, &chosen))?;
-            points.push(Point {
+            Ok(Point {
                 values: chosen,
                 scenario,
-            });
-        }
-        Ok(points)
+            })
+        }))
     }
 
     fn scenario_source(&self) -> Result<Source, Error> {

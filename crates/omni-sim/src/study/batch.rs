@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use super::key::{Lines, VERSION};
+use super::names::named;
 use super::part::Part;
 use super::run::compute_into;
-use super::store::named;
 use super::{Cell, Columns, Computed, Plan, Row, Run, Store, key};
 use crate::Error;
 use crate::config::{Scenario, Source};
@@ -118,18 +118,24 @@ impl Batch {
         let (columns, shared) = (self.columns.clone(), self.shared.clone());
         let store = Store::shared(folder.into(), columns, shared, self.study.clone())?;
         let name = named(self.runs.iter().map(|run| run.key.as_str()));
-        let there = store.read_as(&name)?;
-        let done: BTreeSet<&str> = there.iter().map(|row| row.key.as_str()).collect();
-        let mut missing = self.runs()?;
-        missing.retain(|run| !done.contains(run.key.as_str()));
-        compute_into(&missing, Part::of_batch(&store, name, there), jobs, stop, watch)
+        let done = store.keys_of_batch(&name)?;
+        let mut missing = self.runs(stop)?;
+        missing.retain(|run| !done.contains(&run.key));
+        let keys: BTreeSet<String> = self.runs.iter().map(|run| run.key.clone()).collect();
+        compute_into(&missing, Part::of_batch(&store, name, keys), jobs, stop, watch)
     }
 
-    /// The runs, as the plan had them.
-    fn runs(&self) -> Result<Vec<Run>, Error> {
+    /// The runs, as the plan had them; only some where `stop` is set meanwhile.
+    fn runs(&self, stop: &AtomicBool) -> Result<Vec<Run>, Error> {
+        let going = || !stop.load(Ordering::Relaxed);
         let columns = Arc::new(self.columns.clone());
         let read = |text: &String| Scenario::from_source(&Source::text("batch", text), &[]).map(Arc::new);
-        let scenarios = self.scenarios.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let scenarios = self
+            .scenarios
+            .iter()
+            .take_while(|_| going())
+            .map(read)
+            .collect::<Result<Vec<_>, _>>()?;
         let run = |packed: &Packed| {
             let run = Run {
                 key: packed.key.clone(),
@@ -146,7 +152,7 @@ impl Batch {
             }
             Ok(run)
         };
-        self.runs.iter().map(run).collect()
+        self.runs.iter().take_while(|_| going()).map(run).collect()
     }
 }
 

@@ -1,8 +1,9 @@
 //! A part that grows with every row: a program that is killed loses no row that was done.
 
-use std::time::{Duration, Instant, SystemTime};
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
-use super::store::named;
+use super::names::unique;
 use super::{Row, Store};
 use crate::Error;
 
@@ -17,7 +18,13 @@ pub(super) struct Part<'a> {
     name: Option<String>,
     rows: Vec<Row>,
     begun: Instant,
-    of_batch: bool,
+    batch: Option<OfBatch>,
+}
+
+/// The name of a batch's part and the keys of its runs.
+struct OfBatch {
+    name: String,
+    keys: BTreeSet<String>,
 }
 
 impl<'a> Part<'a> {
@@ -28,16 +35,15 @@ impl<'a> Part<'a> {
             name: None,
             rows: Vec::new(),
             begun: Instant::now(),
-            of_batch: false,
+            batch: None,
         }
     }
 
-    /// The part of a batch, with the rows that it has already.
-    pub(super) fn of_batch(store: &'a Store, name: String, rows: Vec<Row>) -> Self {
+    /// What one worker adds to the part of a batch. Others may have the same batch, and none touches another's rows.
+    pub(super) fn of_batch(store: &'a Store, name: String, keys: BTreeSet<String>) -> Self {
         Self {
-            name: Some(name),
-            rows,
-            of_batch: true,
+            name: Some(format!("{name}-{}", unique())),
+            batch: Some(OfBatch { name, keys }),
             ..Self::new(store)
         }
     }
@@ -48,29 +54,20 @@ impl<'a> Part<'a> {
             self.begun = Instant::now();
         }
         self.rows.append(&mut rows);
-        let name = self.name.get_or_insert_with(|| own_name(&self.rows));
+        let name = self.name.get_or_insert_with(unique);
         self.store.grow(name, &self.rows)?;
-        if !self.of_batch && (self.rows.len() >= MOST_ROWS || self.begun.elapsed() >= LONGEST) {
+        if self.batch.is_none() && (self.rows.len() >= MOST_ROWS || self.begun.elapsed() >= LONGEST) {
             self.finish()?;
         }
         Ok(())
     }
 
-    /// Gives the part its name.
+    /// Gives the part its name; that of a batch when all of it is done.
     pub(super) fn finish(&mut self) -> Result<(), Error> {
-        match self.name.take() {
-            Some(name) if !self.rows.is_empty() => self.store.seal(&name, &std::mem::take(&mut self.rows)),
-            _ => Ok(()),
+        if let Some(batch) = &self.batch {
+            return self.store.seal_batch(&batch.name, &batch.keys);
         }
+        self.rows.clear();
+        self.name.take().map_or(Ok(()), |name| self.store.seal(&name))
     }
-}
-
-/// A name that no other program gives: on a file system without locks two may compute the same runs, and neither may
-/// replace the other's part.
-fn own_name(rows: &[Row]) -> String {
-    let now = SystemTime::UNIX_EPOCH
-        .elapsed()
-        .map_or(0, |since| since.as_nanos());
-    let own = format!("{} {now}", std::process::id());
-    named(rows.iter().map(|row| row.key.as_str()).chain([own.as_str()]))
 }

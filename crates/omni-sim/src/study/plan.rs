@@ -2,15 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde_json::Value as Json;
 use toml::Value;
 
+use super::columns::columns;
 use super::key::{Lines, digest, leaves, lines, short, text};
-use super::{Cell, Column, Columns, Found, Kind};
+use super::{Cell, Columns, Found, Kind};
+use crate::Error;
 use crate::config::{self, Axis, Override, Scenario, Seeds, Study};
 use crate::controller::AnyController;
-use crate::{Error, Outcome, record};
 
 /// Runs of a study at most: each has a key in memory.
 const MOST_RUNS: usize = 1_000_000;
@@ -68,18 +69,61 @@ impl Plan {
     /// What is wrong with the first combination that is wrong, in one line that names the study's file, the axis, the value and
     /// what is allowed.
     pub fn new(study: &Study, overrides: &[Override]) -> Result<Self, Error> {
-        let points = study.points(overrides)?.into_iter();
-        let points = points.map(|point| Planned {
-            values: point.values.into_iter().map(Some).collect(),
-            scenario: point.scenario,
+        Self::new_until(study, overrides, &AtomicBool::new(false))
+    }
+
+    /// [`Plan::new`], until `stop` is set.
+    ///
+    /// # Errors
+    /// As [`Plan::new`]; [`Error::Stopped`].
+    pub fn new_until(study: &Study, overrides: &[Override], stop: &AtomicBool) -> Result<Self, Error> {
+        let each = study.each_point(overrides)?;
+        Self::check_size(study.file(), each.len(), &study.seeds)?;
+        let points = each.map(|point| {
+            going(stop)?;
+            let point = point?;
+            Ok(Planned {
+                values: point.values.into_iter().map(Some).collect(),
+                scenario: point.scenario,
+            })
         });
-        Self::of(study, points.collect())
+        let points = points.collect::<Result<_, Error>>()?;
+        Self::of(study, points, stop)
+    }
+
+    /// Can so many points be run with these seeds? To be asked before many are made; `file` is what messages call the study.
+    ///
+    /// # Errors
+    /// How many points or seeds there are and what is allowed.
+    pub fn check_size(file: &str, points: usize, seeds: &Seeds) -> Result<(), Error> {
+        let seeds = seeds.list().len();
+        let (key, message) = if seeds == 0 {
+            ("seeds", "0, allowed: one or more".into())
+        } else if points == 0 {
+            ("points", "none, allowed: one or more".into())
+        } else if points > Study::MOST_POINTS {
+            (
+                "points",
+                format!("{points}, allowed: {} at most", Study::MOST_POINTS),
+            )
+        } else if points.saturating_mul(seeds) > MOST_RUNS {
+            let message = format!("{seeds} for {points} combinations, allowed: {MOST_RUNS} runs at most");
+            ("seeds", message)
+        } else {
+            return Ok(());
+        };
+        Err(Error::Config(config::Error::Key {
+            file: file.into(),
+            key: key.into(),
+            message,
+        }))
     }
 
     /// The runs of scenarios that need not be a grid, each with the keys that were replaced to make it and every seed.
     ///
     /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it holds that scenario's own
-    /// value, and nothing where there is none. Keys and rows are those of a study with the same scenarios.
+    /// value: of the vehicle its name, and nothing where there is none or another table. Keys and rows are those of a study with
+    /// the same scenarios.
     ///
     /// # Errors
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
@@ -100,6 +144,20 @@ impl Plan {
         points: Vec<(Vec<Override>, Scenario)>,
         seeds: Seeds,
     ) -> Result<Self, Error> {
+        Self::of_scenarios_until(name, points, seeds, &AtomicBool::new(false))
+    }
+
+    /// [`Plan::of_scenarios`], until `stop` is set.
+    ///
+    /// # Errors
+    /// As [`Plan::of_scenarios`]; [`Error::Stopped`].
+    pub fn of_scenarios_until(
+        name: &str,
+        points: Vec<(Vec<Override>, Scenario)>,
+        seeds: Seeds,
+        stop: &AtomicBool,
+    ) -> Result<Self, Error> {
+        Self::check_size(name, points.len(), &seeds)?;
         let mut keys: Vec<String> = Vec::new();
         for key in points
             .iter()
@@ -122,10 +180,12 @@ impl Plan {
             .map_or_else(String::new, |(_, scenario)| scenario.name.clone());
         let mut planned = Vec::with_capacity(points.len());
         for (replaced, scenario) in points {
+            going(stop)?;
             let leaves = leaves(&scenario)?;
             let value = |key: &String| {
                 let given = replaced.iter().rev().find(|each| each.key() == key);
-                given.map(Override::value).or_else(|| leaves.get(key)).cloned()
+                let own = if key == "vehicle" { "vehicle.name" } else { key };
+                given.map(Override::value).or_else(|| leaves.get(own)).cloned()
             };
             planned.push(Planned {
                 values: keys.iter().map(value).collect(),
@@ -142,10 +202,10 @@ impl Plan {
             Axis::new(key.as_str(), values)
         });
         let study = Study::of_points(name, scenario, axes.collect(), seeds)?;
-        Self::of(&study, planned)
+        Self::of(&study, planned, stop)
     }
 
-    fn of(study: &Study, points: Vec<Planned>) -> Result<Self, Error> {
+    fn of(study: &Study, points: Vec<Planned>, stop: &AtomicBool) -> Result<Self, Error> {
         let refuse = |key: &str, message: String| {
             Error::Config(config::Error::Key {
                 file: study.file().into(),
@@ -161,23 +221,11 @@ impl Plan {
             }
         };
         let seeds = study.seeds.list();
-        let Some(first_seed) = seeds.first() else {
-            return Err(refuse("seeds", "0, allowed: one or more".into()));
-        };
-        if points.is_empty() {
-            return Err(refuse("points", "none, allowed: one or more".into()));
-        }
-        if points.len().saturating_mul(seeds.len()) > MOST_RUNS {
-            let message = format!(
-                "{} for {} combinations, allowed: {MOST_RUNS} runs at most",
-                seeds.len(),
-                points.len()
-            );
-            return Err(refuse("seeds", message));
-        }
+        let first_seed = seeds.first().copied().unwrap_or_default();
         let mut tables = Vec::with_capacity(points.len());
         let mut values: Vec<Vec<Option<Value>>> = vec![Vec::new(); study.axis.len()];
         for (p, point) in points.iter().enumerate() {
+            going(stop)?;
             AnyController::new(&point.scenario).map_err(|error| refuse(&named(p), error.to_string()))?;
             let leaves = leaves(&point.scenario)?;
             for (i, axis) in study.axis.iter().enumerate() {
@@ -189,8 +237,9 @@ impl Plan {
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut runs = Vec::with_capacity(points.len() * seeds.len());
         for (p, (point, leaves)) in points.iter().zip(&tables).enumerate() {
+            going(stop)?;
             let text = text(leaves);
-            if let Some(twin) = known.insert(digest(&text, *first_seed), p) {
+            if let Some(twin) = known.insert(digest(&text, first_seed), p) {
                 let key = if study.lists_points() { "points" } else { "axis" };
                 let message = format!(
                     "{} and {} are the same run, allowed: each once",
@@ -214,7 +263,14 @@ impl Plan {
                 scenario: scenario.clone(),
             }));
         }
+        // Gains that are not given follow what is, and with it the axes.
+        let derives = points
+            .iter()
+            .any(|point| point.scenario.derived_gains().is_some());
         let varies = |key: &str| {
+            if derives && key.starts_with("vehicle.gains.") {
+                return true;
+            }
             let of = |axis: &Axis| {
                 key.strip_prefix(&axis.key)
                     .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -265,6 +321,14 @@ impl Plan {
     }
 }
 
+/// Is it still wanted?
+fn going(stop: &AtomicBool) -> Result<(), Error> {
+    if stop.load(Ordering::Relaxed) {
+        return Err(Error::Stopped);
+    }
+    Ok(())
+}
+
 /// A value of an axis as the scenario holds it: 1 is 1.0 where a number with a fraction is meant. Names stay names.
 fn typed(given: Option<&Value>, held: Option<&Value>) -> Option<Value> {
     match (given, held) {
@@ -280,79 +344,4 @@ fn fitting(cell: Cell, kind: Kind) -> Cell {
     } else {
         Cell::Text(cell.to_string())
     }
-}
-
-/// One column an axis, one a figure; `values` are each axis' values over all combinations.
-fn columns(
-    study: &Study,
-    values: &[Vec<Option<Value>>],
-    refuse: &dyn Fn(&str, String) -> Error,
-) -> Result<Columns, Error> {
-    let figures = figures()?;
-    for figure in &study.map.figures {
-        if !figures
-            .iter()
-            .any(|column| column.name == *figure && column.kind != Kind::Text)
-        {
-            let known: Vec<_> = figures
-                .iter()
-                .filter(|column| column.kind != Kind::Text)
-                .map(|column| column.name.as_str())
-                .collect();
-            return Err(refuse(
-                "map.figures",
-                format!("{figure:?}, allowed: {}", known.join(", ")),
-            ));
-        }
-    }
-    let mut axes: Vec<Column> = Vec::new();
-    for (i, axis) in study.axis.iter().enumerate() {
-        let name = axis.key.replace(['.', '-'], "_");
-        let taken = ["key", "seed", "error"].contains(&name.as_str())
-            || axes.iter().chain(&figures).any(|column| column.name == name);
-        if taken {
-            let message = format!(
-                "{:?}, allowed: a key whose column, {name}, is not another's",
-                axis.key
-            );
-            return Err(refuse(&format!("axis[{i}].key"), message));
-        }
-        let mut kinds = values[i]
-            .iter()
-            .flatten()
-            .filter_map(|value| Cell::of_toml(value).kind());
-        let first = kinds.next().unwrap_or(Kind::Text);
-        let kind = if kinds.all(|kind| kind == first) {
-            first
-        } else {
-            Kind::Text
-        };
-        axes.push(Column { name, kind });
-    }
-    Ok(Columns { axes, figures })
-}
-
-/// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number.
-fn figures() -> Result<Vec<Column>, Error> {
-    let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
-    let outcome = record(&scenario, None, |_, _| Ok::<(), Error>(()))?.outcome;
-    Ok(fields(&outcome)
-        .into_iter()
-        .map(|(name, cell)| Column {
-            name,
-            kind: cell.kind().unwrap_or(Kind::Float),
-        })
-        .collect())
-}
-
-/// The fields of an outcome, by name.
-pub(super) fn fields(outcome: &Outcome) -> BTreeMap<String, Cell> {
-    // Plain numbers and names: they can be written as JSON.
-    let Ok(Json::Object(fields)) = serde_json::to_value(outcome) else {
-        return BTreeMap::new();
-    };
-    fields
-        .into_iter()
-        .map(|(name, value)| (name, Cell::of_json(&value)))
-        .collect()
 }

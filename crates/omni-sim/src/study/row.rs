@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::plan::fields;
+use super::columns::fields;
 use super::{Cell, Kind, Run};
 use crate::config::Scenario;
 use crate::{Error, Outcome, record};

@@ -1,23 +1,20 @@
 //! A folder of results: parts that are whole or not there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use sha2::{Digest, Sha256};
-
-use super::key::{Lines, VERSION, hex};
+use super::key::{Lines, VERSION};
+use super::names::{GROWING, WHOLE, file_name, grows, io_error, named, unique, unless_gone};
 use super::table::{self, Notes, Opened};
+use super::union::Union;
 use super::{Columns, Plan, Row};
 use crate::Error;
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
-/// How the name of a part ends, for any reader; and while it grows.
-const WHOLE: &str = ".parquet";
-const GROWING: &str = ".growing";
-
 /// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still
 /// grows is `part-*.growing`, each time whole.
 ///
@@ -44,6 +41,17 @@ impl Found {
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.rows.iter().map(|row| row.key.as_str())
     }
+}
+
+/// What there is of a batch.
+#[derive(Default)]
+struct OfBatch {
+    /// All of it.
+    rows: Union,
+    /// That of the whole part.
+    whole: Union,
+    /// The parts that are not whole.
+    growing: Vec<PathBuf>,
 }
 
 impl Store {
@@ -98,13 +106,11 @@ impl Store {
         if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
             return Err(self.refuse("it is being written by another program: wait for that one"));
         }
-        for path in self.parts()? {
-            if path.to_string_lossy().ends_with(GROWING)
-                && let Ok(rows) = self.read_part(&path)?
-            {
-                self.write(&rows)?;
-                // A worker that is still there may have done so itself.
-                let _ = fs::remove_file(&path);
+        for path in self.parts()?.iter().filter(|path| grows(path)) {
+            if let Some(Ok(rows)) = self.read_part(path)? {
+                // Renamed, not written again: so nothing is lost that a worker which is still there has added by now.
+                let whole = self.part(&named(rows.iter().map(|row| row.key.as_str())), WHOLE);
+                unless_gone(fs::rename(path, whole)).map_err(io_error(path))?;
             }
         }
         Ok(file)
@@ -129,23 +135,49 @@ impl Store {
         self.replace(&self.part(name, GROWING), rows)
     }
 
-    /// The part of that name is whole with these rows.
-    pub(super) fn seal(&self, name: &str, rows: &[Row]) -> Result<(), Error> {
-        // Not renamed: what grows may be of a second worker with the same batch, which has fewer rows.
-        self.replace(&self.part(name, WHOLE), rows)?;
-        let _ = fs::remove_file(self.part(name, GROWING));
+    /// The part of that name, which has all rows that it will have, is whole.
+    pub(super) fn seal(&self, name: &str) -> Result<(), Error> {
+        let growing = self.part(name, GROWING);
+        // Whoever came to hold the folder has done it, if it is gone.
+        unless_gone(fs::rename(&growing, self.part(name, WHOLE))).map_err(io_error(&growing))
+    }
+
+    /// The part of a batch is whole if each of its runs has a row by now, whoever computed it; else what there is grows on.
+    pub(super) fn seal_batch(&self, name: &str, keys: &BTreeSet<String>) -> Result<(), Error> {
+        let there = self.of_batch(name)?;
+        if !there.rows.has_all(keys) {
+            return Ok(());
+        }
+        if !there.whole.has_all(keys) {
+            self.replace(&self.part(name, WHOLE), &there.rows.list())?;
+        }
+        // A worker that is still there has nothing that is not in the whole part.
+        there.growing.iter().for_each(|path| drop(fs::remove_file(path)));
         Ok(())
     }
 
-    /// The rows of the part of that name, whole or not.
-    pub(super) fn read_as(&self, name: &str) -> Result<Vec<Row>, Error> {
-        let mut rows = Vec::new();
-        for path in [self.part(name, WHOLE), self.part(name, GROWING)] {
-            if path.is_file() {
-                rows = self.read_part(&path)?.unwrap_or(rows);
+    /// The keys of the rows that workers with that batch have written.
+    pub(super) fn keys_of_batch(&self, name: &str) -> Result<BTreeSet<String>, Error> {
+        Ok(self.of_batch(name)?.rows.keys())
+    }
+
+    /// A batch has a part `NAME` when it is whole, and until then one `NAME-*` for each worker that has it.
+    fn of_batch(&self, name: &str) -> Result<OfBatch, Error> {
+        let (whole, growing) = (self.part(name, WHOLE), format!("part-{name}-"));
+        let is_growing = |path: &Path| grows(path) && file_name(path).starts_with(&growing);
+        let mut there = OfBatch::default();
+        let of_batch = |path: &Path| path == whole || is_growing(path);
+        self.each_part(of_batch, &AtomicBool::new(false), |path, rows| {
+            let rows = rows.unwrap_or_default();
+            if is_growing(path) {
+                there.growing.push(path.to_owned());
+            } else {
+                there.whole.add(rows.clone());
             }
-        }
-        Ok(rows)
+            there.rows.add(rows);
+            Ok(())
+        })?;
+        Ok(there)
     }
 
     fn part(&self, name: &str, ending: &str) -> PathBuf {
@@ -154,7 +186,7 @@ impl Store {
 
     /// Writes a file under another name until it is whole.
     fn replace(&self, path: &Path, rows: &[Row]) -> Result<(), Error> {
-        let growing = path.with_extension(format!("{}.tmp", std::process::id()));
+        let growing = path.with_extension(format!("{}.tmp", unique()));
         let written = self
             .write_to(&growing, rows)
             .and_then(|()| fs::rename(&growing, path));
@@ -174,7 +206,7 @@ impl Store {
             ("omnistep.study", self.study.clone()),
             ("omnistep.scenario", shared.collect()),
         ];
-        let mut file = File::create(path)?;
+        let mut file = File::create_new(path)?;
         table::write(&mut file, &self.columns, &notes, rows).map_err(io::Error::other)?;
         file.sync_all()
     }
@@ -185,26 +217,32 @@ impl Store {
     /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or of other axes: its rows
     /// would not be told apart from this study's.
     pub fn read(&self) -> Result<Found, Error> {
-        let (mut rows, mut damaged) = (BTreeMap::<String, Row>::new(), Vec::new());
-        for path in self.parts()? {
-            match self.read_part(&path)? {
-                Ok(part) => {
-                    for row in part {
-                        let better = rows.get(&row.key).is_none_or(|known| known.error.is_some());
-                        if better {
-                            rows.insert(row.key.clone(), row);
-                        }
+        self.read_until(&AtomicBool::new(false))
+    }
+
+    /// [`Store::read`], until `stop` is set.
+    ///
+    /// # Errors
+    /// As [`Store::read`]; [`Error::Stopped`].
+    pub fn read_until(&self, stop: &AtomicBool) -> Result<Found, Error> {
+        let (mut union, mut damaged) = (Union::default(), Vec::new());
+        self.each_part(
+            |_| true,
+            stop,
+            |path, rows| {
+                match rows {
+                    Ok(rows) => union.add(rows),
+                    Err(reason) => {
+                        let aside = path.with_extension("parquet.damaged");
+                        unless_gone(fs::rename(path, aside)).map_err(io_error(path))?;
+                        damaged.push((path.to_owned(), reason));
                     }
                 }
-                Err(reason) => {
-                    let aside = path.with_extension("parquet.damaged");
-                    fs::rename(&path, &aside).map_err(io_error(&path))?;
-                    damaged.push((path, reason));
-                }
-            }
-        }
+                Ok(())
+            },
+        )?;
         Ok(Found {
-            rows: rows.into_values().collect(),
+            rows: union.list(),
             damaged,
         })
     }
@@ -214,19 +252,30 @@ impl Store {
     /// # Errors
     /// As [`Store::read`].
     pub fn forget_errors(&self) -> Result<usize, Error> {
+        self.forget_errors_until(&AtomicBool::new(false))
+    }
+
+    /// [`Store::forget_errors`], until `stop` is set: some may be there still.
+    ///
+    /// # Errors
+    /// As [`Store::read`]; [`Error::Stopped`].
+    pub fn forget_errors_until(&self, stop: &AtomicBool) -> Result<usize, Error> {
         let mut forgotten = 0;
-        for path in self.parts()? {
-            let Ok(rows) = self.read_part(&path)? else {
-                continue;
-            };
-            let (failed, kept): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| row.error.is_some());
-            if !failed.is_empty() {
-                // First the part of what is kept: a row is there twice for a moment, but never lost.
-                self.write(&kept)?;
-                fs::remove_file(&path).map_err(io_error(&path))?;
-                forgotten += failed.len();
-            }
-        }
+        self.each_part(
+            |_| true,
+            stop,
+            |path, rows| {
+                let rows = rows.unwrap_or_default();
+                let (failed, kept): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| row.error.is_some());
+                if !failed.is_empty() {
+                    // First the part of what is kept: a row is there twice for a moment, but never lost.
+                    self.write(&kept)?;
+                    unless_gone(fs::remove_file(path)).map_err(io_error(path))?;
+                    forgotten += failed.len();
+                }
+                Ok(())
+            },
+        )?;
         Ok(forgotten)
     }
 
@@ -236,16 +285,42 @@ impl Store {
         &self.folder
     }
 
+    /// Each of the `wanted` parts: its rows, or why it cannot be read.
+    fn each_part(
+        &self,
+        wanted: impl Fn(&Path) -> bool,
+        stop: &AtomicBool,
+        mut each: impl FnMut(&Path, Result<Vec<Row>, String>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut seen = BTreeSet::new();
+        let mut some_gone = true;
+        while some_gone {
+            some_gone = false;
+            for path in self.parts()?.into_iter().filter(|path| wanted(path)) {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Error::Stopped);
+                }
+                if seen.contains(&path) {
+                    continue;
+                }
+                match self.read_part(&path)? {
+                    Some(read) => each(&path, read)?,
+                    // It has become whole, or part of another: that one is in the folder now.
+                    None => some_gone = true,
+                }
+                seen.insert(path);
+            }
+        }
+        Ok(())
+    }
+
     fn parts(&self) -> Result<Vec<PathBuf>, Error> {
         let entries = fs::read_dir(&self.folder).map_err(io_error(&self.folder))?;
         let mut parts = Vec::new();
         for entry in entries {
             let path = entry.map_err(io_error(&self.folder))?.path();
-            let name = path
-                .file_name()
-                .and_then(|name| name.to_str())
-                .unwrap_or_default();
-            if name.starts_with("part-") && [WHOLE, GROWING].iter().any(|ending| name.ends_with(ending)) {
+            let name = file_name(&path);
+            if name.starts_with("part-") && (name.ends_with(WHOLE) || grows(&path)) {
                 parts.push(path);
             }
         }
@@ -253,27 +328,25 @@ impl Store {
         Ok(parts)
     }
 
-    /// The rows of a part, or why it cannot be read.
-    fn read_part(&self, path: &Path) -> Result<Result<Vec<Row>, String>, Error> {
+    /// The rows of a part, or why it cannot be read; none where it is not there any more.
+    fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
         let file = match File::open(path) {
-            // It has become whole meanwhile.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let whole = path.with_extension(&WHOLE[1..]);
-                File::open(&whole).map_err(io_error(path))?
-            }
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             file => file.map_err(io_error(path))?,
         };
         let opened = match table::open(file) {
             Ok(opened) => opened,
-            Err(error) => return Ok(Err(error.to_string())),
+            Err(error) => return Ok(Some(Err(error.to_string()))),
         };
         self.check(&opened)?;
         match opened.difference(&self.columns) {
-            Ok(None) => Ok(opened.rows(&self.columns).map_err(|error| error.to_string())),
+            Ok(None) => Ok(Some(
+                opened.rows(&self.columns).map_err(|error| error.to_string()),
+            )),
             Ok(Some(column)) => Err(self.refuse(&format!(
                 "holds results with other columns ({column} is not in both)"
             ))),
-            Err(error) => Ok(Err(error.to_string())),
+            Err(error) => Ok(Some(Err(error.to_string()))),
         }
     }
 
@@ -309,20 +382,5 @@ impl Store {
             folder: self.folder.clone(),
             reason: format!("{reason}; name another folder"),
         }
-    }
-}
-
-/// A part's name: 16 hexadecimal digits that say which runs it is of.
-pub(super) fn named<'a>(keys: impl Iterator<Item = &'a str>) -> String {
-    let mut digest = Sha256::new();
-    keys.for_each(|key| digest.update(key));
-    hex(&digest.finalize(), 8)
-}
-
-fn io_error(path: &Path) -> impl Fn(io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| Error::Io {
-        path: path.clone(),
-        source,
     }
 }

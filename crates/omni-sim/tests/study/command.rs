@@ -79,6 +79,11 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
             "small.toml: set.perturbation.yaw_rad: is an axis too",
         ),
         (
+            "duration_s = 0.01",
+            "duration_s = 0.01\nseed = 3",
+            "small.toml: set.seed: allowed: any other key; seeds are given by `seeds`",
+        ),
+        (
             "yaw_rad = 0.05",
             "yaw_rad = -0.05",
             "small.toml: set: perturbation.yaw_rad = -0.05: -0.05, allowed: 0 to 3.2",
@@ -124,6 +129,11 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
     let said = refused(SMALL, &["--set", "terrain.friction=0.4"]);
     assert!(
         said.contains("\"terrain.friction=0.4\": is an axis of small.toml, allowed: any other key"),
+        "{said}"
+    );
+    let said = refused(SMALL, &["--set", "seed=3"]);
+    assert!(
+        said.contains("\"seed=3\": allowed: any other key; seeds are given by `seeds`, or --seeds"),
         "{said}"
     );
     let said = refused(SMALL, &["--set", "terrain.fricton=0.4"]);

@@ -5,6 +5,7 @@ mod command;
 #[cfg(unix)]
 mod interrupted;
 mod points;
+mod workers;
 
 use std::collections::BTreeSet;
 use std::fs;

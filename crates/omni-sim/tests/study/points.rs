@@ -16,7 +16,7 @@ fn of_scenarios(points: &[&[&str]], seeds: Seeds) -> Result<Plan, omni_sim::Erro
     Plan::of_scenarios("listed", points.collect(), seeds)
 }
 
-fn growing(folder: &Path) -> usize {
+pub(super) fn growing(folder: &Path) -> usize {
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     names
         .filter(|path| path.extension().is_some_and(|ending| ending == "growing"))
@@ -98,6 +98,20 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
         [Cell::Float(friction), text(&policy), speed, Cell::Missing]
     );
     assert_eq!(plan.runs()[2].scenario().seed, 7);
+    // Of a vehicle, which is a table, its name; of another table nothing.
+    let plan = of_scenarios(
+        &[
+            &[],
+            &["vehicle=rocker_bogie6"],
+            &["heading_hold={gain_per_s=2.0, limit_rad_s=1.0}"],
+        ],
+        Seeds::Count(1),
+    )
+    .unwrap();
+    let axes: Vec<_> = plan.runs().iter().map(|run| run.axes.to_vec()).collect();
+    assert_eq!(axes[0], [text(&own.vehicle().name), Cell::Missing]);
+    assert_eq!(axes[1], [text("rocker_bogie6"), Cell::Missing]);
+    assert_eq!(axes[2][0], text(&own.vehicle().name));
 }
 
 #[test]
@@ -111,6 +125,14 @@ fn listed_points_that_cannot_be_told_apart_or_are_none_are_refused() {
     assert_eq!(
         seed,
         "listed: points: \"seed\", allowed: any other key; seeds are given by `seeds`"
+    );
+    let both: &[&str] = &["terrain.friction=0.5", "seed=3"];
+    let many = of_scenarios(&[both; 11], Seeds::Count(100_000));
+    let expected = "listed: seeds: 100000 for 11 combinations, allowed: 1000000 runs at most";
+    assert_eq!(
+        many.unwrap_err().to_string(),
+        expected,
+        "before any point is looked at"
     );
     let none = of_scenarios(&[once], Seeds::Count(0)).unwrap_err().to_string();
     assert_eq!(none, "listed: seeds: 0, allowed: one or more");

@@ -1,0 +1,72 @@
+//! Long work outside the interpreter's lock, while Python looks at Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::time::{Duration, Instant};
+
+use omni_sim::Error;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use crate::error::exception;
+
+/// Time between two looks at Ctrl-C, and two words to whoever watches.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C, which sets the flag that
+/// the work gets.
+pub(crate) fn attended<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    watched(py, None, |stop, _heard| work(stop))
+}
+
+/// [`attended`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    watch: Option<Py<PyAny>>,
+    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let stop = AtomicBool::new(false);
+    let look = |rows: usize, errors: usize| {
+        Python::attach(|py| {
+            py.check_signals()?;
+            watch
+                .as_ref()
+                .map_or(Ok(()), |watch| watch.call1(py, (rows, errors)).map(|_| ()))
+        })
+    };
+    py.detach(|| {
+        let (sender, receiver) = mpsc::channel();
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| work(&stop, sender));
+            let (mut rows, mut errors, mut last) = (0, 0, Instant::now());
+            let mut ended = Ok(());
+            loop {
+                match receiver.recv_timeout(LOOK_EVERY.saturating_sub(last.elapsed())) {
+                    Ok(error) => {
+                        rows += 1;
+                        errors += usize::from(error);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+                if last.elapsed() >= LOOK_EVERY && ended.is_ok() {
+                    ended = look(rows, errors);
+                    last = Instant::now();
+                    stop.fetch_or(ended.is_err(), Ordering::Relaxed);
+                } else if ended.is_err() {
+                    last = Instant::now();
+                }
+            }
+            let computed = worker
+                .join()
+                .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
+            ended?;
+            let computed = computed.map_err(|error| exception(&error))?;
+            look(rows, errors)?;
+            Ok(computed)
+        })
+    })
+}
