@@ -19,6 +19,7 @@ mod height_map;
 mod imperfections;
 mod load;
 mod log_rates;
+mod physics;
 mod rollers;
 mod scenario;
 mod schema;
@@ -38,8 +39,9 @@ pub use height_map::HeightMap;
 pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use log_rates::LogRates;
+pub use physics::Physics;
 pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
-pub use scenario::{Control, Perturbation, Physics, Precision, Scenario};
+pub use scenario::{Control, Perturbation, Precision, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
 pub use vehicle::{

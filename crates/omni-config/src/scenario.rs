@@ -10,8 +10,7 @@ use toml::Value;
 
 use crate::Error;
 use crate::check::{
-    CONTACT_DAMPING, CONTACT_HZ, DURATION_S, GRAVITY_M_S2, HEADING_RAD, ITERATIONS, NAME, OFFSET_M,
-    PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
+    DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
 };
 use crate::command::{Command, Start};
 use crate::gains::DerivedGains;
@@ -19,6 +18,7 @@ use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
 use crate::log_rates::LogRates;
+use crate::physics::{Physics, ROLLER_STEP_US};
 use crate::rollers::{RollerWheel, WheelModel};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
@@ -162,50 +162,6 @@ pub struct Perturbation {
     pub start_m: f64,
 }
 
-/// How finely to simulate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Physics {
-    /// Physics step \[us\], 1 to 100000.
-    #[garde(custom(within(PERIOD_US)))]
-    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
-    pub step_us: u64,
-    /// Solver iterations a step of the engine, 1 to 100. Left out: 8, and more where a step is longer
-    /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(ITERATIONS))))]
-    #[schemars(range(min = ITERATIONS.min, max = ITERATIONS.max))]
-    pub solver_iterations: Option<usize>,
-    /// Natural frequency of contacts \[Hz\], 1 to 100000.
-    #[garde(custom(within(CONTACT_HZ)))]
-    #[schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max))]
-    pub contact_hz: f64,
-    /// Damping ratio of contacts, 0.001 to 1000.
-    #[garde(custom(within(CONTACT_DAMPING)))]
-    #[schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max))]
-    pub contact_damping: f64,
-    /// Gravity \[m/s^2\], downwards, 0 to 100.
-    #[garde(custom(within(GRAVITY_M_S2)))]
-    #[schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
-    pub gravity_m_s2: f64,
-    /// How wheels are simulated.
-    #[serde(default)]
-    #[garde(skip)]
-    pub wheel_model: WheelModel,
-    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16, each 250 us at most; 2 if left out.
-    #[serde(default = "two")]
-    #[garde(custom(within(SUBSTEPS)))]
-    #[schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max))]
-    pub roller_substeps: u64,
-}
-
-/// Longest step \[us\] in which wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
-const ROLLER_STEP_US: u64 = 250;
-
-fn two() -> u64 {
-    2
-}
-
 fn known_policy(value: &str, _: &()) -> garde::Result {
     match Coordination::<f64>::preset(value) {
         Some(_) => Ok(()),
@@ -213,29 +169,6 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
             "{value:?}, allowed: {}",
             Coordination::<f64>::PRESETS.join(", ")
         ))),
-    }
-}
-
-impl Physics {
-    /// Solver iterations in each of the `parts` that a physics step is taken in.
-    ///
-    /// ```
-    /// use omni_config::{Override, Scenario};
-    /// let of = |step_us: i64| -> Result<usize, omni_config::Error> {
-    ///     let keys = [Override::new("physics.step_us", step_us), Override::new("control.period_us", 1000)];
-    ///     Ok(Scenario::load("step", &keys)?.physics.iterations(1))
-    /// };
-    /// assert_eq!([of(1000)?, of(500)?, of(250)?], [16, 8, 8]);
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn iterations(&self, parts: u64) -> usize {
-        let derived = || {
-            let step_us = self.step_us.div_ceil(parts.max(1));
-            usize::try_from(2 * step_us).unwrap_or(usize::MAX).div_ceil(125)
-        };
-        self.solver_iterations
-            .unwrap_or_else(|| derived().clamp(8, ITERATIONS.max as usize))
     }
 }
 

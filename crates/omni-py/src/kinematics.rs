@@ -11,7 +11,7 @@ use crate::counts;
 use crate::error::{of_core, refused};
 use crate::layout::Layout;
 use crate::odometry::{self, Track};
-use crate::values::rebuilt;
+use crate::values::{Pickled, rebuilt};
 
 /// The maps of any wheel count: rows of 3 or N numbers in, rows out.
 trait Maps: Send + Sync {
@@ -328,7 +328,7 @@ impl Kinematics {
         array(py, vec![3, self.wheels], self.maps.forward_matrix())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let keywords = PyDict::new(py);
         keywords.set_item("layout", &self.layout)?;
         keywords.set_item("forward", &self.forward)?;

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::arrays::{fixed, whole};
 use crate::counts::{self, unusable};
 use crate::error::{of_core, refused};
-use crate::values::rebuilt;
+use crate::values::{Pickled, rebuilt};
 
 /// One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
 ///
@@ -102,7 +102,7 @@ impl Wheel {
         self.inner.reversed
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let w = &self.inner;
         let keywords = PyDict::new(py);
         keywords.set_item("position_m", w.position_m)?;
@@ -316,7 +316,7 @@ impl Layout {
         self.len()
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let keywords = PyDict::new(py);
         keywords.set_item("wheels", self.wheels(py)?)?;
         rebuilt(&py.get_type::<Self>(), &keywords)

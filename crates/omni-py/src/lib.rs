@@ -13,6 +13,7 @@ mod learn;
 mod log;
 mod motion;
 mod odometry;
+mod outcome;
 mod pid;
 mod run;
 mod sample;
@@ -45,6 +46,8 @@ mod _omnistep {
     #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
+    use crate::outcome::Outcome;
+    #[pymodule_export]
     use crate::pid::{Pid, PidSample};
     #[pymodule_export]
     use crate::run::run;
@@ -57,7 +60,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::study::{Plan, Rows, Store, compute_batch};
     #[pymodule_export]
-    use crate::trace::{Outcome, Trace};
+    use crate::trace::Trace;
     #[pymodule_export]
     use crate::vehicle::Vehicle;
     #[pymodule_export]

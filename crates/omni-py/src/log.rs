@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::{exception, looked};
-use crate::trace::{Outcome, Trace};
+use crate::outcome::Outcome;
+use crate::trace::Trace;
 
 /// A run read back from its log.
 ///

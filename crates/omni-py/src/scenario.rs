@@ -10,7 +10,7 @@ use pyo3::types::{PyBool, PyMapping, PyTuple};
 use toml::{Table, Value};
 
 use crate::error::{exception, refused};
-use crate::values;
+use crate::values::{self, Pickled};
 use crate::vehicle::{Vehicle, VehicleArg};
 
 /// A vehicle on a ground and what it is told to do, checked. It does not change; it pickles.
@@ -309,7 +309,7 @@ impl Scenario {
         values::hash(&self.text())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let read = py.get_type::<Self>().getattr("from_toml")?;
         Ok((read, PyTuple::new(py, [self.text()])?))
     }

@@ -11,6 +11,8 @@ use pyo3::types::{PyBytes, PyCapsule, PyDict};
 
 use crate::arrays::numbers;
 use crate::error::exception;
+use crate::outcome::Outcome;
+use crate::values::Pickled;
 
 /// A finished run: named columns of float64, one row a control period.
 ///
@@ -32,9 +34,6 @@ impl Trace {
         }
     }
 }
-
-/// Who makes a thing again, and of what.
-type Pickled<'py, A> = PyResult<(Bound<'py, PyAny>, A)>;
 
 /// An array on memory that `owner` keeps; it cannot be written to.
 fn borrow<'py, D: Dimension>(
@@ -301,182 +300,4 @@ fn unknown(py: Python<'_>, kind: &str, name: &str, known: &[impl AsRef<str>]) ->
         ),
     };
     PyKeyError::new_err(format!("no {kind} {name:?}{hint}"))
-}
-
-/// Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
-///
-/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where it says so.
-#[pyclass(frozen, eq, module = "omnistep")]
-#[derive(Clone, PartialEq)]
-pub(crate) struct Outcome {
-    inner: omni_sim::Outcome,
-}
-
-impl Outcome {
-    pub(crate) fn new(inner: omni_sim::Outcome) -> Self {
-        Self { inner }
-    }
-
-    fn summary(&self) -> String {
-        match self.inner.crossing_s {
-            Some(seconds) => format!("climbed in {seconds:.2} s"),
-            None => self.inner.verdict.name().into(),
-        }
-    }
-}
-
-#[pymethods]
-impl Outcome {
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String,)> {
-        let state =
-            serde_json::to_string(&self.inner).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok((py.get_type::<Self>().getattr("_of_state")?, (state,)))
-    }
-
-    /// Figures out of their pickle.
-    #[staticmethod]
-    fn _of_state(state: &str) -> PyResult<Self> {
-        let inner = serde_json::from_str(state);
-        let inner =
-            inner.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
-        Ok(Self::new(inner))
-    }
-
-    /// How it ended; `driven` on flat ground.
-    #[getter]
-    fn verdict(&self) -> &'static str {
-        self.inner.verdict.name()
-    }
-
-    /// Every wheel stands on the ground beyond the obstacle; False on flat ground.
-    #[getter]
-    fn climbed(&self) -> bool {
-        self.inner.climbed
-    }
-
-    /// From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed.
-    #[getter]
-    fn crossing_s(&self) -> Option<f64> {
-        self.inner.crossing_s
-    }
-
-    /// World x of the base where it stalled [m]; None unless stalled.
-    #[getter]
-    fn stalled_at_m(&self) -> Option<f64> {
-        self.inner.stalled_at_m
-    }
-
-    /// The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled.
-    #[getter]
-    fn stalled_row(&self) -> Option<usize> {
-        self.inner.stalled_row
-    }
-
-    /// Largest nose-up angle of any body [deg].
-    #[getter]
-    fn pitch_peak_deg(&self) -> f64 {
-        self.inner.pitch_peak_deg
-    }
-
-    /// Heading less the heading commanded, at the end of the crossing [deg]; left is positive.
-    #[getter]
-    fn yaw_error_deg(&self) -> f64 {
-        self.inner.yaw_error_deg
-    }
-
-    /// Root mean square of the slip ratio over driven wheels that touch the ground.
-    #[getter]
-    fn slip_rms(&self) -> f64 {
-        self.inner.slip_rms
-    }
-
-    /// Root mean square of the disturbed ratio over driven wheels.
-    #[getter]
-    fn disturbed_rms(&self) -> f64 {
-        self.inner.disturbed_rms
-    }
-
-    /// Root mean square of the spread of velocity over reference.
-    #[getter]
-    fn spread_rms(&self) -> f64 {
-        self.inner.spread_rms
-    }
-
-    /// Root mean square of the part of the velocities that no common factor on the references explains [rad/s].
-    #[getter]
-    fn shape_error_rms_rad_s(&self) -> f64 {
-        self.inner.shape_error_rms_rad_s
-    }
-
-    /// Sum over wheels of the time integral of torque squared [N^2.m^2.s].
-    #[getter]
-    fn heat_n2m2s(&self) -> f64 {
-        self.inner.heat_n2m2s
-    }
-
-    /// Work of the motors [J].
-    #[getter]
-    fn work_j(&self) -> f64 {
-        self.inner.work_j
-    }
-
-    /// That work over weight times way; None where it went less than 1 cm.
-    #[getter]
-    fn cost_of_transport(&self) -> Option<f64> {
-        self.inner.cost_of_transport
-    }
-
-    /// That work over weight times height gained; None unless climbed to a higher place.
-    #[getter]
-    fn e_over_mgh(&self) -> Option<f64> {
-        self.inner.e_over_mgh
-    }
-
-    /// Friction that the wheels called for in 95 of 100 averages of 10 ms.
-    #[getter]
-    fn required_friction(&self) -> f64 {
-        self.inner.required_friction
-    }
-
-    /// Energy that the book cannot place, over all that went through the motors.
-    #[getter]
-    fn energy_residual(&self) -> f64 {
-        self.inner.energy_residual
-    }
-
-    /// The figures by name.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        dict.set_item("verdict", self.verdict())?;
-        dict.set_item("climbed", self.inner.climbed)?;
-        dict.set_item("crossing_s", self.inner.crossing_s)?;
-        dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;
-        dict.set_item("stalled_row", self.inner.stalled_row)?;
-        dict.set_item("pitch_peak_deg", self.inner.pitch_peak_deg)?;
-        dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
-        dict.set_item("slip_rms", self.inner.slip_rms)?;
-        dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;
-        dict.set_item("spread_rms", self.inner.spread_rms)?;
-        dict.set_item("shape_error_rms_rad_s", self.inner.shape_error_rms_rad_s)?;
-        dict.set_item("heat_n2m2s", self.inner.heat_n2m2s)?;
-        dict.set_item("work_j", self.inner.work_j)?;
-        dict.set_item("cost_of_transport", self.inner.cost_of_transport)?;
-        dict.set_item("e_over_mgh", self.inner.e_over_mgh)?;
-        dict.set_item("required_friction", self.inner.required_friction)?;
-        dict.set_item("energy_residual", self.inner.energy_residual)?;
-        Ok(dict)
-    }
-
-    fn __repr__(&self) -> String {
-        let o = &self.inner;
-        format!(
-            "<omnistep.Outcome: {}, pitch {:.2} deg, slip {:.3}, disturbed {:.3}, spread {:.3}, heat {:.1} N2m2s>",
-            self.summary(),
-            o.pitch_peak_deg,
-            o.slip_rms,
-            o.disturbed_rms,
-            o.spread_rms,
-            o.heat_n2m2s
-        )
-    }
 }

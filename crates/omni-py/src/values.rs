@@ -11,11 +11,14 @@ use toml::{Table, Value};
 
 use crate::error::exception;
 
+/// What pickle wants: who makes a thing again, and of what.
+pub(crate) type Pickled<'py, A> = PyResult<(Bound<'py, PyAny>, A)>;
+
 /// How pickle makes a thing again that its constructor made of keywords.
 pub(crate) fn rebuilt<'py>(
     class: &Bound<'py, PyAny>,
     keywords: &Bound<'py, PyDict>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+) -> Pickled<'py, Bound<'py, PyTuple>> {
     let py = class.py();
     let partial = py.import("functools")?.getattr("partial")?;
     Ok((partial.call((class,), Some(keywords))?, PyTuple::empty(py)))

@@ -12,7 +12,7 @@ use toml::{Table, Value};
 use crate::arrays::{Array, array};
 use crate::error::{exception, refused};
 use crate::layout::Layout;
-use crate::values;
+use crate::values::{self, Pickled};
 
 /// A vehicle as its file describes it, checked. It does not change; two with the same numbers are equal; it pickles.
 ///
@@ -231,7 +231,7 @@ impl Vehicle {
         values::hash(&text(&self.inner))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let read = py.get_type::<Self>().getattr("from_toml")?;
         Ok((read, PyTuple::new(py, [text(&self.inner)])?))
     }
