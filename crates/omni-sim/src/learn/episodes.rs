@@ -222,3 +222,93 @@ impl Episodes {
         &self.episodes
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Override;
+
+    /// Driving for two actions of 20 ms.
+    fn short(count: usize, frame_skip: u32, threads: usize) -> Episodes {
+        let keys = [Override::new("duration_s", 0.04)];
+        let scenario = Scenario::load("flat", &keys).expect("valid");
+        let mut episodes =
+            Episodes::new(Task::Drive, &scenario, &[], frame_skip, count, threads).expect("valid");
+        let seeds: Vec<_> = (0..count as u64).map(Some).collect();
+        let begun = episodes.reset(&seeds, &[], &vec![true; count], || true);
+        assert_eq!(begun.expect("seeds").expect("not stopped").len(), count);
+        episodes
+    }
+
+    fn step(episodes: &mut Episodes, autoreset: Autoreset) -> Result<Vec<Turn>, Error> {
+        let actions = vec![0.3; 7 * episodes.episodes().len()];
+        let turns = episodes.step(&actions, autoreset, || true)?;
+        Ok(turns.expect("not stopped"))
+    }
+
+    #[test]
+    fn an_episode_that_is_over_begins_anew_when_its_mode_says() {
+        for autoreset in [Autoreset::Disabled, Autoreset::NextStep, Autoreset::SameStep] {
+            let mut episodes = short(1, 20, 1);
+            assert!(!step(&mut episodes, autoreset).expect("the first")[0].truncated);
+            let last = &step(&mut episodes, autoreset).expect("the second")[0];
+            // Time is up after 40 ms: that truncates and never terminates.
+            assert!(last.truncated && !last.terminated);
+            assert_eq!(last.last.is_some(), autoreset == Autoreset::SameStep);
+            match (autoreset, step(&mut episodes, autoreset)) {
+                (Autoreset::Disabled, Err(error)) => {
+                    assert!(error.to_string().contains("after reset()"), "{error}");
+                }
+                // The action that follows an end is left out, and rewarded with nothing.
+                (Autoreset::NextStep, Ok(turns)) => assert_eq!(turns[0].reward, 0.0),
+                (Autoreset::SameStep, Ok(turns)) => assert_ne!(turns[0].reward, 0.0),
+                (mode, other) => panic!("{mode:?}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn threads_and_company_change_no_number() {
+        let alone: Vec<_> = (0..5)
+            .map(|k| {
+                let mut one = short(5, 20, 1);
+                step(&mut one, Autoreset::NextStep)
+                    .expect("stepped")
+                    .swap_remove(k)
+            })
+            .collect();
+        for threads in [1, 2, 3] {
+            let turns = step(&mut short(5, 20, threads), Autoreset::NextStep).expect("stepped");
+            assert_eq!(turns, alone, "{threads} threads");
+        }
+        assert_ne!(alone[0].observation, alone[1].observation); // other seeds, other twists to follow
+    }
+
+    #[test]
+    fn whoever_is_refused_has_moved_nothing() {
+        let mut episodes = short(2, 20, 1);
+        let mut actions = vec![0.3; 14];
+        actions[13] = f32::NAN;
+        let refused = episodes.step(&actions, Autoreset::NextStep, || true);
+        assert!(refused.expect_err("NaN").to_string().contains("finite"));
+        let after = step(&mut episodes, Autoreset::NextStep).expect("stepped");
+        assert_eq!(
+            after,
+            step(&mut short(2, 20, 1), Autoreset::NextStep).expect("stepped")
+        );
+    }
+
+    #[test]
+    fn whoever_is_stopped_has_only_episodes_that_are_over() {
+        let mut episodes = short(200, 1000, 1); // three at once
+        let mut looks = 0;
+        let stopped = episodes.step(&[0.0; 1400], Autoreset::Disabled, || {
+            looks += 1;
+            looks < 3
+        });
+        assert!(stopped.expect("no error").is_none());
+        assert_eq!(looks, 3);
+        let error = step(&mut episodes, Autoreset::Disabled).expect_err("over");
+        assert!(error.to_string().contains("after reset()"), "{error}");
+    }
+}
