@@ -7,7 +7,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "${PYTHON:-python3}" -m venv "$folder/venv"
 "$folder/venv/bin/python" -m pip install --quiet --disable-pip-version-check "maturin>=1.10,<2"
-"$folder/venv/bin/maturin" sdist --quiet --out "$folder"
+"$folder/venv/bin/maturin" sdist --out "$folder" 2> /dev/null
 archive=$(echo "$folder"/omnistep-*.tar.gz)
 CARGO_TARGET_DIR="$folder/target" "$folder/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$archive"
 cd "$folder"
