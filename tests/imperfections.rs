@@ -251,7 +251,7 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
     let biased = drive(&[
         hold,
         "sensors.gyro_bias_rad_s=0.02",
-        "command.vx_m_s=0",
+        "command.vx_m_s=0.1",
         "duration_s=3.0",
     ]);
     let expected = -0.02 * (3.0 - 1.0 / 3.0);
