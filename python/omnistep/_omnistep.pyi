@@ -1512,6 +1512,19 @@ class Rows:
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
 
+def damage(path: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the bytes of a Parquet file of results.
+
+    Args:
+        path: the file; any Parquet file.
+
+    Returns:
+        Why it is not as it was written, or None; None for a file that omnistep has not written.
+
+    Raises:
+        StudyError: it cannot be read.
+    """
+
 def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
     """Compute what a batch's part in the folder lacks, each row written as soon as it is done.
 

@@ -4,20 +4,16 @@ mod tables;
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
+use super::signals::stop_flag;
 use super::{StudyArgs, parse_overrides, print};
 use crate::Error;
 use crate::config::{Seeds, Study};
 use crate::study::{MapCell, Plan, Store, cells, compute};
-
-/// Set by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
     let mut study = Study::load(&args.study)?;
@@ -43,11 +39,11 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         );
     }
     let missing = plan.missing(&found);
-    on_ctrl_c();
+    let stop = stop_flag();
     let start = Instant::now();
     let bar = progress(args, missing.len());
     let mut errors = 0_usize;
-    let computed = compute(&missing, &store, args.jobs, &STOP, |row| {
+    let computed = compute(&missing, &store, args.jobs, stop, |row| {
         if row.error.is_some() {
             errors += 1;
             bar.set_message(format!("{errors} failed"));
@@ -104,20 +100,6 @@ pub(super) fn described(plan: &Plan) -> String {
         study.axis.len(),
         study.scenario
     )
-}
-
-/// The first Ctrl-C asks for an orderly end, the second one ends at once.
-fn on_ctrl_c() {
-    static ONCE: OnceLock<()> = OnceLock::new();
-    STOP.store(false, Ordering::Relaxed);
-    ONCE.get_or_init(|| {
-        // Without a handler Ctrl-C ends at once, and what is written is kept all the same.
-        let _ = ctrlc::set_handler(|| {
-            if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        });
-    });
 }
 
 fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {

@@ -2,6 +2,7 @@
 
 mod logged_run;
 mod messages;
+mod part_file;
 mod reader;
 pub mod ros2;
 mod run_log;
@@ -12,6 +13,7 @@ pub use logged_run::LoggedRun;
 pub use messages::topic;
 #[cfg(feature = "live")]
 pub(crate) use messages::{Messages, Sink};
+pub use part_file::FinishedLog;
 pub use reader::{LogFile, LogMessage, read_log};
 pub use run_log::RunLog;
 pub use writer::{Channel, LogError, LogWriter};

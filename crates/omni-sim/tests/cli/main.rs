@@ -6,6 +6,8 @@ mod logs;
 mod refusals;
 mod results;
 mod rollers;
+mod side_by_side;
+mod stopped;
 
 use std::path::Path;
 use std::process::Output;

@@ -95,7 +95,7 @@ fn same_scenario_and_seed_write_the_same_bytes() {
             "--quiet",
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        fs::read(folder.path().join("out/step-synchronised.mcap")).unwrap()
+        fs::read(folder.path().join("out/step-synchronised-seed7.mcap")).unwrap()
     };
     let (one, two) = (run(), run());
     assert!(
