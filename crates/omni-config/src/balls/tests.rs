@@ -17,7 +17,11 @@ fn lean_deg(scenario: &str, sets: &[&str]) -> Option<f64> {
 fn balls_are_the_wheels_of_every_vehicle_on_flat_ground() {
     for vehicle in builtin_vehicles() {
         for scenario in ["flat", "ice"] {
-            assert_eq!(lean_deg(scenario, &[&format!("vehicle={vehicle}")]), None, "{vehicle}");
+            assert_eq!(
+                lean_deg(scenario, &[&format!("vehicle={vehicle}")]),
+                None,
+                "{vehicle}"
+            );
         }
     }
 }
@@ -55,7 +59,10 @@ fn a_mecanum_ball_leans_by_the_sine_of_the_edge_times_that_of_its_farther_axis()
         for (heading, sine) in [(0.0, 0.5_f64.sqrt()), (std::f64::consts::FRAC_PI_2, 1.0)] {
             let expected = (edge(height) * sine).asin().to_degrees();
             let lean = of(heading, height).expect("mecanum at an edge");
-            assert!((lean - expected).abs() < 1e-6, "{height} m, {heading}: {lean}, {expected}");
+            assert!(
+                (lean - expected).abs() < 1e-6,
+                "{height} m, {heading}: {lean}, {expected}"
+            );
         }
     }
     // 10 degrees head-on are an edge of 2.3 mm.
@@ -77,7 +84,10 @@ fn an_omni_ball_is_the_wheel_within_ten_degrees_of_straight_ahead() {
     assert!(lean_deg("step", &["command.vy_m_s=0.1"]).is_some());
     // Wheels of three at 120 degrees, and corner wheels at 45, are met aslant.
     for vehicle in ["omni3", "rocker_bogie6"] {
-        assert!(lean_deg("step", &[&format!("vehicle={vehicle}")]).is_some(), "{vehicle}");
+        assert!(
+            lean_deg("step", &[&format!("vehicle={vehicle}")]).is_some(),
+            "{vehicle}"
+        );
     }
 }
 
