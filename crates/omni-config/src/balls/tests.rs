@@ -27,11 +27,17 @@ fn balls_are_the_wheels_of_every_vehicle_on_flat_ground() {
 }
 
 #[test]
-fn balls_are_the_wheels_of_chugo7_in_every_built_in_scenario() {
+fn balls_are_the_wheels_of_chugo7_in_every_built_in_scenario_but_across_steep_hills() {
     // Five omni wheels roll straight at what is ahead; two stand crosswise, meet it with a roller and are not asked to push.
-    for scenario in builtin_scenarios() {
+    for scenario in builtin_scenarios()
+        .into_iter()
+        .filter(|name| *name != "height_map")
+    {
         assert_eq!(lean_deg(scenario, &[]), None, "{scenario}");
     }
+    // The hills' steepest pixels rise by 16.8 degrees, to the side too: measured with another reader of the picture.
+    let hills = lean_deg("height_map", &[]).expect("steep sideways");
+    assert!((hills - 16.84).abs() < 0.05, "{hills}");
 }
 
 #[test]
