@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod balls;
 mod check;
 mod command;
 mod constants;
@@ -30,6 +31,7 @@ mod terrain;
 mod vehicle;
 mod wheels;
 
+pub use balls::{BALL_LEAN_RAD, BeyondBall};
 pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;

@@ -22,7 +22,8 @@ use omni_core::Coordination;
 
 use crate::Error;
 use crate::config::{
-    DerivedGains, Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles,
+    DerivedGains, Language, Override, Scenario, WheelModel, builtin_scenarios, builtin_studies,
+    builtin_vehicles,
 };
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
@@ -412,6 +413,42 @@ fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) 
             "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
         );
     }
+}
+
+/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+fn beyond_balls(scenario: &Scenario) -> Option<String> {
+    let beyond = scenario.beyond_balls()?;
+    let vehicle = scenario.vehicle();
+    let wheels = 0..vehicle.wheel.len();
+    let instead = if wheels
+        .clone()
+        .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
+    {
+        "--set physics.wheel_model=rollers simulates them"
+    } else {
+        "the vehicle's file has no [rollers] that would be"
+    };
+    let (name, ground) = (&vehicle.name, scenario.terrain.described());
+    Some(format!(
+        "{name} {ground}: balls are not its wheels here: {beyond}; {instead}"
+    ))
+}
+
+/// Says that on standard error.
+fn announce_beyond_balls(scenario: &Scenario) {
+    if let Some(why) = beyond_balls(scenario) {
+        // Nobody listening is no reason to fail.
+        let _ = writeln!(std::io::stderr(), "warning: {why}");
+    }
+}
+
+/// What the mark of [`marked`] means.
+const BEYOND_BALLS: &str =
+    "* on balls that are not its wheels there (docs/physics.md, Where a ball is the wheel)";
+
+/// What a run amounts to, with a mark where its balls are not its wheels.
+fn marked(text: String, wheel_model_valid: bool) -> String {
+    if wheel_model_valid { text } else { text + " *" }
 }
 
 /// A table with `left` columns of words, the others numbers, flush right.

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::signals::stop_flag;
-use super::{RunArgs, aligned, announce_gains, print, print_path};
+use super::{BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path};
 use crate::config::{Override, Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::{FinishedLog, RunLog};
@@ -49,6 +49,7 @@ pub(super) fn compare(
         scenario.period_s(),
         scenario.derived_gains(),
     );
+    announce_beyond_balls(&scenario);
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),
@@ -95,6 +96,9 @@ pub(super) fn compare(
     bar.finish_and_clear();
     if !args.json {
         print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)))?;
+        if scenario.beyond_balls().is_some() {
+            print(out, &format!("{BEYOND_BALLS}\n"))?;
+        }
         for row in &rows {
             print_path(out, &row.mcap)?;
         }
@@ -115,6 +119,7 @@ pub(super) fn live(
     if let Some(policy) = policy {
         scenario = scenario.with_policy(policy)?;
     }
+    announce_beyond_balls(&scenario);
     let started = |address: &str| {
         // Nobody listening is no reason to fail.
         let _ = writeln!(
@@ -133,6 +138,9 @@ pub(super) fn live(
         let headings = ["verdict"].into_iter().chain(FIGURES);
         let table = aligned(headings, [figures(&outcome)], FIGURES.len() + 1);
         print(out, &format!("{}\n{table}\n", headline(&scenario)))?;
+        if !outcome.wheel_model_valid {
+            print(out, &format!("{BEYOND_BALLS}\n"))?;
+        }
     }
     ended.map_or(Ok(()), Err)
 }
@@ -293,10 +301,11 @@ fn table(rows: &[Row]) -> Table {
 
 /// How it ended, and where if it stalled.
 fn verdict(outcome: &Outcome) -> String {
-    match (outcome.stalled_at_m, outcome.stalled_row) {
+    let text = match (outcome.stalled_at_m, outcome.stalled_row) {
         (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
         _ => outcome.verdict.name().into(),
-    }
+    };
+    marked(text, outcome.wheel_model_valid)
 }
 
 /// A figure with so many decimals, `-` where nothing was measured.

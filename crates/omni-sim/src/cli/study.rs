@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
 use super::signals::stop_flag;
-use super::{StudyArgs, parse_overrides, print};
+use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print};
 use crate::Error;
 use crate::config::{Seeds, Study};
 use crate::study::{MapCell, Plan, Store, cells, compute};
@@ -21,6 +21,9 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         study.seeds = Seeds::Count(count);
     }
     let plan = Plan::new(&study, &parse_overrides(&args.overrides)?)?;
+    if let Some(why) = beyond_balls(&plan) {
+        let _ = writeln!(std::io::stderr(), "warning: {why}");
+    }
     let folder = args
         .out
         .clone()
@@ -65,6 +68,9 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         return json(&plan, &map, out);
     }
     print(out, &tables::tables(&plan, &map))?;
+    if map.iter().any(|cell| cell.beyond_balls > 0) {
+        print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
     let mut line = format!("{runs} runs");
     if computed.rows < runs {
         line += &format!(", {} of them done before", runs - computed.rows);
@@ -102,6 +108,20 @@ pub(super) fn described(plan: &Plan) -> String {
     )
 }
 
+/// How many runs are on balls that are not their wheels, and why the first of them is; nothing where none is.
+pub(super) fn beyond_balls(plan: &Plan) -> Option<String> {
+    let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
+    let mut whys = runs
+        .chunks(seeds)
+        .filter_map(|same| super::beyond_balls(&same.first()?.scenario()));
+    let first = whys.next()?;
+    Some(format!(
+        "{} of {} runs: {first}",
+        seeds * (1 + whys.count()),
+        runs.len()
+    ))
+}
+
 fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     if args.quiet || runs == 0 {
         return ProgressBar::hidden();
@@ -114,7 +134,7 @@ fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     bar
 }
 
-/// One object a cell: each axis by its column, `runs`, `errors`, the mean of each figure.
+/// One object a cell: each axis by its column, `runs`, `errors`, `beyond_balls`, the mean of each figure.
 fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
@@ -126,6 +146,7 @@ fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> 
         }
         object.insert("runs".into(), cell.runs.into());
         object.insert("errors".into(), cell.errors.into());
+        object.insert("beyond_balls".into(), cell.beyond_balls.into());
         for (i, figure) in plan.study().map.figures.iter().enumerate() {
             object.insert(figure.clone(), cell.mean(i).map_or(Value::Null, Value::from));
         }

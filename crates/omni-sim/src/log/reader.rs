@@ -177,10 +177,16 @@ pub(super) fn read_log_watched(
         .scenario
         .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
     let source = Source::text(format!("{} ({SCENARIO})", path.display()), text);
+    let scenario = Scenario::from_source(&source, &[])?;
+    // It follows from the scenario, also for logs that do not say it.
+    let wheel_model_valid = scenario.beyond_balls().is_none();
     Ok(LogFile {
-        scenario: Scenario::from_source(&source, &[])?,
         run: seen.run,
-        outcome: seen.outcome,
+        outcome: seen.outcome.map(|outcome| Outcome {
+            wheel_model_valid,
+            ..outcome
+        }),
+        scenario,
         complete,
         until_ns: seen.until_ns,
         counts: seen.counts,

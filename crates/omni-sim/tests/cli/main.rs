@@ -1,6 +1,7 @@
 //! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod balls;
 mod files;
 mod logs;
 mod refusals;

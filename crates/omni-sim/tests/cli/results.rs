@@ -37,6 +37,7 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         "policy",
         "verdict",
         "climbed",
+        "wheel_model_valid",
         "energy_residual",
         "steps_per_s",
         "realtime_factor",
