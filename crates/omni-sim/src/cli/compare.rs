@@ -10,7 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::signals::stop_flag;
-use super::{BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path};
+use super::{
+    BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path,
+};
 use crate::config::{Override, Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::{FinishedLog, RunLog};
