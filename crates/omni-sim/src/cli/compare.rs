@@ -8,7 +8,7 @@ use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::{RunArgs, aligned, announce_gains, print};
+use super::{RunArgs, aligned, announce_gains, print, warn_of_time};
 use crate::config::{Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::RunLog;
@@ -41,6 +41,7 @@ pub(super) fn compare(
         scenario.period_s(),
         scenario.derived_gains(),
     );
+    warn_of_time(&scenario);
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Cell, Plan, Row};
+use crate::Verdict;
 
 /// What the runs of one combination of the axes' values amount to.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub struct MapCell {
     pub runs: usize,
     /// Runs among them that failed.
     pub errors: usize,
+    /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
+    pub unfinished: usize,
     /// Sum and count of each of the map's figures over the runs that did not fail and where it was measured; yes counts 1.
     pub figures: Vec<(f64, usize)>,
 }
@@ -42,6 +45,8 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
                 .position(|column| column.name == *name)
         })
         .collect();
+    let figures = &plan.columns().figures;
+    let verdict = figures.iter().position(|column| column.name == "verdict");
     let mut cells: Vec<MapCell> = Vec::new();
     let seeds = plan.study().seeds.list().len();
     for runs in plan.runs().chunks(seeds.max(1)) {
@@ -49,6 +54,7 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
             axes: runs.first().map_or_else(Vec::new, |run| run.axes.to_vec()),
             runs: 0,
             errors: 0,
+            unfinished: 0,
             figures: vec![(0.0, 0); shown.len()],
         };
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
@@ -57,6 +63,9 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
                 cell.errors += 1;
                 continue;
             }
+            let unfinished =
+                |cell: &Cell| matches!(cell, Cell::Text(name) if name == Verdict::Unfinished.name());
+            cell.unfinished += usize::from(verdict.and_then(|i| row.figures.get(i)).is_some_and(unfinished));
             for (sum, figure) in cell.figures.iter_mut().zip(&shown) {
                 if let Some(number) = figure.and_then(|i| row.figures.get(i)).and_then(Cell::number) {
                     *sum = (sum.0 + number, sum.1 + 1);

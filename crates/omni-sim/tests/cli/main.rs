@@ -6,6 +6,7 @@ mod logs;
 mod refusals;
 mod results;
 mod rollers;
+mod told;
 
 use std::path::Path;
 use std::process::Output;
