@@ -1,7 +1,7 @@
 //! What is no drive is not called one: runaways, leans and physics that gain energy have verdicts of their own.
 
-use omni_sim::config::{Override, Scenario, builtin_scenarios, builtin_vehicles};
-use omni_sim::{Outcome, Verdict, record, run};
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Outcome, Verdict, run};
 
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides

@@ -391,7 +391,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             #[cfg(feature = "live")]
             if live {
                 let live = crate::Live { port, speed, wait };
-                return compare::live(&args, policy.as_deref(), live, out);
+                return compare::live(&args, policy.as_deref(), live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
             compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)

@@ -5,7 +5,6 @@ mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-pub(crate) use bounds::Gained;
 pub(crate) use meter::Meter;
 
 /// How a run ended.

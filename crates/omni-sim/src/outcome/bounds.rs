@@ -155,3 +155,110 @@ impl Gain {
         (self.worst > 1.0).then_some(self.gained)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+    use omni_core::BodyTwist;
+
+    use super::*;
+    use crate::Simulation;
+    use crate::config::Override;
+
+    fn scenario(name: &str, keys: &[&str]) -> Scenario {
+        let keys: Vec<_> = keys.iter().map(|key| Override::parse(key).unwrap()).collect();
+        Scenario::load(name, &keys).unwrap()
+    }
+
+    /// What a period shows where a vehicle has one twist and was told another.
+    fn period(scenario: &Scenario) -> (ControlSample, Observation) {
+        let simulation = Simulation::new(scenario).unwrap();
+        (simulation.sample().clone(), simulation.observation().clone())
+    }
+
+    /// Is a vehicle, told and moving like that for so many periods of 1 ms one after the other, running away?
+    fn runs_away(stages: &[(u32, [f64; 3], [f64; 3])]) -> bool {
+        let scenario = scenario("flat", &[]);
+        let (mut sample, mut seen) = period(&scenario);
+        let mut runaway = Runaway::new(&scenario);
+        for (periods, told, moving) in stages {
+            (sample.command, seen.twist) = (BodyTwist::from_array(*told), BodyTwist::from_array(*moving));
+            (0..*periods).for_each(|_| runaway.push(&sample, &seen));
+        }
+        runaway.found()
+    }
+
+    #[test]
+    fn half_as_fast_again_and_a_tenth_of_a_metre_per_second_for_half_a_second_is_running_away() {
+        let told = [0.3, 0.0, 0.0];
+        let forward = |vx| [vx, 0.0, 0.0];
+        assert!(!runs_away(&[(10_000, told, forward(0.549))]));
+        assert!(runs_away(&[(501, told, forward(0.551))]));
+        assert!(runs_away(&[(501, told, forward(-0.551))]), "the wrong way too");
+        assert!(runs_away(&[(501, told, [0.0, 0.551, 0.0])]), "and sideways");
+        // 64 counts a turn: asked 0.3 m/s, drove 2.6.
+        assert!(runs_away(&[(501, told, forward(2.6))]));
+        // A break of one period begins anew: drops and bumps.
+        assert!(!runs_away(&[(499, told, forward(2.0)), (1, told, forward(0.3)), (499, told, forward(2.0))]));
+        // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
+        assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
+        assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
+    }
+
+    #[test]
+    fn a_stop_may_take_what_wet_ice_takes_and_no_more() {
+        let braking = |m_s2: f64| -> Vec<(u32, [f64; 3], [f64; 3])> {
+            let slowing = (0..3000_u32).map(|k| (1, [0.0; 3], [(1.0 - m_s2 * f64::from(k) * 1e-3).max(0.0), 0.0, 0.0]));
+            std::iter::once((1000, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0])).chain(slowing).collect()
+        };
+        assert!(!runs_away(&braking(0.5)));
+        // At 0.05 m/s^2 it still has 0.9 m/s when it should have stood.
+        assert!(runs_away(&braking(0.05)));
+        // Told to stand for good, and never stopping: 39 of 144 runs of an attack.
+        assert!(runs_away(&[(1000, [0.3, 0.0, 0.0], [0.3, 0.0, 0.0]), (2000, [0.0; 3], [0.3, 0.0, 0.0])]));
+    }
+
+    fn leans(scenario: &Scenario, degrees: f64) -> bool {
+        let (_, mut seen) = period(scenario);
+        let mut lean = Lean::new(scenario);
+        *seen.body_lean_rad.last_mut().unwrap() = degrees.to_radians();
+        lean.push(&seen);
+        lean.found()
+    }
+
+    #[test]
+    fn a_lean_is_measured_against_what_the_ground_asks() {
+        // Flat: 30 degrees. Neighbouring tracks of chugo7 are 0.23 m apart: a step of 5 cm turns a frame by 12.6 degrees at most.
+        let flat = scenario("flat", &[]);
+        assert!(!leans(&flat, 29.0) && leans(&flat, 30.5) && leans(&flat, 52.0));
+        let step = scenario("step", &[]);
+        assert!(!leans(&step, 42.0) && leans(&step, 43.0));
+        // Half a metre stands a frame upright: what tips is another verdict.
+        assert!(!leans(&scenario("step", &["terrain.height_m=0.5"]), 89.0));
+        let ramp = scenario("ramp", &["terrain.slope_rad=0.5"]);
+        assert!(!leans(&ramp, 0.5_f64.to_degrees() + 29.0));
+    }
+
+    #[test]
+    fn a_tenth_above_what_went_through_is_a_gain_and_losses_are_none() {
+        let scenario = scenario("flat", &[]);
+        let gained = |residual_j: f64, turnover_j: f64, potential_j: f64| {
+            let (_, mut seen) = period(&scenario);
+            // Work that is nowhere in the book is a positive residual, energy from nowhere a negative one.
+            seen.energy.turnover_j = turnover_j;
+            seen.energy.potential_j = potential_j;
+            seen.energy.work_in_j = potential_j + residual_j;
+            let mut gain = Gain::new(200.0);
+            gain.push(&seen);
+            gain.found()
+        };
+        // 0.2 J for 1 mm of 200 N, and a tenth of 5 J.
+        assert_eq!(gained(-0.69, 5.0, 0.0), None);
+        let found = gained(-15.0, 5.0, 0.0).unwrap();
+        assert!((found.gained_j - 15.0).abs() < 1e-9 && found.through_j == 5.0);
+        assert_eq!(gained(15.0, 5.0, 0.0), None, "lost work is no gain");
+        assert_eq!(gained(-1.0, 5.0, -10.0), None, "10 J came of falling");
+        assert!(gained(-1.0, 5.0, 10.0).is_some());
+    }
+}

@@ -251,7 +251,7 @@ fn more_that_no_single_key_shows_is_named() {
         "s.toml",
         "v.toml",
         "chugo8",
-        "s.toml: vehicle: \"chugo8\", allowed: chugo7",
+        "s.toml: vehicle: \"chugo8\" (did you mean \"chugo7\"?), allowed: chugo7",
     );
 }
 
@@ -307,12 +307,12 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
     assert!(
-        said.contains("unknown policy \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("unknown policy \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
     assert!(
-        said.contains("control.policy: \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("control.policy: \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "missing.toml"]);
