@@ -23,6 +23,7 @@ mod load;
 mod log_rates;
 mod nearest;
 mod physics;
+mod rest;
 mod rollers;
 mod scenario;
 mod schema;
@@ -44,6 +45,7 @@ pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_veh
 pub use log_rates::LogRates;
 pub use nearest::did_you_mean;
 pub use physics::Physics;
+pub use rest::Rest;
 pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};

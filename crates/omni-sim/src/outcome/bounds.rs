@@ -61,7 +61,7 @@ impl Runaway {
 
 /// How much further than the ground asks a body may lean \[rad\]: 30 degrees. What built-in runs have of it, from drops off edges and from frames
 /// that swing, is 8 degrees; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
-const SWING_RAD: f64 = 0.52;
+const SWING_RAD: f64 = core::f64::consts::FRAC_PI_6;
 
 /// Does a body lean further than the ground asks?
 pub(super) struct Lean {
