@@ -1075,8 +1075,23 @@ class Outcome:
     """
 
     @property
-    def verdict(self) -> Literal["climbed", "stalled", "unfinished", "driven", "tipped", "diverged"]:
-        """How it ended; `driven` on flat ground."""
+    def verdict(
+        self,
+    ) -> Literal[
+        "climbed",
+        "stalled",
+        "unfinished",
+        "driven",
+        "tipped",
+        "ran_away",
+        "leaned",
+        "gained_energy",
+        "diverged",
+    ]:
+        """How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+
+        docs/conventions.md says what each of them means.
+        """
     @property
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
@@ -1139,6 +1154,8 @@ class Outcome:
 @final
 class Simulation:
     """A scenario being simulated, one control period at a time.
+
+    Several threads may use one: their calls wait for each other, outside the interpreter's lock.
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.

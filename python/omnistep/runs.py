@@ -1,5 +1,6 @@
 """Whole runs: one, one a policy, or one read back from its log."""
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
@@ -28,6 +29,13 @@ def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
         yield told
 
 
+def _warn(trace: Trace) -> None:
+    """Warn the caller's caller of a run whose figures do not hold."""
+    if trace.outcome.verdict == "gained_energy":
+        message = "the physics gained energy, no figure of this run holds: physics.step_us is too long"
+        warnings.warn(message, RuntimeWarning, stacklevel=3)
+
+
 def run(
     scenario: str | PathLike[str] | Scenario = "step",
     *,
@@ -54,7 +62,8 @@ def run(
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
-        Every signal of every control period.
+        Every signal of every control period. Where the physics gained energy, the verdict ``gained_energy`` and a
+        ``RuntimeWarning`` say that none of it holds.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
@@ -71,7 +80,9 @@ def run(
     """
     with _bar("run", shown=progress) as told:
         on_progress = told if progress else None
-        return _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
+        trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
+    _warn(trace)
+    return trace
 
 
 def compare(
@@ -119,6 +130,7 @@ def compare(
         on_progress = told_of_all if progress else None
         for name in names:
             traces[name] = _run(scenario, policy=name, overrides=overrides, seed=seed, on_progress=on_progress)
+            _warn(traces[name])
     return traces
 
 

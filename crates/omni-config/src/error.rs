@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::file::FileKind;
+use crate::nearest::did_you_mean;
+
 /// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
@@ -27,7 +30,7 @@ pub enum Error {
         message: String,
     },
     /// No built-in thing and no file of that name.
-    #[error("unknown {kind} {name:?}, allowed: {known}")]
+    #[error("unknown {kind} {name:?}{}, allowed: {known}", did_you_mean(name, known.split(", ")))]
     UnknownName {
         /// Kind of thing: `scenario`, `vehicle`, `policy`.
         kind: &'static str,
@@ -35,6 +38,26 @@ pub enum Error {
         name: String,
         /// The names there are.
         known: String,
+    },
+    /// A file is no text in UTF-8.
+    #[error("{file}: {reason}")]
+    NotText {
+        /// The file.
+        file: String,
+        /// What it is instead, and what to do.
+        reason: String,
+    },
+    /// A file describes something else.
+    #[error("{file}: this is {}, not {}: {}", found.called(file), wanted.called(""), found.how_to(command, file))]
+    OtherKind {
+        /// The file.
+        file: String,
+        /// What it describes.
+        found: FileKind,
+        /// What was asked for.
+        wanted: FileKind,
+        /// The subcommand that a scenario would be given to, as `run`.
+        command: &'static str,
     },
     /// An override is not of the form `key=value`.
     #[error("--set {text:?}: {message}")]
@@ -55,6 +78,22 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same error, as the answer to a subcommand that takes a scenario, as `compare`: what it says to type is of that one.
+    #[must_use]
+    pub fn to_command(self, name: &'static str) -> Self {
+        match self {
+            Self::OtherKind {
+                file, found, wanted, ..
+            } => Self::OtherKind {
+                file,
+                found,
+                wanted,
+                command: name,
+            },
+            other => other,
+        }
+    }
+
     /// The error of a table that stands inside another one, under this key.
     pub(crate) fn inside(self, table: &str) -> Self {
         match self {

@@ -6,6 +6,8 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use crate::file::FileKind;
+use crate::nearest::with_nearest;
 use crate::tagged::INNER_KEY;
 use crate::{Error, SCHEMA_VERSION};
 
@@ -80,7 +82,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn vehicle(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
-        Self::find("vehicle", VEHICLES, name, relative_to)
+        Self::find("vehicle", FileKind::Vehicle, VEHICLES, name, relative_to)
     }
 
     /// A scenario by built-in name or path.
@@ -92,7 +94,7 @@ impl Source {
     }
 
     pub(crate) fn scenario_in(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
-        Self::find("scenario", SCENARIOS, name, relative_to)
+        Self::find("scenario", FileKind::Scenario, SCENARIOS, name, relative_to)
     }
 
     /// A study by built-in name or path.
@@ -100,7 +102,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn study(name: &str) -> Result<Self, Error> {
-        Self::find("study", STUDIES, name, None)
+        Self::find("study", FileKind::Study, STUDIES, name, None)
     }
 
     /// The experiment of section 3.3 by built-in name (`wheels`) or path.
@@ -108,7 +110,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn wheels(name: &str) -> Result<Self, Error> {
-        Self::find("wheels experiment", EXPERIMENTS, name, None)
+        Self::find("wheels experiment", FileKind::Experiment, EXPERIMENTS, name, None)
     }
 
     /// A text that messages call `file`.
@@ -139,10 +141,12 @@ impl Source {
     }
 
     fn read(path: PathBuf) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(&path).map_err(|source| Error::Io {
+        let bytes = std::fs::read(&path).map_err(|source| Error::Io {
             path: path.clone(),
             source,
         })?;
+        let file = path.display().to_string();
+        let text = crate::encoding::text(bytes, &file).map_err(|reason| Error::NotText { file, reason })?;
         Ok(Self {
             file: path.display().to_string(),
             text,
@@ -152,6 +156,7 @@ impl Source {
 
     fn find(
         kind: &'static str,
+        wanted: FileKind,
         builtin: Builtin,
         name: &str,
         relative_to: Option<&Path>,
@@ -162,6 +167,14 @@ impl Source {
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
         if path.is_file() || name.ends_with(".toml") {
             return Self::read(path);
+        }
+        if let Some(found) = FileKind::of_builtin(name) {
+            return Err(Error::OtherKind {
+                file: name.into(),
+                found,
+                wanted,
+                command: "run",
+            });
         }
         let known = builtin
             .iter()
@@ -222,7 +235,7 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     check_version(source, &table)?;
     let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
         let path = error.path().to_string();
-        let message = one_line(error.inner().message());
+        let message = with_nearest_inside(one_line(error.inner().message()));
         let inside = message
             .strip_prefix(INNER_KEY)
             .and_then(|rest| rest.split_once(INNER_KEY));
@@ -252,6 +265,17 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
         source.refuse(key, format!("{message}{more}"))
     })?;
     Ok(value)
+}
+
+/// [`with_nearest`], also where the message is about a key of a table inside.
+fn with_nearest_inside(message: String) -> String {
+    match message
+        .strip_prefix(INNER_KEY)
+        .and_then(|rest| rest.split_once(INNER_KEY))
+    {
+        Some((key, inner)) => format!("{INNER_KEY}{key}{INNER_KEY}{}", with_nearest(inner.into())),
+        None => with_nearest(message),
+    }
 }
 
 /// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.

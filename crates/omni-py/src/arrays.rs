@@ -77,7 +77,11 @@ pub(crate) fn choice<T: Copy>(argument: &str, name: &str, known: &[(&str, T)]) -
         let known: Vec<&str> = known.iter().map(|&(each, _)| each).collect();
         refused(
             argument,
-            &format!("{argument} = {name:?}, allowed: {}", known.join(", ")),
+            &format!(
+                "{argument} = {name:?}{}, allowed: {}",
+                omni_sim::config::did_you_mean(name, known.iter().copied()),
+                known.join(", ")
+            ),
         )
     })
 }

@@ -24,6 +24,9 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         }
         Error::Config(Bad::Override { text, .. }) => ("ConfigError", Some(text.as_str()), None),
         Error::Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
+        Error::Config(Bad::NotText { file, .. } | Bad::OtherKind { file, .. }) => {
+            ("ConfigError", None, Some(file.as_str()))
+        }
         Error::Config(_) => ("ConfigError", None, None),
         Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
         // The folder of results is an argument of that name.

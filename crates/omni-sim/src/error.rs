@@ -97,6 +97,19 @@ pub enum Error {
         /// How far it parted \[m\].
         gap_m: f64,
     },
+    /// The physics gave back more energy than was put in, beyond what is their error.
+    #[error(
+        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; physics.step_us = \
+         {step_us} is too long, the built-in scenarios have 500"
+    )]
+    GainedEnergy {
+        /// So much energy from nowhere \[J\].
+        gained_j: f64,
+        /// While so much went through the motors, and came of falling \[J\].
+        through_j: f64,
+        /// The physics step \[us\].
+        step_us: u64,
+    },
     /// The run took longer on the clock than it may.
     #[error("stopped at t = {time_s:.3} s: the run took longer than wall_clock_s, {wall_clock_s} s")]
     OutOfTime {
@@ -140,6 +153,7 @@ impl Error {
             }
             Self::Diverged { .. }
             | Self::FellApart { .. }
+            | Self::GainedEnergy { .. }
             | Self::OutOfTime { .. }
             | Self::Interrupted { .. }
             | Self::RunInterrupted { .. }

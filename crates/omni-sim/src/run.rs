@@ -14,10 +14,19 @@ use crate::{Error, Outcome, Simulation};
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
 
-/// Runs a scenario from start to end.
+/// Runs a scenario from start to end, or until it has climbed where it asks for that.
+///
+/// A run whose physics gained energy is returned like any other: its verdict says so.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::step`]; [`Error::OutOfTime`].
+///
+/// ```
+/// use omni_sim::{config::{Override, Scenario}, run};
+/// let done = run(&Scenario::load("step", &[Override::new("stop_when_done", true)])?)?;
+/// assert!(done.outcome().climbed && done.rows() < 5000); // of the 6000 periods in its duration_s
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     run_watched(scenario, |_, _| Ok(()))
 }
@@ -50,7 +59,7 @@ pub fn run_with<E: From<Error>>(
         watch(simulation, part)
     })?;
     match ended {
-        None => Ok(trace.finish(outcome)),
+        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
         Some(error) => Err(error.into()),
     }
 }
@@ -60,8 +69,8 @@ fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
     Ok(simulation.scenario_command())
 }
 
-/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, the outcome says so and the error
-/// says why.
+/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, or gain energy, the outcome
+/// says so and the error says why.
 pub(crate) fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
@@ -82,7 +91,16 @@ pub(crate) fn drive<E: From<Error>>(
             Err(error) => return Err(error.into()),
         }
         meter.push(simulation.sample(), simulation.observation());
-        watch(&simulation, (k + 1) as f64 / periods as f64)?;
+        let done = scenario.stop_when_done && meter.is_across();
+        let part = if done {
+            1.0
+        } else {
+            (k + 1) as f64 / periods as f64
+        };
+        watch(&simulation, part)?;
+        if done {
+            break;
+        }
         if k % PERIODS_PER_LOOK == 0 && start.elapsed().as_secs_f64() > scenario.wall_clock_s {
             return Err(E::from(Error::OutOfTime {
                 time_s: simulation.time_ns() as f64 * 1e-9,
@@ -90,7 +108,12 @@ pub(crate) fn drive<E: From<Error>>(
             }));
         }
     }
-    Ok((meter.outcome(false), None))
+    let gained = meter.gained().map(|gained| Error::GainedEnergy {
+        gained_j: gained.gained_j,
+        through_j: gained.through_j,
+        step_us: scenario.physics.step_us,
+    });
+    Ok((meter.outcome(false), gained))
 }
 
 /// A finished run.
@@ -98,7 +121,7 @@ pub(crate) fn drive<E: From<Error>>(
 pub struct Record {
     /// Its figures.
     pub outcome: Outcome,
-    /// Why the physics ended it early; the verdict is [`crate::Verdict::Diverged`] then.
+    /// Why the physics ended it early, the verdict is [`crate::Verdict::Diverged`] then; or what they gained, with [`crate::Verdict::GainedEnergy`].
     pub ended: Option<Error>,
     /// The log, if one was asked for; no other run replaces it while this lives.
     pub mcap: Option<FinishedLog>,
@@ -175,7 +198,7 @@ pub fn run_logged<E: From<Error>>(
         watch(simulation, part)
     })?;
     match ended {
-        None => Ok(trace.finish(outcome)),
+        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
         Some(error) => Err(error.into()),
     }
 }

@@ -4,6 +4,7 @@ use toml::Value;
 
 use super::Study;
 use crate::load::{Override, Source, VEHICLES, dotted};
+use crate::nearest::did_you_mean;
 use crate::{Error, Scenario};
 
 /// A combination of the axes' values, and the scenario it makes.
@@ -85,7 +86,8 @@ impl Study {
     fn scenario_source(&self) -> Result<Source, Error> {
         Source::scenario_in(&self.scenario, self.origin.folder.as_deref()).map_err(|error| match error {
             Error::UnknownName { name, known, .. } => {
-                self.refuse("scenario", format!("{name:?}, allowed: {known}"))
+                let meant = did_you_mean(&name, known.split(", "));
+                self.refuse("scenario", format!("{name:?}{meant}, allowed: {known}"))
             }
             other => other,
         })

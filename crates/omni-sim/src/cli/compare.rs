@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::signals::stop_flag;
 use super::{
-    BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path,
+    BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path, warn_of,
 };
 use crate::config::{Override, Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
@@ -52,6 +52,7 @@ pub(super) fn compare(
         scenario.derived_gains(),
     );
     announce_beyond_balls(&scenario);
+    warn_of(&scenario);
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),

@@ -1,10 +1,10 @@
 //! `omnistep check`, `omnistep new` and `omnistep schema`.
 
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print};
+use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print, warn, warn_of};
 use crate::Error;
 use crate::config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle};
 use crate::study::Plan;
@@ -13,52 +13,53 @@ use crate::study::Plan;
 const PERIOD_S: f64 = 1e-3;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// Says what each file describes, or what is wrong with the first that is wrong.
-pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> {
-    for file in files {
-        let said = match File::load(file)? {
-            File::Vehicle(vehicle) => {
-                let derived = match vehicle.gains {
-                    Some(_) => None,
-                    None => Some(vehicle.derived_gains(PERIOD_S)?),
-                };
-                announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
-                let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-                format!("vehicle {}{facts}{}", described(&vehicle), balls_ahead(&vehicle))
+/// Says what a file describes, or what is wrong with it.
+pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
+    let said = match File::load(file)? {
+        File::Vehicle(vehicle) => {
+            let derived = match vehicle.gains {
+                Some(_) => None,
+                None => Some(vehicle.derived_gains(PERIOD_S)?),
+            };
+            announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
+            let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
+            format!("vehicle {}{facts}{}", described(&vehicle), balls_ahead(&vehicle))
+        }
+        File::Scenario(scenario) => {
+            let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
+            announce_gains(&vehicle.name, scenario.period_s(), derived);
+            warn_of(&scenario);
+            format!(
+                "scenario {}, {} s, policy {}; vehicle {}{}{}",
+                scenario.name,
+                scenario.duration_s,
+                scenario.control.policy,
+                described(vehicle),
+                facts(
+                    vehicle,
+                    scenario.period_s(),
+                    scenario.physics.gravity_m_s2,
+                    derived
+                )?,
+                balls(&scenario)
+            )
+        }
+        File::Experiment(experiment) => {
+            format!("experiment {}, {} s", experiment.name, experiment.duration_s)
+        }
+        File::Study(study) => {
+            let plan = Plan::new(&study, &[])?;
+            if let Some(short) = super::study::too_short(&plan) {
+                warn(&short);
             }
-            File::Scenario(scenario) => {
-                let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
-                announce_gains(&vehicle.name, scenario.period_s(), derived);
-                format!(
-                    "scenario {}, {} s, policy {}; vehicle {}{}{}",
-                    scenario.name,
-                    scenario.duration_s,
-                    scenario.control.policy,
-                    described(vehicle),
-                    facts(
-                        vehicle,
-                        scenario.period_s(),
-                        scenario.physics.gravity_m_s2,
-                        derived
-                    )?,
-                    balls(&scenario)
-                )
+            let described = super::study::described(&plan);
+            match super::study::beyond_balls(&plan) {
+                Some(why) => format!("study {described}\n  {:<8} WARNING: {why}", "balls"),
+                None => format!("study {described}"),
             }
-            File::Experiment(experiment) => {
-                format!("experiment {}, {} s", experiment.name, experiment.duration_s)
-            }
-            File::Study(study) => {
-                let plan = Plan::new(&study, &[])?;
-                let described = super::study::described(&plan);
-                match super::study::beyond_balls(&plan) {
-                    Some(why) => format!("study {described}\n  {:<8} WARNING: {why}", "balls"),
-                    None => format!("study {described}"),
-                }
-            }
-        };
-        print(out, &format!("{file}: {said}\n"))?;
-    }
-    Ok(())
+        }
+    };
+    print(out, &format!("{file}: {said}\n"))
 }
 
 fn described(vehicle: &Vehicle) -> String {
@@ -200,8 +201,14 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
     written
         .and_then(|mut file| file.write_all(format!("{}{text}", schema_line(kind)).as_bytes()))
         .map_err(|source| Error::Io {
+            source: match source.kind() {
+                ErrorKind::AlreadyExists => {
+                    let kept = "there is such a file already, and it stays as it is; give another name, or move it away first";
+                    std::io::Error::new(ErrorKind::AlreadyExists, kept)
+                }
+                _ => source,
+            },
             path: path.clone(),
-            source,
         })?;
     print(
         out,

@@ -10,19 +10,27 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
 use super::signals::stop_flag;
-use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print};
+use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print, warn, whole};
 use crate::Error;
-use crate::config::{Seeds, Study};
+use crate::config::{Override, Seeds, Study};
 use crate::study::{MapCell, Plan, Store, cells, compute};
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
     let mut study = Study::load(&args.study)?;
-    if let Some(count) = args.seeds {
-        study.seeds = Seeds::Count(count);
+    if let Some(count) = &args.seeds {
+        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
+        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
     }
-    let plan = Plan::new(&study, &parse_overrides(&args.overrides)?)?;
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if args.stop_when_done {
+        overrides.push(Override::new("stop_when_done", true));
+    }
+    let plan = Plan::new(&study, &overrides)?;
+    if let Some(short) = too_short(&plan) {
+        warn(&short);
+    }
     if let Some(why) = beyond_balls(&plan) {
-        let _ = writeln!(std::io::stderr(), "warning: {why}");
+        warn(&why);
     }
     let folder = args
         .out
@@ -122,6 +130,31 @@ pub(super) fn beyond_balls(plan: &Plan) -> Option<String> {
     ))
 }
 
+/// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.
+pub(super) fn too_short(plan: &Plan) -> Option<String> {
+    let seeds = plan.study().seeds.list().len().max(1);
+    // All seeds of a combination have the same time and way.
+    let short = plan.runs().iter().step_by(seeds).filter_map(|run| {
+        let said = run.too_short()?;
+        let axes = plan.study().axis.iter().zip(&*run.axes);
+        let axes: Vec<_> = axes
+            .map(|(axis, value)| format!("{} = {value}", axis.key))
+            .collect();
+        Some((axes.join(", "), said))
+    });
+    let mut short = short.peekable();
+    let (axes, said) = short.peek().cloned()?;
+    let (name, runs, all) = (&plan.study().name, short.count() * seeds, plan.runs().len());
+    let first = if axes.is_empty() {
+        String::new()
+    } else {
+        format!("the first with {axes}: ")
+    };
+    Some(format!(
+        "{name}: {runs} of {all} runs cannot get across in time; {first}{said}"
+    ))
+}
+
 fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     if args.quiet || runs == 0 {
         return ProgressBar::hidden();
@@ -134,7 +167,7 @@ fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     bar
 }
 
-/// One object a cell: each axis by its column, `runs`, `errors`, `beyond_balls`, the mean of each figure.
+/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure.
 fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
@@ -146,6 +179,7 @@ fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> 
         }
         object.insert("runs".into(), cell.runs.into());
         object.insert("errors".into(), cell.errors.into());
+        object.insert("unfinished".into(), cell.unfinished.into());
         object.insert("beyond_balls".into(), cell.beyond_balls.into());
         for (i, figure) in plan.study().map.figures.iter().enumerate() {
             object.insert(figure.clone(), cell.mean(i).map_or(Value::Null, Value::from));

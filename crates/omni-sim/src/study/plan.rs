@@ -43,6 +43,12 @@ impl Run {
         scenario.seed = self.seed;
         scenario
     }
+
+    /// Why its vehicle cannot be across in time, where that is so ([`Scenario::too_short`]).
+    #[must_use]
+    pub fn too_short(&self) -> Option<String> {
+        self.scenario.too_short()
+    }
 }
 
 /// The runs of a study, every scenario checked.

@@ -9,6 +9,7 @@ mod results;
 mod rollers;
 mod side_by_side;
 mod stopped;
+mod told;
 
 use std::path::Path;
 use std::process::Output;

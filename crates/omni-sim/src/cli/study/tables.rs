@@ -80,7 +80,8 @@ fn grouped<'a>(map: &[&'a MapCell], axes: &[usize]) -> Vec<(Vec<&'a Cell>, Vec<&
     groups
 }
 
-/// `22/24` for yes and no, the mean with four digits for a number, `-` where nothing was measured; failed runs aside.
+/// `22/24` for yes and no, the mean with four digits for a number, `-` where nothing was measured; failed runs aside, and beside who climbed those that
+/// had no time to.
 fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
     let name = &plan.study().map.figures[figure];
     let column = plan.columns().figures.iter().find(|column| column.name == *name);
@@ -89,6 +90,10 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
         (Some(Kind::Bool), _) => format!("{sum}/{count}"),
         (_, Some(mean)) => digits(mean),
         (_, None) => "-".into(),
+    };
+    let text = match cell.unfinished {
+        some if some > 0 && name == "climbed" => format!("{text}, {some} unfinished"),
+        _ => text,
     };
     let text = match cell.errors {
         0 => text,
