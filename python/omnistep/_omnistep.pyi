@@ -643,6 +643,9 @@ class Controller:
     Raises:
         ConfigError: a name, key or value is wrong.
 
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+
     Example:
         >>> import omnistep
         >>> controller = omnistep.Controller("step", policy="synchronised")
@@ -1165,6 +1168,9 @@ class Simulation:
 
     Raises:
         ConfigError: a name, key or value is wrong.
+
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 
     Example:
         >>> import omnistep
