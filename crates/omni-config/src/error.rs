@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error.
+use crate::shortened;
+
+/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
+/// the file holds, no part of it is longer than [`shortened`] leaves it.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The text is not TOML.
-    #[error("{file}:{line}: {message}")]
+    #[error("{}:{line}: {}", shortened(file), shortened(message))]
     Syntax {
         /// File, or `built-in NAME`.
         file: String,
@@ -17,7 +20,7 @@ pub enum Error {
         message: String,
     },
     /// A key is unknown, missing, of the wrong type or out of range.
-    #[error("{file}: {key}: {message}")]
+    #[error("{}: {}: {}", shortened(file), shortened(key), shortened(message))]
     Key {
         /// File, or `built-in NAME`.
         file: String,
@@ -27,7 +30,7 @@ pub enum Error {
         message: String,
     },
     /// No built-in thing and no file of that name.
-    #[error("unknown {kind} {name:?}, allowed: {known}")]
+    #[error("{}", shortened(&format!("unknown {kind} {name:?}, allowed: {known}")))]
     UnknownName {
         /// Kind of thing: `scenario`, `vehicle`, `policy`.
         kind: &'static str,
@@ -37,7 +40,7 @@ pub enum Error {
         known: String,
     },
     /// An override is not of the form `key=value`.
-    #[error("--set {text:?}: {message}")]
+    #[error("--set {:?}: {}", shortened(text), shortened(message))]
     Override {
         /// The text given.
         text: String,
@@ -45,7 +48,7 @@ pub enum Error {
         message: String,
     },
     /// A file could not be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shortened(&path.display().to_string()))]
     Io {
         /// The file.
         path: PathBuf,

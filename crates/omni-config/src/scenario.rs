@@ -228,6 +228,7 @@ impl Scenario {
         check_version(source, &table)?;
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
+                source.check_reference("vehicle", &name, "the vehicle")?;
                 let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
                     Error::UnknownName { name, known, .. } => {
                         source.refuse("vehicle", format!("{name:?}, allowed: {known}"))

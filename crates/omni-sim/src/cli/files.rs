@@ -46,7 +46,7 @@ pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> 
             File::Experiment(experiment) => {
                 format!("experiment {}, {} s", experiment.name, experiment.duration_s)
             }
-            File::Study(study) => format!("study {}", super::study::described(&Plan::new(&study, &[])?)),
+            File::Study(study) => format!("study {}", super::study::described(&study, Plan::check(&study)?)),
         };
         print(out, &format!("{file}: {said}\n"))?;
     }

@@ -94,13 +94,12 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
 }
 
 /// `climb_map: 320 runs: 64 combinations of 3 axes with 5 seeds, scenario step`.
-pub(super) fn described(plan: &Plan) -> String {
-    let (study, runs) = (plan.study(), plan.runs().len());
+pub(super) fn described(study: &Study, combinations: usize) -> String {
     let seeds = study.seeds.list().len();
     format!(
-        "{}: {runs} runs, {} combinations of {} axes with {seeds} seeds; scenario {}",
+        "{}: {} runs, {combinations} combinations of {} axes with {seeds} seeds; scenario {}",
         study.name,
-        runs / seeds.max(1),
+        combinations * seeds,
         study.axis.len(),
         study.scenario
     )

@@ -12,6 +12,7 @@ use super::table::{self, Notes, Opened};
 use super::union::Union;
 use super::{Columns, Plan, Row};
 use crate::Error;
+use crate::config::open_regular;
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
@@ -330,7 +331,7 @@ impl Store {
 
     /// The rows of a part, or why it cannot be read; none where it is not there any more.
     fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
-        let file = match File::open(path) {
+        let file = match open_regular(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             file => file.map_err(io_error(path))?,
         };

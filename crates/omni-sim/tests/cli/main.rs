@@ -3,6 +3,7 @@
 
 mod files;
 mod logs;
+mod others;
 mod refusals;
 mod results;
 mod rollers;
