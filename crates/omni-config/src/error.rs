@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::shortened;
+use crate::shortened::short_key;
 
 /// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
 /// the file holds, no part of it is longer than [`shortened`] leaves it.
@@ -20,7 +21,7 @@ pub enum Error {
         message: String,
     },
     /// A key is unknown, missing, of the wrong type or out of range.
-    #[error("{}: {}: {}", shortened(file), shortened(key), shortened(message))]
+    #[error("{}: {}: {}", shortened(file), short_key(key), shortened(message))]
     Key {
         /// File, or `built-in NAME`.
         file: String,
@@ -40,7 +41,7 @@ pub enum Error {
         known: String,
     },
     /// An override is not of the form `key=value`.
-    #[error("--set {:?}: {}", shortened(text), shortened(message))]
+    #[error("--set {:?}: {}", short_key(text), shortened(message))]
     Override {
         /// The text given.
         text: String,

@@ -37,9 +37,17 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
         let head = one_line(self::head(head, MOST - LEAST - 3));
         return format!("{head}...{}", one_line(tail)).into();
     };
-    let allowed = cut(allowed, MOST_ALLOWED);
+    // A list of what there is may be long, beside a value that is not.
+    let long = head(value, LEAST).len() < value.len();
+    let allowed = cut(allowed, if long { MOST - LEAST } else { MOST_ALLOWED });
     let room = MOST.saturating_sub(allowed.chars().count()).max(LEAST);
     format!("{}{allowed}", cut(value, room)).into()
+}
+
+/// A key: whole, or the beginning of what cannot be one.
+pub(crate) fn short_key(key: &str) -> String {
+    let fits = head(key, MOST).len() == key.len();
+    cut(key, if fits { MOST } else { LEAST })
 }
 
 /// Where the last `word` within reach of the end begins.

@@ -10,7 +10,6 @@ use std::time::Duration;
 use assert_cmd::Command;
 use omni_sim::config::Scenario;
 use omni_sim::log::LoggedRun;
-use omni_sim::log::ros2::TfMessage;
 use toml::{Table, Value};
 
 use super::logs::{copied, logged};
@@ -549,9 +548,9 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         fs::write(folder.path().join("s.toml"), step.replacen(from, &to, 1)).unwrap();
         for command in ["check", "run"] {
             let said = refused(folder.path(), &[command, "s.toml"]);
-            let (count, limit) = (said.chars().count(), if end == "\n" { 500 } else { 300 });
+            let count = said.chars().count();
             assert!(
-                count <= limit && said.ends_with(end),
+                count <= 300 && said.ends_with(end),
                 "{from}: {count}: {said:.400}"
             );
             assert!(!said.contains('\u{1b}'));
@@ -569,7 +568,7 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
     ] {
         let said = refused(folder.path(), args);
         assert!(
-            said.chars().count() <= 600,
+            said.chars().count() <= 300,
             "{:.40?}: {}",
             args,
             said.chars().count()
@@ -583,5 +582,5 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         &[("vehicle", &format!("\"{long}\"")), ("terrain.height_m", "0.02")],
     )
     .unwrap_err();
-    assert!(said.chars().count() <= 500, "{said}");
+    assert!(said.chars().count() <= 300, "{said}");
 }
