@@ -1083,6 +1083,9 @@ class Outcome:
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
+    def wheel_model_valid(self) -> bool:
+        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels)."""
+    @property
     def crossing_s(self) -> float | None:
         """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""
     @property
@@ -1516,6 +1519,19 @@ class Rows:
 
 def shortened(message: str) -> str:
     """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""
+
+def damage(path: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the bytes of a Parquet file of results.
+
+    Args:
+        path: the file; any Parquet file.
+
+    Returns:
+        Why it is not as it was written, or None; None for a file that omnistep has not written.
+
+    Raises:
+        StudyError: it cannot be read.
+    """
 
 def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
     """Compute what a batch's part in the folder lacks, each row written as soon as it is done.

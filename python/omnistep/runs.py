@@ -60,7 +60,7 @@ def run(
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
         TypeError: a value is none of what a key can hold.
         SimulationError: the physics left the finite numbers.
-        LogError: the log could not be written.
+        LogError: the log could not be written, or another run writes it.
         KeyboardInterrupt: Ctrl-C was pressed; no log is left.
 
     Example:

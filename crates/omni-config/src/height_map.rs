@@ -97,6 +97,23 @@ impl HeightMap {
         f64::from(self.levels[row * self.columns + column]) / 65535.0
     }
 
+    /// Largest difference of brightness between two pixels that many apart, along x and along y.
+    pub(crate) fn steepest(&self, over: usize) -> [f64; 2] {
+        let mut most = [0.0_f64; 2];
+        for i in 0..self.rows {
+            for j in 0..self.columns {
+                let here = self.level(i, j);
+                if i + over < self.rows {
+                    most[0] = most[0].max((self.level(i + over, j) - here).abs());
+                }
+                if j + over < self.columns {
+                    most[1] = most[1].max((self.level(i, j + over) - here).abs());
+                }
+            }
+        }
+        most
+    }
+
     /// Puts the picture itself where the terrain of a scenario file names one.
     pub(crate) fn embed(source: &Source, scenario: &mut Table) -> Result<(), Error> {
         let terrain = scenario.get_mut("terrain").and_then(Value::as_table_mut);

@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod balls;
 mod check;
 mod command;
 mod constants;
@@ -21,6 +22,7 @@ mod load;
 mod log_rates;
 mod physics;
 mod regular;
+mod rest;
 mod rollers;
 mod scenario;
 mod schema;
@@ -31,6 +33,7 @@ mod terrain;
 mod vehicle;
 mod wheels;
 
+pub use balls::{BALL_LEAN_RAD, BeyondBall};
 pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
@@ -43,6 +46,7 @@ pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_veh
 pub use log_rates::LogRates;
 pub use physics::Physics;
 pub use regular::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
+pub use rest::Rest;
 pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
 pub use shortened::shortened;

@@ -94,6 +94,7 @@ fn raised(
 fn log_path(error: &LogError) -> &Path {
     match error {
         LogError::Create { path, .. }
+        | LogError::Busy { path }
         | LogError::Io { path, .. }
         | LogError::Mcap { path, .. }
         | LogError::Encode { path, .. }

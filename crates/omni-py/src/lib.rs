@@ -60,7 +60,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
-    use crate::study::{Plan, Rows, Store, compute_batch};
+    use crate::study::{Plan, Rows, Store, compute_batch, damage};
     #[pymodule_export]
     use crate::trace::Trace;
     #[pymodule_export]

@@ -74,6 +74,16 @@ pub enum Error {
         /// The folder of results.
         folder: PathBuf,
     },
+    /// A signal such as Ctrl-C ended a run before its end.
+    #[error("the run ended at {time_s:.2} s of {duration_s} s; its log until then is {}", part.display())]
+    RunInterrupted {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// Simulated time that it would have had \[s\].
+        duration_s: f64,
+        /// The unfinished log.
+        part: PathBuf,
+    },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
     Diverged {
@@ -130,13 +140,14 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Log(error) => {
-                use crate::log::LogError::{Create, Lacks, Read};
-                matches!(error, Create { .. } | Lacks { .. } | Read { .. })
+                use crate::log::LogError::{Busy, Create, Lacks, Read};
+                matches!(error, Busy { .. } | Create { .. } | Lacks { .. } | Read { .. })
             }
             Self::Diverged { .. }
             | Self::FellApart { .. }
             | Self::OutOfTime { .. }
             | Self::Interrupted { .. }
+            | Self::RunInterrupted { .. }
             | Self::Link { .. } => false,
             _ => true,
         }

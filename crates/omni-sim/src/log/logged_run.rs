@@ -124,8 +124,11 @@ impl LoggedRun {
             }
             push(&mut rows.rows, *time_ns, state, file.scenario.vehicle());
         }
-        let outcome = file.outcome.unwrap_or(UNFINISHED);
         let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
+        let outcome = file.outcome.unwrap_or_else(|| Outcome {
+            wheel_model_valid: file.scenario.beyond_balls().is_none(),
+            ..UNFINISHED
+        });
         Ok(Self {
             trace: rows.finish(outcome),
             frame_time_s,
@@ -150,6 +153,7 @@ const ROWS_PER_LOOK: usize = 4096;
 const UNFINISHED: Outcome = Outcome {
     verdict: Verdict::Unfinished,
     climbed: false,
+    wheel_model_valid: false,
     crossing_s: None,
     stalled_at_m: None,
     stalled_row: None,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use byteorder::LittleEndian;
 use mcap::McapError;
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, Record, Statistics};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
@@ -186,17 +186,28 @@ pub(super) fn read_log_watched(
         // No checksum covers that, and nothing that follows would show it.
         return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
     }
+    // Of a log of something else nothing more is said.
     let text = seen
         .scenario
+        .take()
         .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
     if let Some(reason) = doubt {
         return Err(damaged(reason).into());
     }
+    if complete {
+        seen.agrees_with_its_statistics().map_err(damaged)?;
+    }
     let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
+    let scenario = Scenario::from_source(&source, &[])?;
+    // It follows from the scenario, also for logs that do not say it.
+    let wheel_model_valid = scenario.beyond_balls().is_none();
     Ok(LogFile {
-        scenario: Scenario::from_source(&source, &[])?,
         run: seen.run,
-        outcome: seen.outcome,
+        outcome: seen.outcome.map(|outcome| Outcome {
+            wheel_model_valid,
+            ..outcome
+        }),
+        scenario,
         complete,
         until_ns: seen.until_ns,
         counts: seen.counts,
@@ -215,6 +226,11 @@ struct Seen {
     counts: BTreeMap<String, u64>,
     foreign: u64,
     until_ns: u64,
+    attachments: u64,
+    tables: u64,
+    /// Did this program write it?
+    ours: bool,
+    statistics: Option<Statistics>,
 }
 
 impl Seen {
@@ -222,8 +238,37 @@ impl Seen {
         self.scenario.is_none() && self.topics.is_empty()
     }
 
+    /// What was taken out of a whole log shows, also where checksums were left out: at the end it says how much there is.
+    fn agrees_with_its_statistics(&self) -> Result<(), String> {
+        let Some(said) = &self.statistics else {
+            return if self.ours {
+                Err("no statistics".into())
+            } else {
+                Ok(())
+            };
+        };
+        let messages = self.counts.values().sum::<u64>() + self.foreign;
+        for (what, here, said) in [
+            ("messages", messages, said.message_count),
+            ("attachments", self.attachments, said.attachment_count.into()),
+            ("metadata records", self.tables, said.metadata_count.into()),
+        ] {
+            if here != said {
+                return Err(format!("{here} {what}, its statistics say {said}"));
+            }
+        }
+        Ok(())
+    }
+
     fn take(&mut self, record: Record<'_>) -> Result<Option<(u64, LogMessage)>, String> {
+        match &record {
+            Record::Attachment { .. } => self.attachments += 1,
+            Record::Metadata(_) => self.tables += 1,
+            _ => {}
+        }
         match record {
+            Record::Header(header) => self.ours = header.library.starts_with("omnistep "),
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
             Record::Attachment { header, data, .. } if header.name == SCENARIO => {
                 let text = String::from_utf8(data.into_owned());
                 let wrong = text.as_ref().err().map(|error| format!("{SCENARIO}: {error}"));

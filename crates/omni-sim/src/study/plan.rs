@@ -90,7 +90,8 @@ impl Plan {
         Self::of(study, points, stop)
     }
 
-    /// How many combinations a study has, each value of each axis checked alone: [`Study::each_value`]. Takes time and memory for
+    /// How many combinations a study has, each value of each axis checked alone and its scenario shown to `watch`:
+    /// [`Study::each_value`]. Takes time and memory for
     /// the values, not for the combinations. What two values only break together [`Plan::new`] finds, before anything is run.
     ///
     /// # Errors
@@ -98,10 +99,12 @@ impl Plan {
     ///
     /// ```
     /// use omni_sim::{config::Study, study::Plan};
-    /// assert_eq!(Plan::check(&Study::load("climb_map")?)?, 4 * 4 * 4);
+    /// let mut looked_at = 0;
+    /// assert_eq!(Plan::check(&Study::load("climb_map")?, |_| looked_at += 1)?, 4 * 4 * 4);
+    /// assert_eq!(looked_at, 1 + 3 * 3);
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
-    pub fn check(study: &Study) -> Result<usize, Error> {
+    pub fn check(study: &Study, mut watch: impl FnMut(&Scenario)) -> Result<usize, Error> {
         let combinations = study.each_point(&[])?.len();
         Self::check_size(study.file(), combinations, &study.seeds)?;
         let first_seed = study.seeds.list().first().copied().unwrap_or_default();
@@ -121,6 +124,7 @@ impl Plan {
                 let twin = twin.map_or_else(Vec::new, |point| point.values);
                 return Err(twins(study, "axis", &named(&twin), &named(&point.values)));
             }
+            watch(&point.scenario);
         }
         columns(study, &values, &|key, message| refuse(study, key, message))?;
         Ok(combinations)

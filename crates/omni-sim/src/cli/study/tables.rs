@@ -1,6 +1,6 @@
 //! The map of a study as text.
 
-use super::super::aligned;
+use super::super::{aligned, marked};
 
 use crate::study::{Cell, Kind, MapCell, Plan};
 
@@ -90,10 +90,11 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
         (_, Some(mean)) => digits(mean),
         (_, None) => "-".into(),
     };
-    match cell.errors {
+    let text = match cell.errors {
         0 => text,
         errors => format!("{text} ({errors} failed)"),
-    }
+    };
+    marked(text, cell.beyond_balls == 0)
 }
 
 /// A number with four digits that count.
