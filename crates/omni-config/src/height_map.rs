@@ -11,6 +11,7 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::load::Source;
+use crate::regular::{MOST_PNG_BYTES, read_regular};
 
 /// How a picture inside a text begins.
 const DATA_URL: &str = "data:image/png;base64,";
@@ -120,11 +121,12 @@ impl HeightMap {
             return Ok(());
         };
         if !image.starts_with(DATA_URL) {
+            source.check_reference("terrain.image", image, "the picture")?;
             let path = source.folder().unwrap_or(Path::new("")).join(&*image);
             let built_in = PICTURES.iter().find(|(name, _)| *name == image.as_str());
             let bytes = match built_in {
                 Some((_, bytes)) => bytes.to_vec(),
-                None => std::fs::read(&path).map_err(|error| {
+                None => read_regular(&path, MOST_PNG_BYTES).map_err(|error| {
                     let names = PICTURES.map(|(name, _)| name).join(", ");
                     let message = format!(
                         "{}: {error}, allowed: {names}, or the path of a PNG",

@@ -24,10 +24,12 @@ mod load;
 mod log_rates;
 mod nearest;
 mod physics;
+mod regular;
 mod rest;
 mod rollers;
 mod scenario;
 mod schema;
+mod shortened;
 mod study;
 mod tagged;
 mod terrain;
@@ -47,9 +49,11 @@ pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_veh
 pub use log_rates::LogRates;
 pub use nearest::did_you_mean;
 pub use physics::Physics;
+pub use regular::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;
 pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
+pub use shortened::shortened;
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
 pub use vehicle::{

@@ -34,6 +34,8 @@ mod _omnistep {
     #[pymodule_export]
     use crate::controller::{ControlSample, Controller};
     #[pymodule_export]
+    use crate::error::shortened;
+    #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
     use crate::layout::{Layout, Wheel};

@@ -321,8 +321,15 @@ impl Scenario {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
-        let read = py.get_type::<Self>().getattr("from_toml")?;
+        let read = py.get_type::<Self>().getattr("_of_state")?;
         Ok((read, PyTuple::new(py, [self.text()])?))
+    }
+
+    /// A scenario out of its pickle, which holds its vehicle.
+    #[staticmethod]
+    fn _of_state(text: String) -> PyResult<Self> {
+        let inner = read(&Source::embedded("pickle", text), None, None, None, None)?;
+        Ok(Self { inner })
     }
 
     fn __repr__(&self) -> String {

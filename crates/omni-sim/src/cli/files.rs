@@ -4,10 +4,9 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print, warn, warn_of};
+use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print, warn_of};
 use crate::Error;
 use crate::config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle};
-use crate::study::Plan;
 
 /// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
 const PERIOD_S: f64 = 1e-3;
@@ -48,12 +47,8 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
             format!("experiment {}, {} s", experiment.name, experiment.duration_s)
         }
         File::Study(study) => {
-            let plan = Plan::new(&study, &[])?;
-            if let Some(short) = super::study::too_short(&plan) {
-                warn(&short);
-            }
-            let described = super::study::described(&plan);
-            match super::study::beyond_balls(&plan) {
+            let (described, warning) = super::study::checked(&study)?;
+            match warning {
                 Some(why) => format!("study {described}\n  {:<8} WARNING: {why}", "balls"),
                 None => format!("study {described}"),
             }

@@ -104,20 +104,46 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
 }
 
 /// `climb_map: 320 runs: 64 combinations of 3 axes with 5 seeds, scenario step`.
-pub(super) fn described(plan: &Plan) -> String {
-    let (study, runs) = (plan.study(), plan.runs().len());
+fn described(study: &Study, combinations: usize) -> String {
     let seeds = study.seeds.list().len();
     format!(
-        "{}: {runs} runs, {} combinations of {} axes with {seeds} seeds; scenario {}",
+        "{}: {} runs, {combinations} combinations of {} axes with {seeds} seeds; scenario {}",
         study.name,
-        runs / seeds.max(1),
+        combinations * seeds,
         study.axis.len(),
         study.scenario
     )
 }
 
+/// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
+/// wheels; warns of the first that ends before its vehicle can be across.
+pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
+    let (mut looked_at, mut beyond, mut first) = (0, 0, None);
+    let mut short = None;
+    let combinations = Plan::check(study, |scenario| {
+        looked_at += 1;
+        short = short.take().or_else(|| scenario.too_short());
+        if let Some(why) = super::beyond_balls(scenario) {
+            beyond += 1;
+            first.get_or_insert(why);
+        }
+    })?;
+    if let Some(short) = short {
+        warn(&format!("{}: {short}", study.name));
+    }
+    let seeds = study.seeds.list().len();
+    let warning = first.map(|first| {
+        if looked_at == combinations {
+            format!("{} of {} runs: {first}", seeds * beyond, seeds * combinations)
+        } else {
+            format!("{beyond} of the {looked_at} combinations looked at: {first}")
+        }
+    });
+    Ok((described(study, combinations), warning))
+}
+
 /// How many runs are on balls that are not their wheels, and why the first of them is; nothing where none is.
-pub(super) fn beyond_balls(plan: &Plan) -> Option<String> {
+fn beyond_balls(plan: &Plan) -> Option<String> {
     let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
     let mut whys = runs
         .chunks(seeds)
@@ -131,7 +157,7 @@ pub(super) fn beyond_balls(plan: &Plan) -> Option<String> {
 }
 
 /// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.
-pub(super) fn too_short(plan: &Plan) -> Option<String> {
+fn too_short(plan: &Plan) -> Option<String> {
     let seeds = plan.study().seeds.list().len().max(1);
     // All seeds of a combination have the same time and way.
     let short = plan.runs().iter().step_by(seeds).filter_map(|run| {

@@ -1,5 +1,7 @@
 //! Traces to MCAP with ROS 2 messages, and back: the only room that names mcap.
 
+mod bounds;
+mod frames;
 mod logged_run;
 mod messages;
 mod part_file;

@@ -15,12 +15,18 @@ use mcap::{Compression, McapError, WriteOptions, records};
 
 use super::part_file::{FinishedLog, PartFile};
 use super::ros2::{self, RosMessage};
+use crate::config::shortened;
 
 /// Uncompressed size a chunk is closed at \[bytes\]: what a killed run can lose between two flushes.
 const CHUNK_BYTES: u64 = 256 * 1024;
 /// Channels a file may have: below the format's 65535, where the counter of the `mcap` crate would overflow.
 const MAX_CHANNELS: usize = 60_000;
 const SECOND_NS: u64 = 1_000_000_000;
+
+/// A path, no longer than somebody reads it.
+fn short(path: &Path) -> String {
+    shortened(&path.display().to_string()).into_owned()
+}
 
 /// Why a log could not be written; every message starts with the file's path.
 #[derive(Debug, thiserror::Error)]
@@ -88,7 +94,7 @@ pub enum LogError {
         type_name: &'static str,
     },
     /// A log could not be opened or read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", short(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -96,7 +102,7 @@ pub enum LogError {
         source: io::Error,
     },
     /// A log's bytes are not what was written.
-    #[error("{}: damaged: {reason}", path.display())]
+    #[error("{}: damaged: {}", short(path), shortened(reason))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -104,7 +110,7 @@ pub enum LogError {
         reason: String,
     },
     /// A log has not what it is asked for.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: {}", short(path), shortened(what))]
     Lacks {
         /// The file.
         path: PathBuf,

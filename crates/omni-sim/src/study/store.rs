@@ -13,6 +13,7 @@ use super::table::{self, Notes, Opened};
 use super::union::Union;
 use super::{Columns, Plan, Row};
 use crate::Error;
+use crate::config::open_regular;
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
@@ -30,7 +31,7 @@ const UNSEALED: &str = "it has no checksum: damaged, or written by an earlier bu
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
-    let mut file = File::open(path).map_err(io_error(path))?;
+    let mut file = open_regular(path).map_err(io_error(path))?;
     Ok(match seal::check(&mut file).map_err(io_error(path))? {
         Seal::Right => None,
         Seal::Wrong => Some(CHANGED),
@@ -363,7 +364,7 @@ impl Store {
 
     /// The rows of a part, or why it cannot be read; none where it is not there any more.
     fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
-        let mut file = match File::open(path) {
+        let mut file = match open_regular(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             file => file.map_err(io_error(path))?,
         };

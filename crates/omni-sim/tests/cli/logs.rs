@@ -13,7 +13,7 @@ use omni_sim::log::{LogFile, LogMessage, LogWriter, read_log, topic};
 use super::{omnistep, refused, rows, stdout};
 
 /// A run of the step of so many seconds, in the folder, by the command line.
-fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
+pub(crate) fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
     let duration = format!("duration_s={duration_s}");
     let output = omnistep(folder, &["run", "step", "--quiet", "--set", &duration]);
     assert!(output.status.success(), "{output:?}");
@@ -21,7 +21,7 @@ fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
 }
 
 /// The same messages in a log of another name, its vehicle states and its scenario changed on the way.
-fn copied(
+pub(crate) fn copied(
     from: &Path,
     to: &Path,
     mut change: impl FnMut(u64, &mut VehicleState),

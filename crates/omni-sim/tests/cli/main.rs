@@ -4,6 +4,7 @@
 mod balls;
 mod files;
 mod logs;
+mod others;
 mod refusals;
 mod results;
 mod rollers;
