@@ -55,7 +55,7 @@ pub use shaping::{
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
 pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
-pub use wheel_loops::{ControlState, Rest, WheelControlConfig, WheelController, WheelSample};
+pub use wheel_loops::{ControlState, Overload, Rest, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
 
 /// Every type that generated constants name.

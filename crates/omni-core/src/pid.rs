@@ -46,6 +46,9 @@ pub struct Pid<R> {
     /// Change of the reference with the output (0 where there is none), later and in the first step.
     per_slope: R,
     per_first_slope: R,
+    // Part of an excess that a conditioned integral takes back; in a first step.
+    conditioned_gain: R,
+    first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
     output: TorqueRange<R>,
@@ -64,6 +67,8 @@ constant_struct!(Pid<R> {
     feeds_forward: bool,
     per_slope: R,
     per_first_slope: R,
+    conditioned_gain: R,
+    first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
     output: TorqueRange<R>,
@@ -120,6 +125,16 @@ impl<R: Real> Pid<R> {
         let first_slope = common + feed_forward.gain * (one - feed_forward.decay);
         // A slope of next to nothing is none: its reciprocal would be beyond every number.
         let reciprocal = |slope| if slope > R::of(1e-9) { one / slope } else { zero };
+        // Part of an excess that the integral takes back; 0 where it stops instead. Integral and derivative act one period late:
+        // together they must not take back more than the whole excess, they would swing.
+        let conditioned = |per_slope: R, derivative_slope: R| {
+            let (gain, room) = (ki_dt * per_slope, one - derivative_slope * per_slope);
+            if gain <= R::of(1.001) * room || room >= R::of(0.5) {
+                gain.limited(zero, room)
+            } else {
+                zero
+            }
+        };
         Ok(Self {
             kp,
             kp_reference,
@@ -133,6 +148,8 @@ impl<R: Real> Pid<R> {
             feeds_forward,
             per_slope: reciprocal(slope),
             per_first_slope: reciprocal(first_slope),
+            conditioned_gain: conditioned(reciprocal(slope), kd_per_dt * derivative_weight),
+            first_conditioned_gain: conditioned(reciprocal(first_slope), zero),
             anti_windup: config.anti_windup,
             tracking: config.anti_windup.tracking(dt)?,
             output,
@@ -323,6 +340,14 @@ impl<R: Real> Pid<R> {
         }
     }
 
+    /// Part of an excess that the integral takes back, where that is all there is to do: the law is
+    /// [`AntiWindup::Conditioned`], nothing is remembered, and the integral need not stop instead.
+    #[inline]
+    pub(crate) fn plain_gain(&self, law: AntiWindup<R>) -> Option<R> {
+        let gain = self.first_conditioned_gain;
+        (law == AntiWindup::Conditioned && !self.remembers && gain > R::zero()).then_some(gain)
+    }
+
     /// What anti-windup adds to the integral \[N.m\] for an `excess` of applied over requested output.
     pub(crate) fn correction(&self, law: AntiWindup<R>, taken_in: R, excess: R, started: bool) -> R {
         let zero = R::zero();
@@ -338,16 +363,12 @@ impl<R: Real> Pid<R> {
             AntiWindup::Conditional => conditional(),
             AntiWindup::BackCalculation { .. } => self.tracking * excess,
             AntiWindup::Conditioned => {
-                // Integral and derivative act one period late. Together they must not take back more than the whole
-                // excess: they would swing.
-                let gain = self.ki_dt * self.per_slope(started);
-                let room = R::one() - self.derivative_slope(started) * self.per_slope(started);
-                let enough = gain <= R::of(1.001) * room || room >= R::of(0.5);
-                if gain > zero && enough {
-                    excess * gain.limited(zero, room)
+                let gain = if started {
+                    self.conditioned_gain
                 } else {
-                    conditional()
-                }
+                    self.first_conditioned_gain
+                };
+                if gain > zero { excess * gain } else { conditional() }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The loops of all wheels: N PIDs and what they do together when one of them saturates.
 
 mod limit;
+mod overload;
 mod rest;
 mod sample;
 #[cfg(test)]
@@ -13,6 +14,7 @@ use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
 use crate::{Pid, Real, WheelVelocities};
 use limit::start_afresh_where_not_finite;
+pub use overload::Overload;
 use rest::is_rest;
 pub use rest::{Rest, RestRule};
 pub use sample::{ControlState, WheelControlConfig, WheelSample};
@@ -272,7 +274,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             keep(&mut taken_in, &out.active);
         }
         self.write_terms(state, &taken_in, out);
-        let mut any = false;
+        // Wheel i is bit i.
+        const { assert!(N <= 32, "at most 32 wheels") };
+        let mut beyond = 0_u32;
         let (mut requested, mut saturated) = ([R::zero(); N], [false; N]);
         for i in 0..N {
             requested[i] = out.p_n_m[i] + out.i_n_m[i];
@@ -287,13 +291,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             let inside = requested[i] <= out.range.upper_n_m[i] && requested[i] >= out.range.lower_n_m[i];
             saturated[i] = !inside;
         }
-        for s in saturated {
-            any |= s;
+        for i in 0..N {
+            beyond |= u32::from(saturated[i]) << i;
         }
         (out.requested.n_m, out.applied.n_m, out.saturated) = (requested, requested, saturated);
 
         let ki_dt = self.pid.integral_gain_dt();
-        if any {
+        if beyond != 0 {
             let mut sum = R::zero();
             for torque in out.requested.n_m {
                 sum += torque;
@@ -302,7 +306,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 start_afresh_where_not_finite(state, &mut taken_in, out);
             }
             let mut correction = [R::zero(); N];
-            let corrected = self.limit(state, &mut taken_in, out, &mut correction);
+            let corrected = self.limit(state, beyond, &mut taken_in, out, &mut correction);
             if let Some(share) = &share
                 && corrected
             {
@@ -313,7 +317,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 state.integral_n_m[i] += ki_dt * taken_in[i] + correction[i];
             }
         } else {
-            state.overload_periods = [0; N];
+            state.overload = Overload::new();
             for i in 0..N {
                 state.integral_n_m[i] += ki_dt * taken_in[i];
             }
@@ -328,7 +332,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if is_rest(inputs.reference) {
             self.rest.step(state, &out.applied.n_m);
         } else {
-            (state.rest_periods, state.rest_heat_n2m2s) = (0, R::zero());
+            (state.held_periods, state.held_heat_n2m2s, state.bled_periods) = (0, R::zero(), R::zero());
         }
     }
 

@@ -30,6 +30,17 @@ typedef uint8_t omni_integral;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// For how many periods in a row each wheel has asked for more than the same limit: what keeps integrals from winding up
+// waits for 8. Wheel i is bit i; at most 32 wheels.
+typedef struct {
+  // Wheels that were beyond a limit in the step before.
+  uint32_t beyond;
+  // Those of them that asked for more than their upper limit.
+  uint32_t above;
+  // Periods in a row before that one, up to 7, a binary digit a number: the counts of all wheels go up at once.
+  uint32_t count[3];
+} omni_overload;
+
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
@@ -42,13 +53,14 @@ typedef struct {
   float last_measured_rad_s[3];
   // There was a step before.
   bool started[3];
-  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
-  // keeps integrals from winding up waits for 8.
-  int8_t overload_periods[3];
-  // Periods since every reference became 0, counted as far as `Rest` asks.
-  uint32_t rest_periods;
-  // Heat of holding since then [N^2.m^2.s].
-  float rest_heat_n2m2s;
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // Periods that the integrals were held since every reference became 0.
+  uint32_t held_periods;
+  // Heat of that [N^2.m^2.s].
+  float held_heat_n2m2s;
+  // Periods that they fell since then.
+  float bled_periods;
 } omni3_state;
 
 // Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
@@ -208,6 +220,8 @@ typedef struct {
   // Change of the reference with the output (0 where there is none), later and in the first step.
   float per_slope;
   float per_first_slope;
+  float conditioned_gain;
+  float first_conditioned_gain;
   omni_anti_windup anti_windup;
   float tracking;
   omni_torque_range output;
@@ -268,7 +282,7 @@ typedef struct {
 
 // `Rest` in control periods.
 typedef struct {
-  uint32_t bleed_periods;
+  float bleed_periods;
   uint32_t hold_periods;
   float hold_heat;
   float period_s;
@@ -302,13 +316,14 @@ typedef struct {
   float last_measured_rad_s[4];
   // There was a step before.
   bool started[4];
-  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
-  // keeps integrals from winding up waits for 8.
-  int8_t overload_periods[4];
-  // Periods since every reference became 0, counted as far as `Rest` asks.
-  uint32_t rest_periods;
-  // Heat of holding since then [N^2.m^2.s].
-  float rest_heat_n2m2s;
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // Periods that the integrals were held since every reference became 0.
+  uint32_t held_periods;
+  // Heat of that [N^2.m^2.s].
+  float held_heat_n2m2s;
+  // Periods that they fell since then.
+  float bled_periods;
 } omni4_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -415,13 +430,14 @@ typedef struct {
   float last_measured_rad_s[7];
   // There was a step before.
   bool started[7];
-  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
-  // keeps integrals from winding up waits for 8.
-  int8_t overload_periods[7];
-  // Periods since every reference became 0, counted as far as `Rest` asks.
-  uint32_t rest_periods;
-  // Heat of holding since then [N^2.m^2.s].
-  float rest_heat_n2m2s;
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // Periods that the integrals were held since every reference became 0.
+  uint32_t held_periods;
+  // Heat of that [N^2.m^2.s].
+  float held_heat_n2m2s;
+  // Periods that they fell since then.
+  float bled_periods;
 } omni7_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.

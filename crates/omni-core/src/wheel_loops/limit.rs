@@ -4,28 +4,21 @@ use super::{ControlState, WheelController, WheelSample};
 use crate::coordination::{Saturation, reference_factors, torque_factor};
 use crate::{AntiWindup, Real};
 
-/// Periods in a row that a wheel is beyond the same limit before the integrals are told of it.
-///
-/// One encoder count, or noise, can ask for more than a motor has in a single reading. Told of each such reading, an integral
-/// would drop what it says and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the same limit 8
-/// times in a row in one period of 2^8.
-const OVERLOAD_PERIODS: i8 = 8;
-
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
     /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
-    /// there is a correction. Integrals are told of limits that have lasted for [`OVERLOAD_PERIODS`] only.
+    /// there is a correction. Integrals are told of limits that last only ([`Overload`](super::Overload)).
     #[inline(never)]
     pub(super) fn limit(
         &self,
         state: &mut ControlState<R, N>,
+        beyond: u32,
         taken_in: &mut [R; N],
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
         let mut realised = out.reference.rad_s;
-        let mut overloaded = [false; N];
-        count_overload(&mut state.overload_periods, &mut overloaded, out);
+        let overloaded = state.overload.step(beyond, &out.requested.n_m);
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
         match self.coordination.saturation {
@@ -47,26 +40,27 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                         later
                     }
                 };
-                let mut slopes = realised;
+                let mut slopes = out.reference.rad_s;
                 for i in 0..N {
                     slopes[i] *= slope(i).sum();
                 }
                 let (factor, lasting) =
-                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, &overloaded);
+                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, overloaded);
                 out.common_factor = factor;
                 let less = R::one() - factor;
                 let less_for_long = R::one() - lasting;
                 for i in 0..N {
-                    let removed = less * realised[i];
-                    taken_in[i] -= less_for_long * realised[i];
-                    realised[i] -= removed;
+                    let removed = less * out.reference.rad_s[i];
+                    taken_in[i] -= less_for_long * out.reference.rad_s[i];
                     asked[i] -= less * slopes[i];
-                    out.p_n_m[i] -= slope(i).p_n_m * removed;
-                    out.i_n_m[i] -= slope(i).i_n_m * removed;
+                    // Neither of them differs in a first step.
+                    out.p_n_m[i] -= later.p_n_m * removed;
+                    out.i_n_m[i] -= later.i_n_m * removed;
                 }
                 if self.pid.remembers() {
                     for i in 0..N {
                         let removed = less * out.reference.rad_s[i];
+                        realised[i] -= removed;
                         out.d_n_m[i] -= slope(i).d_n_m * removed;
                         out.ff_n_m[i] -= slope(i).ff_n_m * removed;
                     }
@@ -77,22 +71,33 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if self.pid.remembers() {
             (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, realised);
         }
+        // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
+        let law = match self.coordination.saturation {
+            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
+            _ => self.pid.anti_windup(),
+        };
+        if let Some(gain) = self.pid.plain_gain(law) {
+            for i in 0..N {
+                let applied = out.range.clip(i, out.applied.n_m[i]);
+                out.applied.n_m[i] = applied;
+                if overloaded & (1 << i) != 0 {
+                    correction[i] = (applied - asked[i]) * gain;
+                }
+            }
+            return overloaded != 0;
+        }
         let mut excess = [R::zero(); N];
-        let mut changed = false;
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);
             out.applied.n_m[i] = applied;
-            if overloaded[i] {
+            if overloaded & (1 << i) != 0 {
                 excess[i] = applied - asked[i];
             }
         }
-        for e in excess {
-            changed |= e != R::zero();
+        if overloaded != 0 {
+            self.condition(law, state, taken_in, &excess, &out.active, correction);
         }
-        if changed {
-            self.condition(state, taken_in, &excess, &out.active, correction);
-        }
-        changed
+        overloaded != 0
     }
 
     /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with the derivative and reference
@@ -100,17 +105,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     #[inline(never)]
     fn condition(
         &self,
+        law: AntiWindup<R>,
         state: &mut ControlState<R, N>,
         taken_in: &[R; N],
         excess: &[R; N],
         active: &[bool; N],
         correction: &mut [R; N],
     ) {
-        // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
-        let law = match self.coordination.saturation {
-            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
-            _ => self.pid.anti_windup(),
-        };
         if law == AntiWindup::Conditional && self.shares_integral() {
             // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel and projected, most of
             // what was stopped would come back.
@@ -158,28 +159,6 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if fullest > limit_n_m {
             state.integral_n_m = state.integral_n_m.map(|i| i * (limit_n_m / fullest));
         }
-    }
-}
-
-/// Counts for how many periods in a row each wheel has asked for more than its upper limit (positive) or its lower one
-/// (negative), and says which have for [`OVERLOAD_PERIODS`].
-#[inline]
-fn count_overload<R: Real, const N: usize>(
-    overload: &mut [i8; N],
-    overloaded: &mut [bool; N],
-    out: &WheelSample<R, N>,
-) {
-    for i in 0..N {
-        let before = overload[i];
-        let now = if !out.saturated[i] {
-            0
-        } else if out.requested.n_m[i] > R::zero() {
-            (before.max(0) + 1).min(OVERLOAD_PERIODS)
-        } else {
-            (before.min(0) - 1).max(-OVERLOAD_PERIODS)
-        };
-        overload[i] = now;
-        overloaded[i] = now.abs() == OVERLOAD_PERIODS;
     }
 }
 

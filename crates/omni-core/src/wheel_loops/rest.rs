@@ -77,13 +77,14 @@ impl<R: Real> Rest<R> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct RestRule<R> {
-    bleed_periods: u32,
+    // A whole number below 2^24, exact in f32: a microcontroller without double precision turns no integer into it.
+    bleed_periods: R,
     hold_periods: u32,
     hold_heat: R,
     period_s: R,
 }
 
-constant_struct!(RestRule<R> { bleed_periods: u32, hold_periods: u32, hold_heat: R, period_s: R });
+constant_struct!(RestRule<R> { bleed_periods: R, hold_periods: u32, hold_heat: R, period_s: R });
 
 impl<R: Real> RestRule<R> {
     pub(super) fn new(rest: Rest<R>, period_s: R) -> Result<Self, ConfigError> {
@@ -98,7 +99,7 @@ impl<R: Real> RestRule<R> {
         // Half a period less than nothing of rounding: 0.5 s of 1 ms are 500 periods in f32 too.
         let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
         Ok(Self {
-            bleed_periods: periods(bleed_s).max(1),
+            bleed_periods: R::of(f64::from(periods(bleed_s).max(1))),
             hold_periods: periods(hold_s),
             hold_heat,
             period_s,
@@ -112,23 +113,22 @@ impl<R: Real> RestRule<R> {
     /// After a step with every reference at 0 that gave `applied_n_m`: the integrals as they are then.
     #[inline(never)]
     pub(super) fn step<const N: usize>(&self, state: &mut ControlState<R, N>, applied_n_m: &[R; N]) {
-        if state.rest_periods < self.hold_periods {
+        if state.held_periods < self.hold_periods {
             for torque in applied_n_m {
-                state.rest_heat_n2m2s += *torque * *torque * self.period_s;
+                state.held_heat_n2m2s += *torque * *torque * self.period_s;
             }
-            if state.rest_heat_n2m2s < self.hold_heat {
-                state.rest_periods += 1;
+            if state.held_heat_n2m2s < self.hold_heat {
+                state.held_periods += 1;
                 return;
             }
             // Hot: as if the time were over.
-            state.rest_periods = self.hold_periods;
+            state.held_periods = self.hold_periods;
         }
-        let bled = state.rest_periods - self.hold_periods;
-        if bled < self.bleed_periods {
-            state.rest_periods += 1;
+        let left = self.bleed_periods - state.bled_periods;
+        if left >= R::one() {
+            state.bled_periods += R::one();
             // One part of those that are left: a straight line to exactly 0.
-            let left = self.bleed_periods - bled;
-            let kept = R::of(f64::from(left - 1)) / R::of(f64::from(left));
+            let kept = (left - R::one()) / left;
             state.integral_n_m = state.integral_n_m.map(|integral| integral * kept);
         } else {
             state.integral_n_m = [R::zero(); N];

@@ -1,5 +1,6 @@
 //! What the loops are made of, what they remember, and what one step of them tells.
 
+use super::Overload;
 use crate::coordination::{Coordination, TorqueRanges};
 use crate::{PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
@@ -69,14 +70,14 @@ pub struct ControlState<R, const N: usize> {
     /// There was a step before.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub started: [bool; N],
-    /// Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
-    /// keeps integrals from winding up waits for 8.
-    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
-    pub overload_periods: [i8; N],
-    /// Periods since every reference became 0, counted as far as [`Rest`](crate::Rest) asks.
-    pub rest_periods: u32,
-    /// Heat of holding since then \[N^2.m^2.s\].
-    pub rest_heat_n2m2s: R,
+    /// Which wheels are overloaded, and for how long the others have been beyond a limit.
+    pub overload: Overload,
+    /// Periods that the integrals were held since every reference became 0.
+    pub held_periods: u32,
+    /// Heat of that \[N^2.m^2.s\].
+    pub held_heat_n2m2s: R,
+    /// Periods that they fell since then.
+    pub bled_periods: R,
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
@@ -102,9 +103,10 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             last_reference_rad_s: zero,
             last_measured_rad_s: zero,
             started: [false; N],
-            overload_periods: [0; N],
-            rest_periods: 0,
-            rest_heat_n2m2s: R::ZERO,
+            overload: Overload::new(),
+            held_periods: 0,
+            held_heat_n2m2s: R::ZERO,
+            bled_periods: R::ZERO,
         }
     }
 }
