@@ -45,7 +45,9 @@ impl Outcome {
         Ok(Self::new(inner))
     }
 
-    /// How it ended; `driven` on flat ground.
+    /// How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+    ///
+    /// docs/conventions.md says what each of them means.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()

@@ -200,7 +200,11 @@ mod tests {
         // 64 counts a turn: asked 0.3 m/s, drove 2.6.
         assert!(runs_away(&[(501, told, forward(2.6))]));
         // A break of one period begins anew: drops and bumps.
-        assert!(!runs_away(&[(499, told, forward(2.0)), (1, told, forward(0.3)), (499, told, forward(2.0))]));
+        assert!(!runs_away(&[
+            (499, told, forward(2.0)),
+            (1, told, forward(0.3)),
+            (499, told, forward(2.0))
+        ]));
         // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
         assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
         assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
@@ -209,14 +213,25 @@ mod tests {
     #[test]
     fn a_stop_may_take_what_wet_ice_takes_and_no_more() {
         let braking = |m_s2: f64| -> Vec<(u32, [f64; 3], [f64; 3])> {
-            let slowing = (0..3000_u32).map(|k| (1, [0.0; 3], [(1.0 - m_s2 * f64::from(k) * 1e-3).max(0.0), 0.0, 0.0]));
-            std::iter::once((1000, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0])).chain(slowing).collect()
+            let slowing = (0..3000_u32).map(|k| {
+                (
+                    1,
+                    [0.0; 3],
+                    [(1.0 - m_s2 * f64::from(k) * 1e-3).max(0.0), 0.0, 0.0],
+                )
+            });
+            std::iter::once((1000, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]))
+                .chain(slowing)
+                .collect()
         };
         assert!(!runs_away(&braking(0.5)));
         // At 0.05 m/s^2 it still has 0.9 m/s when it should have stood.
         assert!(runs_away(&braking(0.05)));
         // Told to stand for good, and never stopping: 39 of 144 runs of an attack.
-        assert!(runs_away(&[(1000, [0.3, 0.0, 0.0], [0.3, 0.0, 0.0]), (2000, [0.0; 3], [0.3, 0.0, 0.0])]));
+        assert!(runs_away(&[
+            (1000, [0.3, 0.0, 0.0], [0.3, 0.0, 0.0]),
+            (2000, [0.0; 3], [0.3, 0.0, 0.0])
+        ]));
     }
 
     fn leans(scenario: &Scenario, degrees: f64) -> bool {
