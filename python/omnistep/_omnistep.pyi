@@ -643,6 +643,9 @@ class Controller:
     Raises:
         ConfigError: a name, key or value is wrong.
 
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+
     Example:
         >>> import omnistep
         >>> controller = omnistep.Controller("step", policy="synchronised")
@@ -916,6 +919,8 @@ class Scenario:
     def vehicle(self) -> Vehicle:
         """The vehicle; gains that its file leaves out are derived here."""
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    @staticmethod
+    def _of_state(text: str) -> Scenario: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -1096,6 +1101,9 @@ class Outcome:
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
+    def wheel_model_valid(self) -> bool:
+        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels)."""
+    @property
     def crossing_s(self) -> float | None:
         """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""
     @property
@@ -1162,6 +1170,9 @@ class Simulation:
 
     Raises:
         ConfigError: a name, key or value is wrong.
+
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 
     Example:
         >>> import omnistep
@@ -1528,6 +1539,22 @@ class Rows:
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
+
+def shortened(message: str) -> str:
+    """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""
+
+def damage(path: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the bytes of a Parquet file of results.
+
+    Args:
+        path: the file; any Parquet file.
+
+    Returns:
+        Why it is not as it was written, or None; None for a file that omnistep has not written.
+
+    Raises:
+        StudyError: it cannot be read.
+    """
 
 def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
     """Compute what a batch's part in the folder lacks, each row written as soon as it is done.

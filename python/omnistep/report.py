@@ -4,6 +4,8 @@ import base64
 import html
 import importlib
 import json
+import os
+import secrets
 from collections.abc import Sequence
 from importlib.resources import files
 from os import PathLike
@@ -100,15 +102,33 @@ def write(paths: Sequence[str | PathLike[str]], out: str | PathLike[str]) -> Non
 
     Args:
         paths: MCAP logs.
-        out: where the page goes; a file of that name is replaced.
+        out: where the page goes; a file of that name is replaced once the page is whole.
 
     Raises:
         LogError: a log cannot be read.
         ValueError: as :func:`page`.
         OSError: the page cannot be written.
     """
-    text = page([read_mcap(path) for path in paths])
-    Path(out).write_text(text, encoding="utf-8")
+    _replace(Path(out), page([read_mcap(path) for path in paths]))
+
+
+def _replace(out: Path, text: str) -> None:
+    """Write a file aside, under a name that nobody else has, and give it its own when it is whole."""
+    if out.exists() and not out.is_file():  # a pipe or a terminal; a folder is refused by its name
+        out.write_text(text, encoding="utf-8")
+        return
+    aside = out.with_name(f"{out.name}.{secrets.token_hex(8)}.part")
+    try:
+        with aside.open("x", encoding="utf-8") as file:  # follows no link
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        aside.replace(out)
+    except BaseException as error:
+        aside.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            error.filename, error.filename2 = str(out), None
+        raise
 
 
 def _title(logs: Sequence[Log]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies
+from omnistep._omnistep import Log, Scenario, Trace, policies, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
@@ -69,7 +69,7 @@ def run(
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
         TypeError: a value is none of what a key can hold.
         SimulationError: the physics left the finite numbers.
-        LogError: the log could not be written.
+        LogError: the log could not be written, or another run writes it.
         KeyboardInterrupt: Ctrl-C was pressed; no log is left.
 
     Example:
@@ -117,7 +117,7 @@ def compare(
         ['paper', 'load_sharing']
     """
     if isinstance(policies, str) or not (policies is None or isinstance(policies, Iterable)):
-        raise TypeError(f"policies: {policies!r}, allowed: a list of names")
+        raise TypeError(shortened(f"policies: {policies!r}, allowed: a list of names"))
     names = list(policies) if policies is not None else _all_policies()
     if not names or len(set(names)) < len(names) or None in names:
         raise ConfigError(f"policies: {names}, allowed: one name or more, each once", key="policies")

@@ -4,13 +4,16 @@ use std::path::PathBuf;
 
 use crate::file::FileKind;
 use crate::nearest::did_you_mean;
+use crate::shortened;
+use crate::shortened::short_key;
 
-/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error.
+/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
+/// the file holds, no part of it is longer than [`shortened`] leaves it.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The text is not TOML.
-    #[error("{file}:{line}: {message}")]
+    #[error("{}:{line}: {}", shortened(file), shortened(message))]
     Syntax {
         /// File, or `built-in NAME`.
         file: String,
@@ -20,7 +23,7 @@ pub enum Error {
         message: String,
     },
     /// A key is unknown, missing, of the wrong type or out of range.
-    #[error("{file}: {key}: {message}")]
+    #[error("{}: {}: {}", shortened(file), short_key(key), shortened(message))]
     Key {
         /// File, or `built-in NAME`.
         file: String,
@@ -30,7 +33,7 @@ pub enum Error {
         message: String,
     },
     /// No built-in thing and no file of that name.
-    #[error("unknown {kind} {name:?}{}, allowed: {known}", did_you_mean(name, known.split(", ")))]
+    #[error("{}", shortened(&format!("unknown {kind} {name:?}{}, allowed: {known}", did_you_mean(name, known.split(", ")))))]
     UnknownName {
         /// Kind of thing: `scenario`, `vehicle`, `policy`.
         kind: &'static str,
@@ -60,7 +63,7 @@ pub enum Error {
         command: &'static str,
     },
     /// An override is not of the form `key=value`.
-    #[error("--set {text:?}: {message}")]
+    #[error("--set {:?}: {}", short_key(text), shortened(message))]
     Override {
         /// The text given.
         text: String,
@@ -68,7 +71,7 @@ pub enum Error {
         message: String,
     },
     /// A file could not be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shortened(&path.display().to_string()))]
     Io {
         /// The file.
         path: PathBuf,

@@ -1,5 +1,6 @@
 //! From a name, a path or a text to a checked value.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use garde::Validate;
@@ -8,6 +9,7 @@ use toml::{Table, Value};
 
 use crate::file::FileKind;
 use crate::nearest::with_nearest;
+use crate::regular::{MOST_TOML_BYTES, read_regular};
 use crate::tagged::INNER_KEY;
 use crate::{Error, SCHEMA_VERSION};
 
@@ -74,6 +76,8 @@ pub struct Source {
     pub text: String,
     /// Folder that relative names inside are relative to.
     folder: Option<PathBuf>,
+    /// May it name vehicles and pictures?
+    refers: bool,
 }
 
 impl Source {
@@ -120,7 +124,41 @@ impl Source {
             file: file.into(),
             text: text.into(),
             folder: None,
+            refers: true,
         }
+    }
+
+    /// A text out of a log, a pickle or a message: whoever made it does not say which files of this machine are read. A vehicle
+    /// or a picture that it names, built-in or not, is refused: what we write holds both.
+    ///
+    /// ```
+    /// use omni_config::{Scenario, Source};
+    /// let text = Scenario::load("step", &[])?.to_toml()?;
+    /// assert!(Scenario::from_source(&Source::embedded("log", &*text), &[]).is_ok());
+    /// let error = Scenario::from_source(&Source::embedded("log", "schema_version = 1\nvehicle = '/etc/v.toml'"), &[]);
+    /// assert_eq!(
+    ///     error.unwrap_err().to_string(),
+    ///     "log: vehicle: \"/etc/v.toml\", allowed: the vehicle itself: a scenario in a log or a pickle names no other file"
+    /// );
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn embedded(file: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            refers: false,
+            ..Self::text(file, text)
+        }
+    }
+
+    /// What it names, `itself` in words, under this key: refused where it may name nothing.
+    pub(crate) fn check_reference(&self, key: &str, name: &str, itself: &str) -> Result<(), Error> {
+        if self.refers {
+            return Ok(());
+        }
+        let message = format!(
+            "{name:?}, allowed: {itself} itself: a scenario in a log or a pickle names no other file"
+        );
+        Err(self.refuse(key, message))
     }
 
     /// The file it was read from, if any.
@@ -141,16 +179,20 @@ impl Source {
     }
 
     fn read(path: PathBuf) -> Result<Self, Error> {
-        let bytes = std::fs::read(&path).map_err(|source| Error::Io {
+        let bytes = read_regular(&path, MOST_TOML_BYTES).map_err(|source| Error::Io {
             path: path.clone(),
             source,
         })?;
         let file = path.display().to_string();
-        let text = crate::encoding::text(bytes, &file).map_err(|reason| Error::NotText { file, reason })?;
+        let text = crate::encoding::text(bytes, &file).map_err(|reason| Error::NotText {
+            file: file.clone(),
+            reason,
+        })?;
         Ok(Self {
-            file: path.display().to_string(),
+            file,
             text,
             folder: path.parent().map(Path::to_path_buf),
+            refers: true,
         })
     }
 
@@ -165,7 +207,8 @@ impl Source {
             return Ok(Self::text(format!("built-in {name}"), *text));
         }
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-        if path.is_file() || name.ends_with(".toml") {
+        // Whatever is there: a directory or a device is refused as such.
+        if path.exists() || name.ends_with(".toml") {
             return Self::read(path);
         }
         if let Some(found) = FileKind::of_builtin(name) {

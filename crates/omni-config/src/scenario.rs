@@ -241,6 +241,7 @@ impl Scenario {
         check_version(source, &table)?;
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
+                source.check_reference("vehicle", &name, "the vehicle")?;
                 let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
                     Error::UnknownName { name, known, .. } => {
                         let meant = did_you_mean(&name, known.split(", "));

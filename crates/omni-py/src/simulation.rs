@@ -13,7 +13,7 @@ use pyo3::types::PyMapping;
 use crate::arrays::numbers;
 use crate::error::exception;
 use crate::sample::Sample;
-use crate::scenario::{Scenario as PyScenario, ScenarioArg, load};
+use crate::scenario::{Scenario as PyScenario, ScenarioArg, load, warn_of_coarse_encoder};
 
 /// Time between two looks at Ctrl-C while another thread steps the simulation.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -30,6 +30,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
+///
+/// Warns:
+///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -50,12 +53,14 @@ impl Simulation {
     #[new]
     #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None))]
     fn new(
+        py: Python<'_>,
         scenario: ScenarioArg,
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, seed)?;
+        warn_of_coarse_encoder(py, &scenario)?;
         let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(&error))?;
         let inner = Mutex::new(inner);
         Ok(Self { scenario, inner })

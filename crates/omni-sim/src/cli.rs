@@ -1,19 +1,20 @@
 //! The command line `omnistep`, also behind the Python package's console script.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
-//! request was wrong, 130 stopped by Ctrl-C.
+//! request was wrong, 130 stopped by Ctrl-C, 143 by SIGTERM.
 
 mod compare;
 mod files;
 mod logs;
 mod ripple;
+mod signals;
 mod study;
 mod wheels;
 
 use std::ffi::OsString;
 use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use comfy_table::{CellAlignment, Row, Table, presets};
@@ -21,7 +22,8 @@ use omni_core::Coordination;
 
 use crate::Error;
 use crate::config::{
-    DerivedGains, Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles,
+    DerivedGains, Language, Override, Scenario, WheelModel, builtin_scenarios, builtin_studies,
+    builtin_vehicles,
 };
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
@@ -301,6 +303,7 @@ fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {
 
 /// Runs the command line `args` (the program's name first) and returns the exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    signals::survive_full_quota();
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => {
@@ -312,9 +315,9 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     let mut out = std::io::stdout().lock();
     match run(cli, &mut out) {
         Ok(code) => code,
-        Err(error @ Error::Interrupted { .. }) => {
+        Err(error @ (Error::Interrupted { .. } | Error::RunInterrupted { .. })) => {
             let _ = writeln!(std::io::stderr(), "stopped: {error}");
-            130
+            signals::exit_code()
         }
         Err(error) => say_error(&error),
     }
@@ -339,10 +342,11 @@ fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "warning: {text}");
 }
 
-/// Warns of a scenario that ends before its vehicle can be across.
-fn warn_of_time(scenario: &Scenario) {
-    if let Some(short) = scenario.too_short() {
-        warn(&format!("{}: {short}", scenario.name));
+/// Warns of a scenario that ends before its vehicle can be across, and of encoders of which one count is more than the motor has.
+fn warn_of(scenario: &Scenario) {
+    let coarse = scenario.coarse_encoder().ok().flatten();
+    for text in scenario.too_short().into_iter().chain(coarse) {
+        warn(&format!("{}: {text}", scenario.name));
     }
 }
 
@@ -473,6 +477,41 @@ fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) 
     }
 }
 
+/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+fn beyond_balls(scenario: &Scenario) -> Option<String> {
+    let beyond = scenario.beyond_balls()?;
+    let vehicle = scenario.vehicle();
+    let wheels = 0..vehicle.wheel.len();
+    let instead = if wheels
+        .clone()
+        .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
+    {
+        "--set physics.wheel_model=rollers simulates them"
+    } else {
+        "the vehicle's file has no [rollers] that would be"
+    };
+    let (name, ground) = (&vehicle.name, scenario.terrain.described());
+    Some(format!(
+        "{name} {ground}: balls are not its wheels here: {beyond}; {instead}"
+    ))
+}
+
+/// Says that on standard error.
+fn announce_beyond_balls(scenario: &Scenario) {
+    if let Some(why) = beyond_balls(scenario) {
+        warn(&why);
+    }
+}
+
+/// What the mark of [`marked`] means.
+const BEYOND_BALLS: &str =
+    "* on balls that are not its wheels there (docs/physics.md, Where a ball is the wheel)";
+
+/// What a run amounts to, with a mark where its balls are not its wheels.
+fn marked(text: String, wheel_model_valid: bool) -> String {
+    if wheel_model_valid { text } else { text + " *" }
+}
+
 /// A table with `left` columns of words, the others numbers, flush right.
 fn aligned<H: Into<Row>, R: Into<Row>>(headings: H, rows: impl IntoIterator<Item = R>, left: usize) -> Table {
     let mut table = Table::new();
@@ -487,7 +526,16 @@ fn aligned<H: Into<Row>, R: Into<Row>>(headings: H, rows: impl IntoIterator<Item
 
 /// Writes to standard output; a reader that has gone away is no error of ours.
 fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    print_bytes(out, text.as_bytes())
+}
+
+/// A file's name as the system has it, also where it is no UTF-8, on a line of its own.
+fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> {
+    print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
+}
+
+fn print_bytes(out: &mut dyn Write, bytes: &[u8]) -> Result<(), Error> {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Io {
             path: "standard output".into(),
             source,

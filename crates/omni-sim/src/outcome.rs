@@ -74,6 +74,10 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Every wheel stands on the ground beyond the obstacle; false on flat ground.
     pub climbed: bool,
+    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there
+    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it is false, verdict and figures are those of another vehicle.
+    #[serde(default)] // of logs that do not say it, the scenario does
+    pub wheel_model_valid: bool,
     /// Duration of the crossing \[s\]; none unless climbed.
     pub crossing_s: Option<f64>,
     /// World x of the base where it stalled \[m\]; none unless stalled.

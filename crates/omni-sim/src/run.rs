@@ -1,13 +1,12 @@
 //! A whole scenario from start to end.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use omni_core::BodyTwist;
 
 use crate::config::Scenario;
 use crate::controller::{AnyController, LinkCounters};
-use crate::log::RunLog;
+use crate::log::{FinishedLog, RunLog};
 use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
 use crate::{Error, Outcome, Simulation};
@@ -124,8 +123,8 @@ pub struct Record {
     pub outcome: Outcome,
     /// Why the physics ended it early, the verdict is [`crate::Verdict::Diverged`] then; or what they gained, with [`crate::Verdict::GainedEnergy`].
     pub ended: Option<Error>,
-    /// The log, if one was asked for.
-    pub mcap: Option<PathBuf>,
+    /// The log, if one was asked for; no other run replaces it while this lives.
+    pub mcap: Option<FinishedLog>,
     /// What was lost on the link to the controller, if there is one.
     pub link: Option<LinkCounters>,
 }
@@ -152,6 +151,19 @@ pub fn record_with<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut log: Option<RunLog>,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Record, E> {
+    let mut record = record_into(scenario, controller, log.as_mut(), watch)?;
+    let finished = log.map(|log| log.finish(&record.outcome)).transpose();
+    record.mcap = finished.map_err(Error::from)?;
+    Ok(record)
+}
+
+/// [`record_with`] into a log that is not finished yet, so that whoever stops the run says what becomes of it.
+pub(crate) fn record_into<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
+    mut log: Option<&mut RunLog>,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Record, E> {
     let mut link = controller.link();
@@ -163,14 +175,10 @@ pub fn record_with<E: From<Error>>(
         }
         watch(simulation, part)
     })?;
-    let mcap = log
-        .map(|log| log.finish(&outcome))
-        .transpose()
-        .map_err(Error::from)?;
     Ok(Record {
         outcome,
         ended,
-        mcap,
+        mcap: None,
         link,
     })
 }

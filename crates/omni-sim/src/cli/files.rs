@@ -4,10 +4,9 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use super::{FileKindArg, NewKind, announce_gains, print, warn, warn_of_time};
+use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print, warn_of};
 use crate::Error;
 use crate::config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle};
-use crate::study::Plan;
 
 /// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
 const PERIOD_S: f64 = 1e-3;
@@ -23,14 +22,14 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
             };
             announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-            format!("vehicle {}{facts}", described(&vehicle))
+            format!("vehicle {}{facts}{}", described(&vehicle), balls_ahead(&vehicle))
         }
         File::Scenario(scenario) => {
             let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
             announce_gains(&vehicle.name, scenario.period_s(), derived);
-            warn_of_time(&scenario);
+            warn_of(&scenario);
             format!(
-                "scenario {}, {} s, policy {}; vehicle {}{}",
+                "scenario {}, {} s, policy {}; vehicle {}{}{}",
                 scenario.name,
                 scenario.duration_s,
                 scenario.control.policy,
@@ -40,18 +39,19 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
                     scenario.period_s(),
                     scenario.physics.gravity_m_s2,
                     derived
-                )?
+                )?,
+                balls(&scenario)
             )
         }
         File::Experiment(experiment) => {
             format!("experiment {}, {} s", experiment.name, experiment.duration_s)
         }
         File::Study(study) => {
-            let plan = Plan::new(&study, &[])?;
-            if let Some(short) = super::study::too_short(&plan) {
-                warn(&short);
+            let (described, warning) = super::study::checked(&study)?;
+            match warning {
+                Some(why) => format!("study {described}\n  {:<8} WARNING: {why}", "balls"),
+                None => format!("study {described}"),
             }
-            format!("study {}", super::study::described(&plan))
         }
     };
     print(out, &format!("{file}: {said}\n"))
@@ -128,6 +128,28 @@ fn facts(
         ),
     );
     Ok(lines)
+}
+
+/// Whether balls are the wheels of a scenario, as one of [`facts`].
+fn balls(scenario: &Scenario) -> String {
+    let wheels = 0..scenario.vehicle().wheel.len();
+    let text = match beyond_balls(scenario) {
+        Some(why) => format!("WARNING: {why}"),
+        None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
+        None => format!("are its wheels {}", scenario.terrain.described()),
+    };
+    format!("\n  {:<8} {text}", "balls")
+}
+
+/// Whether balls are a vehicle's wheels where it meets an obstacle straight ahead, as one of [`facts`].
+fn balls_ahead(vehicle: &Vehicle) -> String {
+    let text = match vehicle.beyond_balls_ahead() {
+        Some(beyond) => {
+            format!("are its wheels on level ground, not at an upright edge straight ahead: {beyond}")
+        }
+        None => "are its wheels on level ground and at an edge straight ahead".into(),
+    };
+    format!("\n  {:<8} {text}", "balls")
 }
 
 /// Prints the JSON Schema of a kind of file.

@@ -7,7 +7,7 @@ use comfy_table::Table;
 use serde::Serialize;
 
 use super::compare::{FIGURES, figures};
-use super::{aligned, each, parse_overrides, print};
+use super::{BEYOND_BALLS, aligned, each, parse_overrides, print};
 use crate::config::{Override, Source, Vehicle};
 use crate::log::{LogFile, read_log};
 use crate::{Error, Outcome, Replay, replay, vehicle_urdf};
@@ -61,7 +61,13 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
         row
     });
     let table = aligned(["log", "policy", "verdict"].into_iter().chain(FIGURES), rows, 3);
-    print(out, &format!("{table}\n"))?;
+    let marks = files.iter().filter_map(|file| file.outcome);
+    let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {
+        String::new()
+    } else {
+        format!("{BEYOND_BALLS}\n")
+    };
+    print(out, &format!("{table}\n{legend}"))?;
     Ok(code)
 }
 

@@ -29,6 +29,7 @@ const LIGHT: f64 = 0.01;
 
 /// Gathers an [`Outcome`].
 pub(crate) struct Meter {
+    wheel_model_valid: bool,
     obstacle: Option<Obstacle>,
     terrain: Terrain,
     reach_m: Vec<f64>,
@@ -107,6 +108,7 @@ impl Meter {
         let obstacle = scenario.terrain.obstacle();
         let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
         Self {
+            wheel_model_valid: scenario.beyond_balls().is_none(),
             obstacle,
             terrain: scenario.terrain.clone(),
             reach_m: vehicle.wheel.iter().map(reach).collect(),
@@ -257,6 +259,7 @@ impl Meter {
         Outcome {
             verdict,
             climbed: verdict == Verdict::Climbed,
+            wheel_model_valid: self.wheel_model_valid,
             crossing_s: (verdict == Verdict::Climbed).then(|| {
                 let us = (self.period_s * 1e6).round() as u64;
                 (c.periods * us) as f64 / 1e6

@@ -14,6 +14,8 @@ pub struct MapCell {
     pub runs: usize,
     /// Runs among them that failed.
     pub errors: usize,
+    /// Runs among them on balls that are not their wheels ([`Outcome::wheel_model_valid`](crate::Outcome::wheel_model_valid)).
+    pub beyond_balls: usize,
     /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
     pub unfinished: usize,
     /// Sum and count of each of the map's figures over the runs that did not fail and where it was measured; yes counts 1.
@@ -45,6 +47,11 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
                 .position(|column| column.name == *name)
         })
         .collect();
+    let valid = plan
+        .columns()
+        .figures
+        .iter()
+        .position(|column| column.name == "wheel_model_valid");
     let figures = &plan.columns().figures;
     let verdict = figures.iter().position(|column| column.name == "verdict");
     let mut cells: Vec<MapCell> = Vec::new();
@@ -54,11 +61,14 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
             axes: runs.first().map_or_else(Vec::new, |run| run.axes.to_vec()),
             runs: 0,
             errors: 0,
+            beyond_balls: 0,
             unfinished: 0,
             figures: vec![(0.0, 0); shown.len()],
         };
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
             cell.runs += 1;
+            let valid = valid.and_then(|i| row.figures.get(i));
+            cell.beyond_balls += usize::from(valid == Some(&Cell::Bool(false)));
             if row.error.is_some() {
                 cell.errors += 1;
                 continue;

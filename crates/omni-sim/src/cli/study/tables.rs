@@ -1,6 +1,6 @@
 //! The map of a study as text.
 
-use super::super::aligned;
+use super::super::{aligned, marked};
 
 use crate::study::{Cell, Kind, MapCell, Plan};
 
@@ -95,10 +95,11 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
         some if some > 0 && name == "climbed" => format!("{text}, {some} unfinished"),
         _ => text,
     };
-    match cell.errors {
+    let text = match cell.errors {
         0 => text,
         errors => format!("{text} ({errors} failed)"),
-    }
+    };
+    marked(text, cell.beyond_balls == 0)
 }
 
 /// A number with four digits that count.
