@@ -5,7 +5,8 @@ use crate::controller::ControlSample;
 use crate::observation::Observation;
 
 /// A vehicle runs away where it is so much faster than it is told: half as fast again. Loops hold a speed within some per cent, and
-/// what an edge or a slope adds is braked: no built-in vehicle has half of that for as long in any built-in scenario, under any policy.
+/// what an edge or a slope adds is braked. The built-in vehicles, told 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the
+/// bound is then 0.55 m/s.
 const FASTER: f64 = 1.5;
 /// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is told to creep, or to stand.
 const SHAKEN_M_S: f64 = 0.1;
@@ -48,7 +49,7 @@ impl Runaway {
         let slowed_m_s = self.told_m_s - BRAKING_M_S2 * self.period_s;
         let (going, turning) = parts(&sample.command);
         self.told_m_s = slowed_m_s.max(going + turning);
-        // Each alone: uneven ground turns a vehicle that goes as fast as it is told, by 0.6 rad/s on the built-in hills.
+        // Each alone: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to 0.46 rad/s.
         let (going, turning) = parts(&seen.twist);
         if going.max(turning) > FASTER * self.told_m_s + SHAKEN_M_S {
             self.over_s += self.period_s;
