@@ -30,6 +30,19 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
 
+#[test]
+fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
+    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under load_sharing.
+    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+        let policy = format!("control.policy={policy}");
+        assert_eq!(
+            outcome("height_map", &[&policy]).verdict,
+            Verdict::Climbed,
+            "{policy}"
+        );
+    }
+}
+
 /// 10 kg half a metre behind its hinge lift the front frame's wheels off the ground, up to the hinge's stop at 0.9 rad: 52 degrees.
 #[test]
 fn a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive() {

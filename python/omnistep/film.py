@@ -110,17 +110,20 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
     layout = rrb.Blueprint(rrb.Horizontal(view, beside, column_shares=[4, 1.3]), collapse_panels=True)
     with _viewer() as client:
         recording = rr.RecordingStream("omnistep film")
-        recording.connect_grpc(client.url)
-        rr.send_blueprint(layout, recording=recording)
-        recording.log_file_from_path(log.path)
-        recording.flush()
-        shown = _loaded(client, float(log.frame_time_s[-1]))
-        for number, moment in enumerate(moments):
-            picture = folder / f"{number:06}.png"
-            client.set_time(_TIMELINE, timestamp=moment, play_state="paused")
-            client.save_screenshot(str(picture), view_id=shown)
-            yield picture
-        recording.disconnect()
+        try:
+            recording.connect_grpc(client.url)
+            rr.send_blueprint(layout, recording=recording)
+            recording.log_file_from_path(log.path)
+            recording.flush()
+            shown = _loaded(client, float(log.frame_time_s[-1]))
+            for number, moment in enumerate(moments):
+                picture = folder / f"{number:06}.png"
+                client.set_time(_TIMELINE, timestamp=moment, play_state="paused")
+                client.save_screenshot(str(picture), view_id=shown)
+                yield picture
+        finally:
+            with contextlib.suppress(Exception):  # of a viewer that has gone
+                recording.disconnect()
 
 
 def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -146,10 +149,17 @@ def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArr
 
 def _extra(module: str) -> Any:
     """Import what the extra ``view`` brings."""
+    # Rerun's own lines on standard error are about its connection; what went wrong is said once, by us. It reads this
+    # when it is imported.
+    own = "RUST_LOG" in os.environ
+    os.environ.setdefault("RUST_LOG", "off")
     try:
         return importlib.import_module(module)
     except ImportError as error:
         raise ImportError(f'omnistep film needs {module}: install omnistep with its extra "view"') from error
+    finally:
+        if not own:
+            del os.environ["RUST_LOG"]
 
 
 def _loaded(client: Any, until_s: float) -> Any:

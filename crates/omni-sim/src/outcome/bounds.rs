@@ -5,7 +5,8 @@ use crate::controller::ControlSample;
 use crate::observation::Observation;
 
 /// A vehicle runs away where it is so much faster than it is told: half as fast again. Loops hold a speed within some per cent, and
-/// what an edge or a slope adds is braked.
+/// what an edge or a slope adds is braked. The built-in vehicles, told 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the
+/// bound is then 0.55 m/s.
 const FASTER: f64 = 1.5;
 /// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is told to creep, or to stand.
 const SHAKEN_M_S: f64 = 0.1;
@@ -41,12 +42,16 @@ impl Runaway {
     }
 
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
-        let fastest = |twist: &omni_core::BodyTwist<f64>| {
-            twist.vx_m_s.hypot(twist.vy_m_s) + twist.wz_rad_s.abs() * self.reach_m
+        let parts = |twist: &omni_core::BodyTwist<f64>| {
+            let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
+            (twist.vx_m_s.hypot(twist.vy_m_s), turning_m_s)
         };
         let slowed_m_s = self.told_m_s - BRAKING_M_S2 * self.period_s;
-        self.told_m_s = slowed_m_s.max(fastest(&sample.command));
-        if fastest(&seen.twist) > FASTER * self.told_m_s + SHAKEN_M_S {
+        let (going, turning) = parts(&sample.command);
+        self.told_m_s = slowed_m_s.max(going + turning);
+        // Each alone: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to 0.46 rad/s.
+        let (going, turning) = parts(&seen.twist);
+        if going.max(turning) > FASTER * self.told_m_s + SHAKEN_M_S {
             self.over_s += self.period_s;
         } else {
             self.over_s = 0.0;
@@ -59,8 +64,8 @@ impl Runaway {
     }
 }
 
-/// How much further than the ground asks a body may lean \[rad\]: 30 degrees. What built-in runs have of it, from drops off edges and from frames
-/// that swing, is 8 degrees; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
+/// How much further than the ground asks a body may lean \[rad\]: 30 degrees. No built-in run has any of it,
+/// whatever the vehicle and the policy; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
 const SWING_RAD: f64 = core::f64::consts::FRAC_PI_6;
 
 /// Does a body lean further than the ground asks?
@@ -106,9 +111,10 @@ fn shortest_span_m(vehicle: &Vehicle) -> f64 {
 /// Wheels closer than that are side by side, as [`Vehicle::rows`] has it \[m\].
 const ABREAST_M: f64 = 0.02;
 
-/// Part of the energy that went through a run which finite steps may gain: ten times what they miss of it in any built-in run.
+/// Part of the energy that went through a run which finite steps may gain: ten times the hundredth within which every built-in run's book closes,
+/// and what it misses there is lost, not gained.
 const GAINED_PART: f64 = 0.1;
-/// And so much \[m\] times the weight: what contacts give under a vehicle that is put down.
+/// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.
 const GAINED_M: f64 = 1e-3;
 
 /// Does the physics give back more than was put in?
