@@ -1,7 +1,7 @@
 """Builds the wheel as maturin does, without a path of the machine that builds it.
 
-pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies, which
-the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
+pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
+which the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
 """
 
 import json
