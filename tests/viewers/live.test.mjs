@@ -240,7 +240,9 @@ test("without --steer nothing that steers is offered, and who tries is refused w
   }
   const seen = client.of("/cmd_vel").length;
   await client.until(() => client.of("/cmd_vel").length > seen + 10, "more commands");
-  assert.deepEqual([...new Set(client.of("/cmd_vel").map(({ message }) => message.twist.linear.x))], [0.3], "the scenario's, all the time");
+  // The scenario's, which rises to 0.3, all the time; never rest, never what was tried.
+  const asked = client.of("/cmd_vel").map(({ message }) => message.twist.linear.x);
+  assert.ok(asked.every((vx, k) => vx > 0 && vx >= (asked[k - 1] ?? 0)), String(asked));
   run.kill("SIGINT");
   await once(run, "exit");
 });
@@ -279,7 +281,8 @@ test("who does not end its handshake is closed, and who is one viewer too many i
   half.on("error", () => {});
   half.resume();
   const closed = once(half, "close"), from = performance.now();
-  const clients = await Promise.all(Array.from({ length: 16 }, () => connected(address)));
+  const clients = []; // one after the other: sixteen handshakes at a time would end the half one's wait
+  while (clients.length < 16) clients.push(await connected(address));
   assert.deepEqual(await answered(address, {}), { status: 503, reason: "16 viewers are there, which is the most\n" });
   clients[0].socket.terminate();
   let status = 503; // until the server has noticed

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use foxglove::ws_protocol::server::advertise::Channel;
 use foxglove::ws_protocol::server::server_info::Capability;
@@ -35,8 +35,11 @@ const MOST_VIEWERS: usize = 16;
 const BACKLOG: usize = 1024;
 /// Longest message of a client \[bytes\]: what it subscribes to, a few numbers, a twist.
 const LONGEST_MESSAGE: usize = 64 << 10;
-/// Pause after the system refused a connection.
+/// Pause after the system refused a connection, and where a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
+const TAKE: Duration = Duration::from_millis(1);
+/// Time until it is said again that the system refuses connections.
+const SILENCE: Duration = Duration::from_secs(60);
 /// How long clients may take for the last messages at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// Lines about connections that were refused, in a run.
@@ -201,11 +204,10 @@ fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
 /// Accepts connections for as long as the run goes on, whatever happens.
 async fn accept(listener: TcpListener, hub: Arc<Hub>) {
     let mut waiting: VecDeque<AbortHandle> = VecDeque::new();
-    let mut refused = false;
+    let mut said: Option<Instant> = None;
     loop {
         match listener.accept().await {
             Ok((stream, _)) => {
-                refused = false;
                 waiting.retain(|handshake| !handshake.is_finished());
                 if waiting.len() >= MOST_WAITING
                     && let Some(oldest) = waiting.pop_front()
@@ -214,15 +216,20 @@ async fn accept(listener: TcpListener, hub: Arc<Hub>) {
                 }
                 waiting.push_back(tokio::spawn(connect(stream, hub.clone())).abort_handle());
             }
-            // As when the process has no file left: others wait in the system's queue meanwhile.
+            // As when the process may open no more files: the system keeps the connection until there is room.
             Err(error) => {
-                if !std::mem::replace(&mut refused, true) {
-                    hub.warn(&format!("no connection can be accepted at the moment: {error}"));
+                if said.is_none_or(|said| said.elapsed() > SILENCE) {
+                    hub.warn(&format!("connections wait until others end: {error}"));
+                    said = Some(Instant::now());
                 }
-                if let Some(oldest) = waiting.pop_front() {
-                    oldest.abort();
+                waiting.retain(|handshake| !handshake.is_finished());
+                match waiting.pop_front() {
+                    Some(oldest) => {
+                        oldest.abort();
+                        sleep(TAKE).await;
+                    }
+                    None => sleep(PAUSE).await,
                 }
-                sleep(PAUSE).await;
             }
         }
     }
