@@ -251,7 +251,7 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
     let biased = drive(&[
         hold,
         "sensors.gyro_bias_rad_s=0.02",
-        "command.vx_m_s=0",
+        "command.vx_m_s=0.1",
         "duration_s=3.0",
     ]);
     let expected = -0.02 * (3.0 - 1.0 / 3.0);
@@ -324,5 +324,95 @@ fn bad_keys_name_themselves() {
         ),
     ] {
         assert_eq!(refused(key), format!("built-in flat: {message}"));
+    }
+}
+
+/// What is off by more than 5 % of the 0.3 m/s asked for, over the second half of 4 s: what the encoders count, and the
+/// vehicle itself.
+fn off_by_5_percent(vehicle: &str, policy: &str, precision: &str, sensors: &str) -> Vec<String> {
+    let trace = drive(&[
+        &format!("vehicle={vehicle}"),
+        &format!("control.policy={policy}"),
+        &format!("control.precision={precision}"),
+        sensors,
+        "duration_s=4.0",
+    ]);
+    let mean = |column| {
+        let values = trace.column(column).expect("a column");
+        spread(&values[values.len() / 2..]).0
+    };
+    // One count below 128 makes the small wheels of omni3 brake with 1 N.m for a period: 20 N at the rim, where friction
+    // gives 16.5 N. They slip in each, and the vehicle runs up to 10 % ahead of them under every policy.
+    let slips = vehicle == "omni3" && ["=32", "=64"].iter().any(|counts| sensors.ends_with(counts));
+    let mut off = Vec::new();
+    for column in ["estimated_vx_m_s", "twist_vx_m_s"] {
+        let skipped = slips && column == "twist_vx_m_s";
+        if !skipped && (mean(column) / 0.3 - 1.0).abs() > 0.05 {
+            off.push(format!(
+                "{vehicle} {policy} {precision} {sensors}: {column} {:.3} m/s",
+                mean(column)
+            ));
+        }
+    }
+    off
+}
+
+#[test]
+fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent() {
+    // omni-core's own test has every policy, resolution and noise on a plant without slip; here are those that ran away
+    // worst, on wheels that slip. One count of 64 reads as 98 rad/s, of which kp makes more than any of these motors has.
+    let mut off = Vec::new();
+    for vehicle in ["chugo7", "omni3", "mecanum4"] {
+        for (policy, precision, sensors) in [
+            ("synchronised", "f64", "sensors.encoder_counts=64"),
+            ("synchronised", "f32", "sensors.encoder_counts=256"),
+            ("synchronised", "f32", "sensors.encoder_noise_rad_s=20"),
+            ("load_sharing", "f32", "sensors.encoder_counts=32"),
+        ] {
+            off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+/// Every policy, resolution and noise, on wheels that slip.
+#[test]
+#[ignore = "264 runs; make test-full"]
+fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
+    let counts = [32, 64, 128, 256, 512, 1024, 2048, 4096].map(|n| format!("sensors.encoder_counts={n}"));
+    let noises = [5, 10, 20].map(|n| format!("sensors.encoder_noise_rad_s={n}"));
+    let mut off = Vec::new();
+    for vehicle in ["chugo7", "omni3", "mecanum4"] {
+        for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+            for precision in ["f32", "f64"] {
+                for sensors in counts.iter().chain(&noises) {
+                    off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
+                }
+            }
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+#[test]
+fn wheels_that_were_blocked_end_without_torque() {
+    // A step of 20 cm is a wall; the vehicle pushes against it, and is told to rest after 3 s.
+    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+        let keys = [
+            "terrain.height_m=0.2",
+            "duration_s=6.0",
+            "command.then=[{ at_s = 3.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }]",
+            &format!("control.policy={policy}"),
+        ]
+        .map(|text| Override::parse(text).expect("KEY=VALUE"));
+        let trace = run(&Scenario::load("step", &keys).expect("valid")).expect("runs");
+        let torques = |row: usize| {
+            (0..7)
+                .map(|wheel| trace.wheel("applied_n_m", wheel).expect("a signal")[row].abs())
+                .fold(0.0, f64::max)
+        };
+        let (pushing, after) = (torques(2990), torques(trace.rows() - 1));
+        assert!(pushing > 0.5, "{policy}: {pushing} N.m");
+        assert!(after < 0.01, "{policy}: {after} N.m three seconds after the stop");
     }
 }
