@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs
+.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs supply-chain
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -33,3 +33,6 @@ instructions:   ## instructions of a control step, at most 3 times those of as m
 
 docs:           ## the documentation site in out/site, warnings as errors
 	scripts/docs.sh
+
+supply-chain:   ## licences, sources and duplicates of Rust dependencies, known vulnerabilities where reachable
+	scripts/supply-chain.sh

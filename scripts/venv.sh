@@ -12,10 +12,21 @@ if [ ! -x .venv/bin/python ]; then
     "$python" -m venv .venv ||
         { echo "no virtual environment can be made; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
 fi
+pip() { .venv/bin/python -m pip "$@" --quiet --disable-pip-version-check; }
+extra=${EXTRA:-test}
+lock=python/requirements-$extra.txt
 echo "building the extension and installing the tools (the first time takes some minutes)"
 # The wheel as users get it; the tests try it in a clean environment as well.
 rm -rf out/wheel
-.venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir out/wheel .
+if .venv/bin/python scripts/lock_fits.py; then
+    # Exactly these files: versions and hashes, of what builds the wheel too.
+    pip install --require-hashes --requirement "$lock"
+    PATH=$PWD/.venv/bin:$PATH pip wheel --no-build-isolation --no-deps --wheel-dir out/wheel .
+else
+    echo "$lock is for Python 3.11 on Linux (x86-64, glibc 2.35 or newer): here the newest versions that pyproject.toml allows"
+    pip wheel --no-deps --wheel-dir out/wheel .
+fi
 # By name and version alone pip would keep the one that is there.
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps out/wheel/*.whl
-.venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[${EXTRA:-test}]"
+pip install --force-reinstall --no-deps out/wheel/*.whl
+# With the lock everything is there already, and nothing is fetched.
+pip install "$(echo out/wheel/*.whl)[$extra]"

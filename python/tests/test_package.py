@@ -1,13 +1,18 @@
 """The package as others meet it: typed, one command line, logs that foreign readers open."""
 
+import importlib.util
 import json
+import re
 import subprocess
 import sys
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import omnistep
 
@@ -91,6 +96,55 @@ def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and
     assert {"py.typed", "_omnistep.pyi", "_omnistep.abi3.so", "assets/report.js"} <= inside
     assert {"LICENSE-MIT", "LICENSE-APACHE"} <= {Path(name).name for name in names}
     assert not [name for name in names if "test" in name or "baseline" in name]
+
+
+def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel):
+    spec = importlib.util.spec_from_file_location("wheel_backend", ROOT / "scripts" / "wheel_backend.py")
+    backend = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(backend)
+    named = [path.encode() for path in backend.places()]
+    assert str(ROOT).encode() in named and str(Path.home()).encode() in named
+    with zipfile.ZipFile(wheel) as archive:
+        found = {
+            (name, path.decode(), archive.read(name).count(path + b"/"))
+            for name in archive.namelist()
+            for path in named
+            if path + b"/" in archive.read(name)
+        }
+    assert not found
+
+
+def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the_lock_file(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [name for name in archive.namelist() if ".dist-info/sboms/" in name]
+        parts = json.loads(archive.read(name))
+    assert parts["bomFormat"] == "CycloneDX"
+    lock = tomllib.loads((ROOT / "Cargo.lock").read_text())["package"]
+    locked = {(package["name"], package["version"]): package.get("checksum") for package in lock}
+    of_others = {}
+    for part in parts["components"]:
+        key = part["name"], part["version"]
+        assert key in locked and part["licenses"], key
+        if locked[key]:  # from a registry
+            of_others[part["name"]] = part
+            assert [known["content"] for known in part["hashes"]] == [locked[key]], key
+    assert {"pyo3", "rapier3d-f64", "mcap", "foxglove", "parquet"} <= of_others.keys()
+
+
+@pytest.mark.parametrize("extra", ["test", "docs"])
+def test_the_lock_holds_every_tool_within_the_range_of_pyproject_and_by_hash(extra):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    wanted = project["build-system"]["requires"] + project["project"]["dependencies"]
+    wanted += project["project"]["optional-dependencies"][extra]
+    text = (ROOT / "python" / f"requirements-{extra}.txt").read_text()
+    entries = re.findall(r"^(\S+)==(\S+)((?: \\\n    --hash=sha256:[0-9a-f]{64})+)$", text, re.MULTILINE)
+    assert len(entries) == len(re.findall(r"^\S", text, re.MULTILINE)), "every entry has a version and hashes"
+    locked = {canonicalize_name(name): version for name, version, _ in entries}
+    linux = {"python_version": "3.11", "sys_platform": "linux", "platform_machine": "x86_64"}
+    for requirement in map(Requirement, wanted):
+        if requirement.marker is None or requirement.marker.evaluate(linux):
+            version = locked.get(canonicalize_name(requirement.name))
+            assert version is not None and requirement.specifier.contains(version), str(requirement)
 
 
 def test_the_wheel_works_in_a_clean_environment_with_numpy_and_tqdm_alone(wheel, tmp_path):

@@ -52,7 +52,7 @@ enum Command {
         #[arg(long, value_enum, default_value_t = Place::Host)]
         controller: Place,
         /// Serves the run on 127.0.0.1 while it goes on, in Foxglove's WebSocket protocol, for Foxglove and Lichtblick; writes no
-        /// log. Clients may change command, policy and torque limit.
+        /// log. Only programs of this machine and known viewers may connect.
         #[cfg(feature = "live")]
         #[arg(long, conflicts_with_all = ["controller", "out"])]
         live: bool,
@@ -68,6 +68,16 @@ enum Command {
         #[cfg(feature = "live")]
         #[arg(long, requires = "live")]
         wait: bool,
+        /// Clients of --live may change command, policy and torque limit. A command holds for 0.5 s after the last message, and
+        /// ends with its client: the vehicle is then told to rest.
+        #[cfg(feature = "live")]
+        #[arg(long, requires = "live")]
+        steer: bool,
+        /// Lets web pages of another origin connect to --live, as https://viewer.example; repeat for more. Foxglove's, Lichtblick's
+        /// and those of this machine always may.
+        #[cfg(feature = "live")]
+        #[arg(long = "allow-origin", value_name = "ORIGIN", requires = "live")]
+        origins: Vec<String>,
         /// Firmware image for --controller qemu.
         #[arg(long, value_name = "FILE", default_value = DEFAULT_FIRMWARE)]
         firmware: PathBuf,
@@ -391,11 +401,21 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             speed,
             #[cfg(feature = "live")]
             wait,
+            #[cfg(feature = "live")]
+            steer,
+            #[cfg(feature = "live")]
+            origins,
         } => {
             #[cfg(feature = "live")]
             if live {
-                let live = crate::Live { port, speed, wait };
-                return compare::live(&args, policy.as_deref(), live, out).map(|()| 0);
+                let live = crate::Live {
+                    port,
+                    speed,
+                    wait,
+                    steer,
+                    origins,
+                };
+                return compare::live(&args, policy.as_deref(), &live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
             compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)

@@ -1,17 +1,16 @@
-//! A run that viewers watch and steer while it goes on: the only room that names foxglove.
+//! A run that viewers watch, and steer if they may, while it goes on: the only room that names foxglove.
 //!
-//! The messages are those of a log, over Foxglove's WebSocket protocol. Parameters, and `geometry_msgs/msg/Twist` that a client
-//! publishes on `/cmd_vel`, change the run.
+//! The messages are those of a log, over Foxglove's WebSocket protocol. With [`Live::steer`], parameters, and
+//! `geometry_msgs/msg/Twist` that a client publishes on `/cmd_vel`, change the run.
 
 mod desk;
+mod guard;
+mod server;
+mod viewer;
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-use foxglove::websocket::Capability;
-use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServerHandle};
 
 use crate::config::Scenario;
 use crate::controller::AnyController;
@@ -21,10 +20,12 @@ use crate::log::ros2::{
 use crate::log::{Messages, Sink, topic};
 use crate::run::drive;
 use crate::{Error, Outcome, Simulation};
-use desk::{Desk, Said};
+use desk::{COMMAND_HOLDS, Desk};
+use guard::Guard;
+use server::{Event, Hub, Server, Topic};
 
-/// Where and how fast a live run is.
-#[derive(Clone, Copy, Debug)]
+/// Where and how fast a live run is, and what others may do to it.
+#[derive(Clone, Debug)]
 pub struct Live {
     /// Port on 127.0.0.1; 0 for any that is free.
     pub port: u16,
@@ -32,6 +33,10 @@ pub struct Live {
     pub speed: f64,
     /// Starts when the first client subscribes to something.
     pub wait: bool,
+    /// Clients may change command, policy and torque limit; else they watch.
+    pub steer: bool,
+    /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
+    pub origins: Vec<String>,
 }
 
 /// Slowest run: an hour of it is then six weeks.
@@ -42,19 +47,27 @@ const AHEAD: Duration = Duration::from_millis(2);
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Runs a scenario in step with the clock and serves it on 127.0.0.1. `started` is told the address, as `ws://127.0.0.1:8765`,
-/// before the first period; `watch` is called after every control period with the part done.
+/// before the first period; `warn`, on any thread and at most 21 times, of connections that were refused; `watch` is called after
+/// every control period with the part done.
 ///
-/// Clients may set the parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` (from then on the vehicle follows these,
-/// not the scenario), `control.policy` and `vehicle.motor.stall_torque_n_m`; the controller goes on from the state that it has.
-/// What is not allowed changes nothing, and the client is told why.
+/// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine and of
+/// [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A handshake may take 10 s, and 16
+/// clients may be there at a time.
+///
+/// With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist: from
+/// then on the vehicle follows these, not the scenario. 0.5 s on the clock after the last of them, or when the client goes or
+/// publishes no longer, the command is rest until another comes. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
+/// they stay when the client goes; the controller goes on from the state that it has. What is not allowed changes nothing, and the
+/// client is told why.
 ///
 /// # Errors
-/// [`Error::Argument`] for a speed below 0.001, [`Error::Live`] where the port cannot be had; as [`crate::run()`], and
-/// whatever `watch` returns.
+/// [`Error::Argument`] for a speed below 0.001 and for an origin that is none, [`Error::Live`] where the port cannot be had; as
+/// [`crate::run()`], and whatever `watch` returns.
 pub fn run_live<E: From<Error>>(
     scenario: &Scenario,
-    live: Live,
+    live: &Live,
     started: impl FnOnce(&str),
+    warn: impl Fn(&str) + Send + Sync + 'static,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
     if live.speed.is_nan() || live.speed < SLOWEST {
@@ -64,19 +77,36 @@ pub fn run_live<E: From<Error>>(
             allowed: "0.001 and more",
         }));
     }
+    let guard = Guard::new(&live.origins).map_err(|value| Error::Argument {
+        name: "--allow-origin",
+        value,
+        allowed: "an origin of web pages, as https://viewer.example:8080, without a path",
+    })?;
     let controller = AnyController::new(scenario)?;
     let desk = Arc::new(Desk::new(scenario));
-    let mut server = Server::start(live.port, &desk)?;
-    server.advertise();
+    let steering = (live.steer, guard);
+    let server = Server::start(
+        live.port,
+        desk.clone(),
+        &TOPICS.map(|topic| topic()),
+        steering,
+        Box::new(warn),
+    );
+    let server = server.map_err(|error| Error::Live {
+        port: live.port,
+        reason: error.to_string(),
+    })?;
     let messages = Messages::new(scenario);
-    let address = format!("ws://127.0.0.1:{}", server.handle.port());
-    started(&address);
+    let mut served = Served {
+        hub: server.hub.clone(),
+        buffer: Vec::new(),
+    };
+    started(&format!("ws://127.0.0.1:{}", server.port));
     while live.wait && !desk.take_subscribed() {
-        server.say(desk.take_said());
         std::thread::sleep(LOOK);
     }
     // Sending cannot fail: who is too slow misses messages.
-    let _ = messages.describe(&mut server);
+    let _ = messages.describe(&mut served);
     let start = Instant::now();
     let messages = RefCell::new(messages);
     let steer = |simulation: &mut Simulation| {
@@ -85,16 +115,20 @@ pub fn run_live<E: From<Error>>(
             // From the next message on; the description is sent to whoever subscribes next.
             messages.borrow_mut().describes(&changed);
         }
+        if desk.time_out(Instant::now()) {
+            server
+                .hub
+                .rests(&format!("no command for {} s", COMMAND_HOLDS.as_secs_f64()));
+        }
         Ok(desk.command().unwrap_or_else(|| simulation.scenario_command()))
     };
     let ended = drive(scenario, controller, steer, |simulation, part| {
         let mut messages = messages.borrow_mut();
         if desk.take_subscribed() {
             // Latched, as ROS has it: who comes later gets them too.
-            let _ = messages.describe(&mut server);
+            let _ = messages.describe(&mut served);
         }
-        let _ = messages.push(simulation.sample(), simulation.observation(), &mut server);
-        server.say(desk.take_said());
+        let _ = messages.push(simulation.sample(), simulation.observation(), &mut served);
         let due = Duration::try_from_secs_f64(simulation.time_ns() as f64 * 1e-9 / live.speed);
         let ahead = due.unwrap_or(Duration::MAX).saturating_sub(start.elapsed());
         if ahead > AHEAD {
@@ -102,82 +136,37 @@ pub fn run_live<E: From<Error>>(
         }
         watch(simulation, part)
     });
-    server.handle.stop().wait_blocking();
+    server.stop();
     ended
 }
 
-/// The server and its channels.
-struct Server {
-    handle: WebSocketServerHandle,
-    context: Arc<Context>,
-    channels: HashMap<&'static str, Arc<RawChannel>>,
+/// Everything that is served, in the order of the channels.
+const TOPICS: [fn() -> Topic; 8] = [
+    || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
+    || topic_of::<StringMessage>(topic::TERRAIN),
+    || topic_of::<VehicleState>(topic::VEHICLE_STATE),
+    || topic_of::<TfMessage>(topic::TF),
+    || topic_of::<JointState>(topic::JOINT_STATES),
+    || topic_of::<Odometry>(topic::ODOM),
+    || topic_of::<TwistStamped>(topic::CMD_VEL),
+    || topic_of::<MarkerArray>(topic::MARKERS),
+];
+
+fn topic_of<M: RosMessage>(name: &'static str) -> Topic {
+    Topic {
+        name,
+        schema_name: M::TYPE,
+        schema: M::schema(),
+    }
+}
+
+/// Where the run's messages go: to whoever wants them.
+struct Served {
+    hub: Arc<Hub>,
     buffer: Vec<u8>,
 }
 
-impl Server {
-    fn start(port: u16, desk: &Arc<Desk>) -> Result<Self, Error> {
-        let context = Context::new();
-        let handle = foxglove::WebSocketServer::new()
-            .name(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
-            .bind("127.0.0.1", port)
-            .capabilities([Capability::ClientPublish, Capability::Parameters])
-            .supported_encodings(["cdr", "json"])
-            .listener(desk.clone())
-            .parameter_handler(desk.clone())
-            .context(&context)
-            .start_blocking()
-            .map_err(|error| Error::Live {
-                port,
-                reason: error.to_string(),
-            })?;
-        Ok(Self {
-            handle,
-            context,
-            channels: HashMap::new(),
-            buffer: Vec::new(),
-        })
-    }
-
-    /// Tells every client what became of its requests.
-    fn say(&self, said: Vec<Said>) {
-        for said in said {
-            match said {
-                Said::Refused(why) => self
-                    .handle
-                    .publish_status(foxglove::websocket::Status::error(why)),
-                Said::Set(parameters) => self.handle.publish_parameter_values(parameters),
-            }
-        }
-    }
-}
-
-impl Server {
-    /// The channel of a topic, advertised from then on; none where it cannot be made, which no topic of ours is.
-    fn channel<M: RosMessage>(&mut self, topic: &'static str) -> Option<Arc<RawChannel>> {
-        if let Some(channel) = self.channels.get(topic) {
-            return Some(channel.clone());
-        }
-        let schema = Schema::new(M::TYPE, "ros2msg", M::schema().as_bytes());
-        let builder = ChannelBuilder::new(topic).message_encoding("cdr").schema(schema);
-        let built = builder.context(&self.context).build_raw().ok()?;
-        self.channels.insert(topic, built.clone());
-        Some(built)
-    }
-
-    /// Advertises every topic: clients subscribe before the first message.
-    fn advertise(&mut self) {
-        self.channel::<StringMessage>(topic::ROBOT_DESCRIPTION);
-        self.channel::<StringMessage>(topic::TERRAIN);
-        self.channel::<VehicleState>(topic::VEHICLE_STATE);
-        self.channel::<TfMessage>(topic::TF);
-        self.channel::<JointState>(topic::JOINT_STATES);
-        self.channel::<Odometry>(topic::ODOM);
-        self.channel::<TwistStamped>(topic::CMD_VEL);
-        self.channel::<MarkerArray>(topic::MARKERS);
-    }
-}
-
-impl Sink for Server {
+impl Sink for Served {
     type Error = std::convert::Infallible;
 
     fn send<M: RosMessage>(
@@ -186,12 +175,13 @@ impl Sink for Server {
         time_ns: u64,
         message: &M,
     ) -> Result<(), Self::Error> {
-        if let Some(channel) = self.channel::<M>(topic)
-            && channel.has_sinks()
+        let place = TOPICS.iter().position(|known| known().name == topic);
+        if let Some(place) = place
+            && self.hub.is_wanted(place)
             && ros2::encode_into(message, &mut self.buffer).is_ok()
         {
-            let log_time = Some(time_ns);
-            channel.log_with_meta(&self.buffer, PartialMetadata { log_time });
+            let data = self.buffer.as_slice().into();
+            self.hub.send(Event::Message(place, time_ns, data));
         }
         Ok(())
     }

@@ -115,7 +115,7 @@ pub(super) fn compare(
 pub(super) fn live(
     args: &RunArgs,
     policy: Option<&str>,
-    live: crate::Live,
+    live: &crate::Live,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let mut scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
@@ -130,7 +130,10 @@ pub(super) fn live(
             "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends it"
         );
     };
-    let (outcome, ended) = crate::run_live::<Error>(&scenario, live, started, |_, _| Ok(()))?;
+    let warn = |line: &str| {
+        let _ = writeln!(std::io::stderr(), "live: {line}");
+    };
+    let (outcome, ended) = crate::run_live::<Error>(&scenario, live, started, warn, |_, _| Ok(()))?;
     if args.json {
         // Serialising plain numbers and strings cannot fail.
         print(

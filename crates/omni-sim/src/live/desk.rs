@@ -1,17 +1,14 @@
 //! What clients ask for, and what the run takes from it.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use byteorder::LittleEndian;
-use foxglove::websocket::{
-    AnyClient, ChannelView, Client, ClientChannel, GetParametersResponder, Parameter, ParameterHandler,
-    ParameterValue, ServerListener, SetParametersResponder,
-};
+use foxglove::websocket::{Parameter, ParameterValue};
 use omni_core::BodyTwist;
 
 use crate::config::{Override, Scenario};
 use crate::log::ros2::{RosMessage, Twist};
-use crate::log::topic;
 
 const VX: &str = "command.vx_m_s";
 const VY: &str = "command.vy_m_s";
@@ -21,36 +18,39 @@ const TORQUE: &str = "vehicle.motor.stall_torque_n_m";
 
 /// Names that clients have for [`Twist`].
 const TWIST: [&str; 2] = [Twist::TYPE, "geometry_msgs/Twist"];
-/// What is kept for clients until it is sent.
-const MOST_SAID: usize = 100;
+/// How long a command holds on the clock.
+pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
 
-/// What clients are told.
-pub(super) enum Said {
-    /// Why something was not done.
-    Refused(String),
-    /// What parameters are now.
-    Set(Vec<Parameter>),
-}
+/// Which client.
+pub(super) type ClientId = u64;
 
 /// Where the threads of clients leave what the run's thread takes.
 pub(super) struct Desk(Mutex<Papers>);
 
 struct Papers {
     scenario: Scenario,
-    command: Option<BodyTwist<f64>>,
+    command: Command,
     changed: bool,
     subscribed: bool,
-    said: Vec<Said>,
+}
+
+/// Who commands the vehicle.
+enum Command {
+    /// The scenario: no client has commanded yet.
+    Scenario,
+    /// A client, whose last command came at that time.
+    Client(ClientId, Instant, BodyTwist<f64>),
+    /// Nobody any more: the client fell silent or went. The vehicle rests until another command comes.
+    Rest,
 }
 
 impl Desk {
     pub(super) fn new(scenario: &Scenario) -> Self {
         Self(Mutex::new(Papers {
             scenario: scenario.clone(),
-            command: None,
+            command: Command::Scenario,
             changed: false,
             subscribed: false,
-            said: Vec::new(),
         }))
     }
 
@@ -59,9 +59,32 @@ impl Desk {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The twist that a client wants; none: the scenario's.
+    /// The twist that clients want; none: the scenario's.
     pub(super) fn command(&self) -> Option<BodyTwist<f64>> {
-        self.papers().command
+        match self.papers().command {
+            Command::Scenario => None,
+            Command::Client(_, _, twist) => Some(twist),
+            Command::Rest => Some(BodyTwist::zero()),
+        }
+    }
+
+    /// Takes a command back that is too old. Was there one?
+    pub(super) fn time_out(&self, now: Instant) -> bool {
+        self.rest_if(|_, at| now.saturating_duration_since(at) > COMMAND_HOLDS)
+    }
+
+    /// Takes back what a client commanded that no longer does. Was there something?
+    pub(super) fn leave(&self, who: ClientId) -> bool {
+        self.rest_if(|commander, _| commander == who)
+    }
+
+    fn rest_if(&self, ends: impl Fn(ClientId, Instant) -> bool) -> bool {
+        let mut papers = self.papers();
+        let ended = matches!(papers.command, Command::Client(who, at, _) if ends(who, at));
+        if ended {
+            papers.command = Command::Rest;
+        }
+        ended
     }
 
     /// The scenario with what was changed since the last time.
@@ -70,13 +93,41 @@ impl Desk {
         std::mem::take(&mut papers.changed).then(|| papers.scenario.clone())
     }
 
+    /// A client subscribed to something.
+    pub(super) fn subscribe(&self) {
+        self.papers().subscribed = true;
+    }
+
     /// Did a client subscribe to something since the last time?
     pub(super) fn take_subscribed(&self) -> bool {
         std::mem::take(&mut self.papers().subscribed)
     }
 
-    pub(super) fn take_said(&self) -> Vec<Said> {
-        std::mem::take(&mut self.papers().said)
+    /// The parameters as they are now.
+    pub(super) fn parameters(&self) -> Vec<Parameter> {
+        self.papers().parameters()
+    }
+
+    /// Sets what is allowed of a client's parameters; why not the rest.
+    pub(super) fn set(&self, who: ClientId, parameters: &[Parameter], now: Instant) -> Vec<String> {
+        let mut papers = self.papers();
+        let set = parameters.iter().map(|parameter| papers.set(who, parameter, now));
+        set.filter_map(Result::err).collect()
+    }
+
+    /// Takes a twist that a client published on `/cmd_vel`, as teleoperation panels do, or says why not.
+    pub(super) fn publish(
+        &self,
+        who: ClientId,
+        published: &Published,
+        payload: &[u8],
+        now: Instant,
+    ) -> Result<(), String> {
+        // Checked without the papers, which the run looks at every period.
+        let scenario = self.papers().scenario.clone();
+        let twist = allowed(&scenario, twist(published, payload)?)?;
+        self.papers().command = Command::Client(who, now, twist);
+        Ok(())
     }
 }
 
@@ -84,11 +135,15 @@ impl Papers {
     /// What the vehicle is told: a client's twist, else the scenario's.
     fn twist(&self) -> BodyTwist<f64> {
         let own = &self.scenario.command;
-        self.command.unwrap_or(BodyTwist {
-            vx_m_s: own.vx_m_s,
-            vy_m_s: own.vy_m_s,
-            wz_rad_s: own.wz_rad_s,
-        })
+        match self.command {
+            Command::Scenario => BodyTwist {
+                vx_m_s: own.vx_m_s,
+                vy_m_s: own.vy_m_s,
+                wz_rad_s: own.wz_rad_s,
+            },
+            Command::Client(_, _, twist) => twist,
+            Command::Rest => BodyTwist::zero(),
+        }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
@@ -103,7 +158,7 @@ impl Papers {
     }
 
     /// Sets a parameter, or says why not.
-    fn set(&mut self, parameter: &Parameter) -> Result<(), String> {
+    fn set(&mut self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
         let name = parameter.name.as_str();
         let number = || match parameter.value {
             Some(ParameterValue::Float64(value)) if value.is_finite() => Ok(value),
@@ -114,7 +169,7 @@ impl Papers {
             VX | VY | WZ => {
                 let mut twist = self.twist().to_array();
                 twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
-                self.command = Some(allowed(&self.scenario, twist)?);
+                self.command = Command::Client(who, now, allowed(&self.scenario, twist)?);
                 Ok(())
             }
             POLICY => match &parameter.value {
@@ -133,62 +188,6 @@ impl Papers {
         self.scenario = checked(&self.scenario, &[with])?;
         self.changed = true;
         Ok(())
-    }
-
-    /// Tells clients something; the oldest is forgotten where nobody takes it.
-    fn say(&mut self, said: Said) {
-        if self.said.len() == MOST_SAID {
-            self.said.remove(0);
-        }
-        self.said.push(said);
-    }
-}
-
-impl ParameterHandler for Desk {
-    fn get(&self, _: AnyClient, names: Vec<String>, _: Option<String>, responder: GetParametersResponder) {
-        let mut all = self.papers().parameters();
-        all.retain(|parameter| names.is_empty() || names.contains(&parameter.name));
-        responder.respond(all);
-    }
-
-    fn set(
-        &self,
-        _: AnyClient,
-        parameters: Vec<Parameter>,
-        _: Option<String>,
-        responder: SetParametersResponder,
-    ) {
-        let now = {
-            let mut papers = self.papers();
-            for parameter in &parameters {
-                if let Err(why) = papers.set(parameter) {
-                    papers.say(Said::Refused(why));
-                }
-            }
-            let now = papers.parameters();
-            papers.say(Said::Set(now.clone()));
-            now
-        };
-        responder.respond(now);
-    }
-}
-
-impl ServerListener for Desk {
-    fn on_subscribe(&self, _: Client, _: ChannelView<'_>) {
-        self.papers().subscribed = true;
-    }
-
-    /// A twist on `/cmd_vel`, as teleoperation panels publish it.
-    fn on_message_data(&self, _: Client, channel: &ClientChannel, payload: &[u8]) {
-        if channel.topic != topic::CMD_VEL {
-            return;
-        }
-        // Checked without the papers, which the run looks at every period.
-        let scenario = self.papers().scenario.clone();
-        match twist(channel, payload).and_then(|twist| allowed(&scenario, twist)) {
-            Ok(twist) => self.papers().command = Some(twist),
-            Err(why) => self.papers().say(Said::Refused(format!("/cmd_vel: {why}"))),
-        }
     }
 }
 
@@ -210,12 +209,18 @@ fn allowed(scenario: &Scenario, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<
     })
 }
 
+/// How a client encodes what it publishes on `/cmd_vel`.
+pub(super) struct Published {
+    pub(super) encoding: String,
+    pub(super) schema: String,
+}
+
 /// The twist of a message: vx, vy \[m/s\] and wz \[rad/s\].
-fn twist(channel: &ClientChannel, payload: &[u8]) -> Result<[f64; 3], String> {
-    if !TWIST.contains(&channel.schema_name.as_str()) {
-        return Err(format!("{}, allowed: {}", channel.schema_name, Twist::TYPE));
+fn twist(published: &Published, payload: &[u8]) -> Result<[f64; 3], String> {
+    if !TWIST.contains(&published.schema.as_str()) {
+        return Err(format!("{}, allowed: {}", published.schema, Twist::TYPE));
     }
-    let twist: Twist = match (channel.encoding.as_str(), payload) {
+    let twist: Twist = match (published.encoding.as_str(), payload) {
         // Plain CDR, little end first.
         ("cdr", [0, 1, _, _, body @ ..]) => {
             let decoded = cdr_encoding::from_bytes::<Twist, LittleEndian>(body);
@@ -227,4 +232,106 @@ fn twist(channel: &ClientChannel, payload: &[u8]) -> Result<[f64; 3], String> {
         (encoding, _) => return Err(format!("encoding {encoding}, allowed: little-endian cdr or json")),
     };
     Ok([twist.linear.x, twist.linear.y, twist.angular.z])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AHEAD: &[u8] = br#"{"linear":{"x":-0.3,"y":0,"z":0},"angular":{"x":0,"y":0,"z":0}}"#;
+
+    fn json() -> Published {
+        Published {
+            encoding: "json".into(),
+            schema: Twist::TYPE.into(),
+        }
+    }
+
+    fn desk() -> Desk {
+        Desk::new(&Scenario::load("flat", &[]).expect("built-in"))
+    }
+
+    fn commanded(desk: &Desk) -> Option<f64> {
+        desk.command().map(|twist| twist.vx_m_s)
+    }
+
+    #[test]
+    fn a_command_holds_for_half_a_second_after_its_last_message_and_then_the_vehicle_rests() {
+        let (desk, start) = (desk(), Instant::now());
+        let after = |seconds| start + Duration::from_secs_f64(seconds);
+        assert!(
+            commanded(&desk).is_none() && !desk.time_out(after(100.0)),
+            "the scenario's own does not end"
+        );
+        // By message and by parameter alike; each starts the time anew.
+        desk.publish(1, &json(), AHEAD, after(0.0)).expect("a twist");
+        assert!(!desk.time_out(after(0.5)) && commanded(&desk) == Some(-0.3));
+        assert_eq!(
+            desk.set(1, &[Parameter::float64(VX, 0.2)], after(0.5)),
+            Vec::<String>::new()
+        );
+        assert!(!desk.time_out(after(1.0)) && commanded(&desk) == Some(0.2));
+        assert!(desk.time_out(after(1.001)) && commanded(&desk) == Some(0.0));
+        // Said once; not back to the scenario's command; a later command moves the vehicle again.
+        assert!(!desk.time_out(after(2.0)) && commanded(&desk) == Some(0.0));
+        assert_eq!(desk.parameters()[0], Parameter::float64(VX, 0.0));
+        desk.publish(1, &json(), AHEAD, after(3.0)).expect("a twist");
+        assert_eq!(commanded(&desk), Some(-0.3));
+    }
+
+    #[test]
+    fn what_is_refused_does_not_keep_a_command_alive() {
+        let (desk, start) = (desk(), Instant::now());
+        let late = start + Duration::from_millis(400);
+        desk.publish(1, &json(), AHEAD, start).expect("a twist");
+        assert!(desk.publish(1, &json(), b"{", late).is_err());
+        assert_eq!(
+            desk.set(
+                1,
+                &[Parameter::float64(VX, 1e9), Parameter::float64("x", 0.0)],
+                late
+            )
+            .len(),
+            2
+        );
+        assert!(
+            desk.set(1, &[Parameter::string(POLICY, "paper")], late)
+                .is_empty()
+        );
+        assert!(desk.time_out(start + Duration::from_millis(501)));
+    }
+
+    #[test]
+    fn a_command_goes_with_its_client_and_settings_stay() {
+        let (desk, now) = (desk(), Instant::now());
+        desk.publish(1, &json(), AHEAD, now).expect("a twist");
+        assert!(
+            desk.set(
+                1,
+                &[
+                    Parameter::string(POLICY, "paper"),
+                    Parameter::float64(TORQUE, 1.25)
+                ],
+                now
+            )
+            .is_empty()
+        );
+        assert!(
+            !desk.leave(2) && commanded(&desk) == Some(-0.3),
+            "another client's going changes nothing"
+        );
+        assert!(desk.leave(1) && commanded(&desk) == Some(0.0));
+        let changed = desk.take_changed().expect("settings");
+        assert_eq!(
+            (
+                changed.control.policy.as_str(),
+                changed.vehicle().motor.stall_torque_n_m
+            ),
+            ("paper", 1.25)
+        );
+        // Whoever commanded last is the one whose going counts.
+        desk.publish(1, &json(), AHEAD, now).expect("a twist");
+        desk.publish(2, &json(), AHEAD, now).expect("a twist");
+        assert!(!desk.leave(1) && desk.leave(2));
+    }
 }

@@ -1,0 +1,297 @@
+//! The port: who waits for a handshake, who watches, and what happens when there are too many of them.
+
+use std::collections::VecDeque;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use foxglove::ws_protocol::server::advertise::Channel;
+use foxglove::ws_protocol::server::server_info::Capability;
+use foxglove::ws_protocol::server::{Advertise, ServerInfo, Status};
+use foxglove::ws_protocol::{parameter::Parameter, schema::Schema};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
+use tokio::task::AbortHandle;
+use tokio::time::{sleep, timeout};
+use tokio_tungstenite::accept_hdr_async_with_config;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tokio_tungstenite::tungstenite::http::{HeaderValue, StatusCode, header};
+use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
+
+use super::desk::{ClientId, Desk};
+use super::guard::Guard;
+use super::viewer;
+
+/// How long a client may take to say what it wants.
+const HANDSHAKE: Duration = Duration::from_secs(10);
+/// Connections that wait for the end of their handshake; one more, and the oldest is closed.
+const MOST_WAITING: usize = 16;
+/// Clients at a time; one more is told so.
+const MOST_VIEWERS: usize = 16;
+/// Messages that a slow client may be behind before it misses some.
+const BACKLOG: usize = 1024;
+/// Longest message of a client \[bytes\]: what it subscribes to, a few numbers, a twist.
+const LONGEST_MESSAGE: usize = 64 << 10;
+/// Pause after the system refused a connection, and where a handshake was ended to make room for it.
+const PAUSE: Duration = Duration::from_millis(100);
+const TAKE: Duration = Duration::from_millis(1);
+/// Time until it is said again that the system refuses connections.
+const SILENCE: Duration = Duration::from_secs(60);
+/// How long clients may take for the last messages at the end.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// Lines about connections that were refused, in a run.
+const MOST_LINES: usize = 20;
+/// What clients must speak.
+const PROTOCOL: &str = "foxglove.sdk.v1";
+
+/// A topic that is served.
+pub(super) struct Topic {
+    pub(super) name: &'static str,
+    pub(super) schema_name: &'static str,
+    pub(super) schema: &'static str,
+}
+
+/// What every client is sent, if it wants it.
+#[derive(Clone)]
+pub(super) enum Event {
+    /// A message of the topic with this index, at a simulated time \[ns\].
+    Message(usize, u64, Arc<[u8]>),
+    /// What parameters are now.
+    Parameters(Arc<Vec<Parameter>>),
+    /// Something that clients should know.
+    Status(Arc<Status>),
+    /// The run is over.
+    End,
+}
+
+/// What the run, the port and every client share.
+pub(super) struct Hub {
+    pub(super) desk: Arc<Desk>,
+    pub(super) steer: bool,
+    pub(super) greeting: [Message; 2],
+    pub(super) topics: usize,
+    events: broadcast::Sender<Event>,
+    subscribers: Vec<AtomicUsize>,
+    guard: Guard,
+    places: Arc<Semaphore>,
+    next: AtomicU64,
+    lines: AtomicUsize,
+    warn: Box<dyn Fn(&str) + Send + Sync>,
+}
+
+impl Hub {
+    pub(super) fn listen(&self) -> broadcast::Receiver<Event> {
+        self.events.subscribe()
+    }
+
+    /// Sends to all; nobody there is no fault.
+    pub(super) fn send(&self, event: Event) {
+        let _ = self.events.send(event);
+    }
+
+    /// A client begins to want a topic, or no longer does.
+    pub(super) fn wanted(&self, topic: usize, more: bool) {
+        let count = &self.subscribers[topic];
+        if more {
+            count.fetch_add(1, Ordering::Relaxed);
+        } else {
+            count.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+
+    pub(super) fn is_wanted(&self, topic: usize) -> bool {
+        self.subscribers[topic].load(Ordering::Relaxed) > 0
+    }
+
+    /// Tells all clients, and all that show parameters, that nobody commands the vehicle any more.
+    pub(super) fn rests(&self, why: &str) {
+        self.send(Event::Status(Arc::new(Status::warning(format!(
+            "{why}: the vehicle is told to rest"
+        )))));
+        self.send(Event::Parameters(Arc::new(self.desk.parameters())));
+    }
+
+    /// A line for whoever started the run; others must not fill the screen.
+    fn warn(&self, line: &str) {
+        match self.lines.fetch_add(1, Ordering::Relaxed) {
+            n if n < MOST_LINES => (self.warn)(line),
+            MOST_LINES => (self.warn)("more connections are refused, which is not said any more"),
+            _ => {}
+        }
+    }
+}
+
+/// The open port.
+pub(super) struct Server {
+    pub(super) hub: Arc<Hub>,
+    pub(super) port: u16,
+    runtime: Runtime,
+}
+
+impl Server {
+    /// Opens a port on 127.0.0.1, or says why not. `warn` is told what whoever started the run should know.
+    pub(super) fn start(
+        port: u16,
+        desk: Arc<Desk>,
+        topics: &[Topic],
+        (steer, guard): (bool, Guard),
+        warn: Box<dyn Fn(&str) + Send + Sync>,
+    ) -> std::io::Result<Self> {
+        let runtime = Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("live")
+            .enable_all()
+            .build()?;
+        let listener = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))))?;
+        let port = listener.local_addr()?.port();
+        let hub = Arc::new(Hub {
+            desk,
+            steer,
+            greeting: greeting(steer, topics),
+            topics: topics.len(),
+            events: broadcast::Sender::new(BACKLOG),
+            subscribers: topics.iter().map(|_| AtomicUsize::new(0)).collect(),
+            guard,
+            places: Arc::new(Semaphore::new(MOST_VIEWERS)),
+            next: AtomicU64::new(1),
+            lines: AtomicUsize::new(0),
+            warn,
+        });
+        runtime.spawn(accept(listener, hub.clone()));
+        Ok(Self { hub, port, runtime })
+    }
+
+    /// Lets clients have what is left, and closes the port.
+    pub(super) fn stop(self) {
+        self.hub.send(Event::End);
+        let all = self.hub.places.acquire_many(MOST_VIEWERS as u32);
+        // Who does not read in time misses the rest.
+        let _ = self
+            .runtime
+            .block_on(async { timeout(FAREWELL, all).await.is_ok() });
+        self.runtime.shutdown_background();
+    }
+}
+
+/// Server and topics as clients are told at first.
+fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
+        .with_session_id(since_1970.as_millis().to_string());
+    if steer {
+        info = info
+            .with_capabilities([
+                Capability::ClientPublish,
+                Capability::Parameters,
+                Capability::ParametersSubscribe,
+            ])
+            .with_supported_encodings(["cdr", "json"]);
+    }
+    let channels = topics.iter().enumerate().filter_map(|(k, topic)| {
+        let schema = Schema::new(topic.schema_name, "ros2msg", topic.schema.as_bytes());
+        // Only a schema that is no text has no form in JSON.
+        Channel::builder(k as u64, topic.name, "cdr")
+            .with_schema(schema)
+            .build()
+            .ok()
+    });
+    [Message::from(&info), Message::from(&Advertise::new(channels))]
+}
+
+/// Accepts connections for as long as the run goes on, whatever happens.
+async fn accept(listener: TcpListener, hub: Arc<Hub>) {
+    let mut waiting: VecDeque<AbortHandle> = VecDeque::new();
+    let mut said: Option<Instant> = None;
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                waiting.retain(|handshake| !handshake.is_finished());
+                if waiting.len() >= MOST_WAITING
+                    && let Some(oldest) = waiting.pop_front()
+                {
+                    oldest.abort();
+                }
+                waiting.push_back(tokio::spawn(connect(stream, hub.clone())).abort_handle());
+            }
+            // As when the process may open no more files: the system keeps the connection until there is room.
+            Err(error) => {
+                if said.is_none_or(|said| said.elapsed() > SILENCE) {
+                    hub.warn(&format!("connections wait until others end: {error}"));
+                    said = Some(Instant::now());
+                }
+                waiting.retain(|handshake| !handshake.is_finished());
+                match waiting.pop_front() {
+                    Some(oldest) => {
+                        oldest.abort();
+                        sleep(TAKE).await;
+                    }
+                    None => sleep(PAUSE).await,
+                }
+            }
+        }
+    }
+}
+
+/// Hears what a connection wants, and makes a viewer of it if it may be one.
+async fn connect(stream: TcpStream, hub: Arc<Hub>) {
+    // Without it small messages wait for others.
+    let _ = stream.set_nodelay(true);
+    let mut place = None;
+    #[expect(clippy::result_large_err, reason = "tungstenite's own")]
+    let check = |request: &Request, mut response: Response| {
+        if let Err(why) = hub.guard.check(request.headers()) {
+            hub.warn(&format!("refused {why}"));
+            return Err(refusal(StatusCode::FORBIDDEN, &why));
+        }
+        let offered = request.headers().get_all(header::SEC_WEBSOCKET_PROTOCOL).iter();
+        let offered = offered.filter_map(|value| value.to_str().ok());
+        if !offered
+            .flat_map(|value| value.split(','))
+            .any(|name| name.trim() == PROTOCOL)
+        {
+            let why = format!("no Sec-WebSocket-Protocol that is known, allowed: {PROTOCOL}");
+            return Err(refusal(StatusCode::BAD_REQUEST, &why));
+        }
+        place = hub.places.clone().try_acquire_owned().ok();
+        if place.is_none() {
+            let why = format!("{MOST_VIEWERS} viewers are there, which is the most");
+            hub.warn(&format!("refused a viewer: {why}"));
+            return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, &why));
+        }
+        let name = HeaderValue::from_static(PROTOCOL);
+        response
+            .headers_mut()
+            .insert(header::SEC_WEBSOCKET_PROTOCOL, name);
+        Ok(response)
+    };
+    let limits = WebSocketConfig::default()
+        .max_message_size(Some(LONGEST_MESSAGE))
+        .max_frame_size(Some(LONGEST_MESSAGE));
+    let handshake = accept_hdr_async_with_config(stream, check, Some(limits));
+    let socket = timeout(HANDSHAKE, handshake).await;
+    if let (Ok(Ok(socket)), Some(place)) = (socket, place) {
+        // On its own: it waits no longer, and is none of those that are closed for others.
+        tokio::spawn(async move {
+            let _place: OwnedSemaphorePermit = place;
+            let id: ClientId = hub.next.fetch_add(1, Ordering::Relaxed);
+            viewer::serve(socket, id, hub).await;
+        });
+    }
+}
+
+/// An answer of one line.
+fn refusal(status: StatusCode, why: &str) -> ErrorResponse {
+    let mut response = ErrorResponse::new(Some(format!("{why}\n")));
+    *response.status_mut() = status;
+    let headers = response.headers_mut();
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("text/plain; charset=utf-8"),
+    );
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(why.len() + 1));
+    headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
+    response
+}

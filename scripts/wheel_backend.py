@@ -1,0 +1,78 @@
+"""Builds the wheel as maturin does, without a path of the machine that builds it.
+
+pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
+which the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
+"""
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import maturin
+from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are maturin's own)
+    build_editable,
+    build_sdist,
+    get_requires_for_build_editable,
+    get_requires_for_build_sdist,
+    get_requires_for_build_wheel,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def places() -> dict[str, str]:
+    """Folders of this machine that may be named in what is built, and what they are called instead; outer first."""
+    home = Path.home()
+    named = {
+        home: "/home",
+        Path(os.environ.get("CARGO_HOME", home / ".cargo")): "/cargo",
+        Path(os.environ.get("RUSTUP_HOME", home / ".rustup")): "/rustup",
+        ROOT: "/omnistep",
+    }
+    if target := os.environ.get("CARGO_TARGET_DIR"):
+        named[Path(target).absolute()] = "/target"
+    named = {path: name for path, name in named.items() if len(path.parts) > 1}  # a home may be the root folder
+    # The compiler takes the last that fits.
+    return {str(path): name for path, name in sorted(named.items(), key=lambda item: len(item[0].parts))}
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    """Build the wheel into a folder; return its file name."""
+    flags = [f"--remap-path-prefix={path}={name}" for path, name in places().items()]
+    # Beside what the user's configuration says; variables replace that, so where they are set the flags go there.
+    if "CARGO_ENCODED_RUSTFLAGS" in os.environ:
+        os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([os.environ["CARGO_ENCODED_RUSTFLAGS"], *flags])
+    elif "RUSTFLAGS" in os.environ:
+        os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*os.environ["RUSTFLAGS"].split(), *flags])
+    else:
+        config = f"build.rustflags={json.dumps(flags)}"  # a JSON list of strings is one of TOML
+        os.environ["MATURIN_PEP517_ARGS"] = shlex.join(
+            [*shlex.split(os.environ.get("MATURIN_PEP517_ARGS", "")), "--config", config]
+        )
+    name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    trim(Path(wheel_directory) / name)
+    return name
+
+
+def trim(wheel: Path) -> None:
+    """Rewrite the lists of parts in a wheel: no path of this machine."""
+    with tempfile.TemporaryDirectory() as folder:
+        tool = [sys.executable, "-m", "wheel"]
+        subprocess.run([*tool, "unpack", "--dest", folder, str(wheel)], check=True, stdout=subprocess.DEVNULL)
+        (unpacked,) = Path(folder).iterdir()
+        for parts in unpacked.glob("*.dist-info/sboms/*.json"):
+            text = parts.read_text(encoding="utf-8")
+            for path, name in reversed(places().items()):
+                text = text.replace(path, name)
+            parts.write_text(text, encoding="utf-8")
+        wheel.unlink()
+        # The same name again, with new hashes in RECORD.
+        subprocess.run(
+            [*tool, "pack", "--dest-dir", str(wheel.parent), str(unpacked)], check=True, stdout=subprocess.DEVNULL
+        )
