@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs
+.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs attack attack-long
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -33,3 +33,9 @@ instructions:   ## instructions of a control step, at most 3 times those of as m
 
 docs:           ## the documentation site in out/site, warnings as errors
 	scripts/docs.sh
+
+attack:         ## mutants, random bits, lies, live clients, loss, leaks: under three minutes after `make test`
+	scripts/attack.sh
+
+attack-long:    ## the same ten to twenty times from another seed, then the fuzzer, five minutes a target
+	scripts/attack.sh --long

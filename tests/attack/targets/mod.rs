@@ -1,0 +1,44 @@
+//! Six functions that take any bytes and panic where a law is broken. The campaign feeds them random bits and a corpus, the
+//! fuzzer in `fuzz/` what it finds.
+
+mod drive;
+mod height_map;
+mod link;
+mod log;
+mod numbers;
+mod toml;
+mod trace;
+
+/// What a target did: steps, frames, files.
+pub type Done = usize;
+
+/// A target by its name, which is also that of its folder in `fuzz/corpus`.
+pub type Target = (&'static str, fn(&[u8]) -> Done);
+
+/// All of them.
+pub const TARGETS: [Target; 6] = [
+    ("toml", toml::run),
+    ("height_map", height_map::run),
+    ("log", log::run),
+    ("link", link::run),
+    ("drive", drive::run),
+    ("trace", trace::run),
+];
+
+/// Longest message for a person.
+const LONGEST_MESSAGE: usize = 300;
+
+/// One line that a person can read, whatever was in the file.
+fn check_message(error: &dyn std::fmt::Display) {
+    let message = error.to_string();
+    let characters = message.chars().count();
+    assert!(
+        characters <= LONGEST_MESSAGE,
+        "a message of {characters} characters: {}...",
+        message.chars().take(120).collect::<String>()
+    );
+    assert!(
+        !message.chars().any(|c| c.is_control()),
+        "a message with control characters: {message:?}"
+    );
+}
