@@ -8,7 +8,7 @@ use omni_link::{
 };
 
 use super::Done;
-use super::drive::{control, layout, twist_limits};
+use super::config::{control, layout, twist_limits};
 use super::numbers::{bits, byte, one_in};
 
 /// Frames as far as the bytes reach; returns how many.
