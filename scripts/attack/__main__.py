@@ -95,7 +95,7 @@ def main() -> int:
         rows += [(one, took / len(done)) for one in done]
         for one in done:
             for failure in one.failures:
-                print(f"FAILED {one.name}: {failure}".replace(f"{TOP}/", ""), flush=True)
+                print(f"FAILED {one.name}: {' '.join(failure.split())}".replace(f"{TOP}/", ""), flush=True)
     width = max(len(one.name) for one, _ in rows)
     print(f"\n{'campaign':{width}} {'tried':>16} {'passed':>8} {'failed':>7} {'s':>6}")
     for one, took in rows:

@@ -112,6 +112,12 @@ def run(
     return Ended(said, code, out.decode(errors="replace"), err.decode(errors="replace"), time.monotonic() - start)
 
 
+def shown(err: str) -> str:
+    """The first and the last line, in one."""
+    lines = [line.strip() for line in err.splitlines() if line.strip()] or [""]
+    return " ... ".join(dict.fromkeys((lines[0][:150], lines[-1][:150])))
+
+
 def faults(ended: Ended, allowed: Iterable[int] = (0, 1, 2)) -> list[str]:
     """What is wrong with how it ended: a signal, a hang, a panic, a message that is missing or too long."""
     if ended.code is None:
@@ -122,13 +128,14 @@ def faults(ended: Ended, allowed: Iterable[int] = (0, 1, 2)) -> list[str]:
             name = signal.Signals(number).name
         except ValueError:
             name = f"exit code {ended.code}"
-        return [f"{name}: {ended.err.strip()[-120:]}"]
+        return [f"{name}: {shown(ended.err)}"]
     wrong = []
     if ended.code not in allowed:
         wrong.append(f"exit code {ended.code}")
-    for word in ("panicked at", "Traceback (most", "overflowed its stack", "memory allocation of"):
+    # "out of memory" is no panic, but 2 GB for a file are too much.
+    for word in ("panicked at", "Traceback (most", "overflowed its stack", "out of memory", "annot allocate memory"):
         if word in ended.err:
-            wrong.append(f'"{word}": {ended.err.strip()[-160:]}')
+            wrong.append(f'"{word}": {shown(ended.err)}')
     lines = ended.err.splitlines()
     longest = max(map(len, lines), default=0)
     if longest > LONGEST_MESSAGE:

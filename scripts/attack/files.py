@@ -24,8 +24,25 @@ OTHERS = [
 ]  # fmt: skip
 
 
+def other_numbers(text: str, chance: random.Random) -> bytes:
+    """The TOML file with up to four other numbers: most are accepted, and have to work."""
+    lines = text.splitlines()
+    of_number = [k for k, line in enumerate(lines) if re.match(r"\s*\w+\s*=\s*-?\d", line) and "version" not in line]
+    for at in chance.sample(of_number, min(len(of_number), chance.choice((1, 1, 2, 4)))):
+        key, value = (part.strip() for part in lines[at].split("#")[0].split("=", 1))
+        factor = chance.choice((-1, 0, 0.01, 0.1, 0.5, 0.9, 1.1, 2, 10, 100))
+        try:
+            number = float(value) * factor
+        except ValueError:
+            continue
+        lines[at] = f"{key} = {round(number) if value.isdigit() else repr(number)}"
+    return "\n".join(lines).encode()
+
+
 def mutant(text: str, chance: random.Random) -> bytes:
     """The TOML file with one to three changes."""
+    if chance.random() < 0.4:
+        return other_numbers(text, chance)
     lines = text.splitlines()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         keys = [k for k, line in enumerate(lines) if re.match(r'\s*[\w".-]+\s*=', line)]
@@ -92,7 +109,7 @@ def toml(setting: Setting) -> list[Campaign]:
 
     def check(item: tuple[Path, str]) -> str | None:
         path, kind = item
-        ended = run([setting.omnistep, "check", path], folder)
+        ended = run([setting.omnistep, "check", path.name], folder)
         if wrong := faults(ended, allowed=(0, 2)):
             return f"omnistep check {setting.kept(path)}: {'; '.join(wrong)}"
         if ended.code == 0 and kind != "studies":
@@ -103,13 +120,13 @@ def toml(setting: Setting) -> list[Campaign]:
 
     def drive(item: tuple[Path, str]) -> str | None:
         path, kind = item
-        words = [path] if kind == "scenarios" else ["flat", "--set", f"vehicle={path}"]
-        command = [setting.omnistep, "run", *words, "--set", "duration_s=0.05", "--quiet", "--out", folder / path.stem]
+        words = [path.name] if kind == "scenarios" else ["flat", "--set", f"vehicle={path.name}"]
+        command = [setting.omnistep, "run", *words, "--set", "duration_s=0.05", "--quiet", "--out", path.stem]
         ended = run(command, folder)
         shutil.rmtree(folder / path.stem, ignore_errors=True)
         # 1: diverged, and said so.
         if wrong := faults(ended):
-            return f"{ended.command.replace(str(path), str(setting.kept(path)))}: {'; '.join(wrong)}"
+            return f"{ended.command.replace(path.name, str(setting.kept(path)))}: {'; '.join(wrong)}"
         return None
 
     checked = in_parallel(check, list(made()))
@@ -148,13 +165,17 @@ def by_hand(setting: Setting, folder: Path) -> Campaign:
         paths[-1].symlink_to(target)
     paths.append(place / "fifo.toml")
     os.mkfifo(paths[-1])
-    for name, value in (("names-zero", "/dev/zero"), ("names-fifo", place / "fifo.toml"), ("names-itself", special)):
+    for name, value in (
+        ("names-zero", place / "zero.toml"),
+        ("names-fifo", place / "fifo.toml"),
+        ("names-itself", special),
+    ):
         paths.append(place / f"{name}.toml")
         paths[-1].write_bytes(step.replace(b'"chugo7"', f'"{value}"'.encode()))
     special.write_bytes(step.replace(b'"chugo7"', b'"special.toml"'))
 
     def check(path: Path) -> str | None:
-        ended = run([setting.omnistep, "check", path], folder)
+        ended = run([setting.omnistep, "check", path.name], place)
         wrong = faults(ended, allowed=(0, 2))
         # By its name: scripts/attack/files.py makes it again.
         return f"by_hand, {path.name}: {'; '.join(wrong)}" if wrong else None
@@ -237,7 +258,7 @@ def png(setting: Setting) -> list[Campaign]:
             yield path
 
     def check(path: Path) -> str | None:
-        ended = run([setting.omnistep, "check", path.with_suffix(".toml")], folder)
+        ended = run([setting.omnistep, "check", path.with_suffix(".toml").name], folder)
         if wrong := faults(ended, allowed=(0, 2)):
             setting.kept(path)
             return f"omnistep check {setting.kept(path.with_suffix('.toml'))}: {'; '.join(wrong)}"

@@ -9,7 +9,8 @@ import socket
 import struct
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,11 +28,11 @@ class Client:
     """A WebSocket client, as little of one as is needed."""
 
     port: int
-    socket: socket.socket = field(init=False)
+    wire: socket.socket = field(init=False)
     buffer: bytes = b""
 
     def __post_init__(self) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", self.port), timeout=5)
+        self.wire = socket.create_connection(("127.0.0.1", self.port), timeout=5)
 
     def shake(self, headers: dict[str, str] | None = None) -> int:
         """The handshake; the status that it is answered with, 0 for none."""
@@ -45,9 +46,9 @@ class Client:
         } | (headers or {})
         lines = "".join(f"{name}: {value}\r\n" for name, value in own.items())
         try:
-            self.socket.sendall(f"GET / HTTP/1.1\r\n{lines}\r\n".encode())
+            self.wire.sendall(f"GET / HTTP/1.1\r\n{lines}\r\n".encode())
             while b"\r\n\r\n" not in self.buffer:
-                received = self.socket.recv(4096)
+                received = self.wire.recv(4096)
                 if not received:
                     return 0
                 self.buffer += received
@@ -62,7 +63,7 @@ class Client:
             length = len(payload)
             size = struct.pack("!BH", 254, length) if length > 125 else bytes([128 | length])
             head = bytes([128 | opcode]) + size + bytes(4)
-        self.socket.sendall(head + payload)
+        self.wire.sendall(head + payload)
 
     def frames(self, seconds: float) -> Iterator[tuple[int, bytes]]:
         """Frames that come within the time."""
@@ -71,9 +72,9 @@ class Client:
             if frame := self._frame():
                 yield frame
                 continue
-            self.socket.settimeout(left)
+            self.wire.settimeout(left)
             try:
-                received = self.socket.recv(65536)
+                received = self.wire.recv(65536)
             except TimeoutError:
                 return
             if not received:
@@ -267,12 +268,12 @@ def _attempt(port: int, payload: bytes, opcode: int = 1, head: bytes | None = No
     try:
         if client.shake() == 101:
             client.send(payload, opcode, head)
-            client.socket.settimeout(0.05)
-            client.socket.recv(4096)
+            client.wire.settimeout(0.05)
+            client.wire.recv(4096)
     except OSError:
         pass
     finally:
-        client.socket.close()
+        client.wire.close()
 
 
 def not_asked(setting: Setting) -> str | None:
@@ -312,7 +313,7 @@ def lost(setting: Setting) -> str | None:
             driver.publish(-0.3)
             followed = speed(viewer, lambda vx: vx < -0.25, 5)
             if how == "goes":
-                driver.socket.close()
+                driver.wire.close()
             rests = followed and speed(viewer, lambda vx: abs(vx) < 0.01, COMMAND_LOST_S)
             if not followed:
                 wrong.append("a command is not followed")
@@ -321,23 +322,25 @@ def lost(setting: Setting) -> str | None:
     return "; ".join(wrong) or None
 
 
-def speed(viewer: Client, wanted: "object", seconds: float) -> bool:
+def speed(viewer: Client, wanted: Callable[[float], bool], seconds: float) -> bool:
     """Does the command become so within the time? A TwistStamped ends with its six numbers."""
     for opcode, payload in viewer.frames(seconds):
-        if opcode == 2 and payload[0] == 1 and wanted(struct.unpack("<6d", payload[-48:])[0]):  # type: ignore[operator]
+        if opcode == 2 and payload[0] == 1 and wanted(struct.unpack("<6d", payload[-48:])[0]):
             return True
     return False
 
 
 def campaigns(setting: Setting) -> list[Campaign]:
-    """All of them."""
+    """All at the same time: most of them wait."""
     attacks = (idle, half_open, pages, malformed, not_asked, lost)
-    failures = []
-    for attack in attacks:
+
+    def failed(attack: Callable[[Setting], str | None]) -> str | None:
         try:
-            failed = attack(setting)
+            wrong = attack(setting)
         except (Refused, OSError, json.JSONDecodeError) as error:
-            failed = str(error) or repr(error)
-        if failed:
-            failures.append(f"scripts/attack/live.py, {attack.__name__}: {failed}"[:400])
+            wrong = str(error) or repr(error)
+        return f"scripts/attack/live.py, {attack.__name__}: {wrong}"[:400] if wrong else None
+
+    with ThreadPoolExecutor(len(attacks)) as pool:
+        failures = [wrong for wrong in pool.map(failed, attacks) if wrong]
     return [Campaign("live: clients of others", len(attacks), "attacks", failures)]

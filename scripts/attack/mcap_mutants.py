@@ -177,6 +177,7 @@ def by_hand(log: bytes, folder: Path, top: Path) -> dict[str, bytes]:
     step = (top / "crates/omni-config/assets/scenarios/step.toml").read_text()
     heights = (top / "crates/omni-config/assets/scenarios/height_map.toml").read_text()
     vehicle = folder / "mine.toml"
+    (folder / "zero.toml").symlink_to("/dev/zero")
     vehicle.write_text((top / "crates/omni-config/assets/vehicles/chugo7.toml").read_text())
     end = joined([(DATA_END, bytes(4)), (FOOTER, bytes(20))]) + MAGIC
     own = next(part for part in parts if part[0] == ATTACHMENT)
@@ -190,7 +191,7 @@ def by_hand(log: bytes, folder: Path, top: Path) -> dict[str, bytes]:
         # 24 GB as numbers, were every frame in every row.
         "frames-without-end": frames(parts[0], own, 20_000, 20_000),
         "names-vehicle": with_scenario(log, step.replace('"chugo7"', f'"{vehicle}"')),
-        "names-zero": with_scenario(log, step.replace('"chugo7"', '"/dev/zero"')),
+        "names-zero": with_scenario(log, step.replace('"chugo7"', f'"{folder / "zero.toml"}"')),
         "names-zero-picture": with_scenario(log, heights.replace('"hills"', '"/dev/zero"')),
     }
 
@@ -227,7 +228,7 @@ def campaigns(setting: Setting) -> list[Campaign]:
 
     def look(path: Path) -> str | None:
         for word in ("inspect", "replay"):
-            ended = run([setting.omnistep, word, path], folder)
+            ended = run([setting.omnistep, word, path.name], folder)
             if wrong := faults(ended):
                 return f"omnistep {word} {setting.kept(path)}: {'; '.join(wrong)}"
         return None
@@ -245,7 +246,7 @@ def campaigns(setting: Setting) -> list[Campaign]:
         flips[-1].write_bytes(data)
 
     def noticed(path: Path) -> str | None:
-        ended = run([setting.omnistep, "inspect", path], folder)
+        ended = run([setting.omnistep, "inspect", path.name], folder)
         wrong = faults(ended)
         if ended.code == 0:
             wrong.append("exit 0")
@@ -260,10 +261,10 @@ def campaigns(setting: Setting) -> list[Campaign]:
 
     def refused(path: Path) -> str | None:
         for word in ("inspect", "replay"):
-            ended = run([setting.omnistep, word, path], folder)
+            ended = run([setting.omnistep, word, path.name], folder)
             wrong = faults(ended)
-            if path.name.startswith("names-") and (ended.code == 0 or "cannot allocate" in ended.err):
-                wrong.append("a file of this machine was read: " + (ended.err.strip()[:100] or "exit 0"))
+            if path.name.startswith("names-") and ended.code == 0:
+                wrong.append("a file of this machine was read")
             if wrong:
                 return f"omnistep {word} {setting.kept(path)}: {'; '.join(wrong)}"
         return None
