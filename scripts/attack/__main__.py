@@ -20,7 +20,7 @@ import live
 import loss
 import mcap_mutants
 import pickles
-from campaign import Campaign, Setting
+from campaign import Campaign, Setting, faults, run
 
 TOP = Path(__file__).resolve().parents[2]
 
@@ -39,11 +39,11 @@ def in_rust(setting: Setting, attack: Path) -> list[Campaign]:
     """The corpus, Drive and link under random bits."""
     table = setting.work / "rust.jsonl"
     arguments = ["--seed", str(setting.seed), "--times", "20" if setting.long else "1", "--table", str(table)]
-    ended = subprocess.run([attack, *arguments], cwd=TOP, stdout=subprocess.PIPE, text=True)
-    if ended.returncode not in (0, 1):
-        return [
-            Campaign("core and link", tried=1, failures=[f"exit {ended.returncode}: {attack} {' '.join(arguments)}"])
-        ]
+    # 1: some of it failed, and the table says what.
+    ended = run([attack, *arguments], TOP, seconds=7200 if setting.long else 600)
+    if (wrong := faults(ended, allowed=(0, 1))) and ended.code not in (0, 1):
+        running = (setting.keep / "running").read_text()
+        return [Campaign("core and link", tried=1, failures=[f"{'; '.join(wrong)}: {running}: {ended.command}"])]
     campaigns = [json.loads(line) for line in table.read_text().splitlines()]
     said = ended.stdout.splitlines()
     return [

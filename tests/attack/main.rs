@@ -135,6 +135,8 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
     quietly(|| {
         let failures = files.iter().filter_map(|input| {
             let data = std::fs::read(input).unwrap_or_else(|error| panic!("{}: {error}", input.display()));
+            // What ends the whole process can be found there.
+            keep("running", input.display().to_string().as_bytes());
             let why = attempt(target, &data).err()?;
             Some(Failure {
                 input: input.clone(),
