@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use omni_config::{Language, Scenario, rust_expression};
 use omni_core::{
     AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, ForwardMap, Odometry,
-    OdometryNoise, ShapingConfig, SlipConfig, SpeedLimits, TwistLimits,
+    OdometryNoise, Rest, ShapingConfig, SlipConfig, SpeedLimits, TwistLimits,
 };
 
 #[path = "src/randomised.rs"]
@@ -22,6 +22,7 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
         layout: scenario.vehicle().layout()?,
         forward: ForwardMap::LeastSquares,
         control: scenario.wheel_control()?,
+        rest: Rest::hold(10.0, 100.0),
         shaping: ShapingConfig {
             limits: TwistLimits::PerAxis {
                 vx: axis,

@@ -326,3 +326,81 @@ fn bad_keys_name_themselves() {
         assert_eq!(refused(key), format!("built-in flat: {message}"));
     }
 }
+
+/// Mean of the true velocity ahead \[m/s\] over the second half of 4 s, asked for 0.3.
+fn mean_ahead(vehicle: &str, policy: &str, precision: &str, sensors: &str) -> f64 {
+    let trace = drive(&[
+        &format!("vehicle={vehicle}"),
+        &format!("control.policy={policy}"),
+        &format!("control.precision={precision}"),
+        sensors,
+        "duration_s=4.0",
+    ]);
+    let vx = trace.column("twist_vx_m_s").expect("a column");
+    spread(&vx[vx.len() / 2..]).0
+}
+
+#[test]
+fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent() {
+    // omni-core's own test has every policy, resolution and noise on a plant without slip; here are those that ran away
+    // worst, on wheels that slip. One count of 64 reads as 98 rad/s, of which kp makes more than any of these motors has.
+    for vehicle in ["chugo7", "omni3", "mecanum4"] {
+        for (policy, precision, sensors) in [
+            ("synchronised", "f64", "sensors.encoder_counts=64"),
+            ("synchronised", "f32", "sensors.encoder_counts=256"),
+            ("synchronised", "f32", "sensors.encoder_noise_rad_s=20"),
+            ("load_sharing", "f32", "sensors.encoder_counts=32"),
+        ] {
+            let mean = mean_ahead(vehicle, policy, precision, sensors);
+            assert!(
+                (mean / 0.3 - 1.0).abs() <= 0.05,
+                "{vehicle} {policy} {precision} {sensors}: {mean:.3} m/s"
+            );
+        }
+    }
+}
+
+/// Every policy, resolution and noise, on wheels that slip.
+#[test]
+#[ignore = "432 runs; make test-full"]
+fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
+    let counts = [32, 64, 128, 256, 512, 1024, 2048, 4096].map(|n| format!("sensors.encoder_counts={n}"));
+    let noises = [5, 10, 20].map(|n| format!("sensors.encoder_noise_rad_s={n}"));
+    let mut off = Vec::new();
+    for vehicle in ["chugo7", "omni3", "mecanum4"] {
+        for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+            for precision in ["f32", "f64"] {
+                for sensors in counts.iter().chain(&noises) {
+                    let mean = mean_ahead(vehicle, policy, precision, sensors);
+                    if (mean / 0.3 - 1.0).abs() > 0.05 {
+                        off.push(format!("{vehicle} {policy} {precision} {sensors}: {mean:.3} m/s"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+#[test]
+fn wheels_that_were_blocked_end_without_torque() {
+    // A step of 20 cm is a wall; the vehicle pushes against it, and is told to rest after 3 s.
+    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+        let keys = [
+            "terrain.height_m=0.2",
+            "duration_s=6.0",
+            "command.then=[{ at_s = 3.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }]",
+            &format!("control.policy={policy}"),
+        ]
+        .map(|text| Override::parse(text).expect("KEY=VALUE"));
+        let trace = run(&Scenario::load("step", &keys).expect("valid")).expect("runs");
+        let torques = |row: usize| {
+            (0..7)
+                .map(|wheel| trace.wheel("applied_n_m", wheel).expect("a signal")[row].abs())
+                .fold(0.0, f64::max)
+        };
+        let (pushing, after) = (torques(2990), torques(trace.rows() - 1));
+        assert!(pushing > 0.5, "{policy}: {pushing} N.m");
+        assert!(after < 0.01, "{policy}: {after} N.m three seconds after the stop");
+    }
+}

@@ -70,19 +70,17 @@ pub fn hash(steps: u32, mut step: impl FnMut(&mut Memory, &BodyTwist<f32>, &Whee
     let mut random = Random(0x9e37_79b9);
     let mut hash = 0x811c_9dc5;
     let mut memory = Memory::new();
-    let mut command = BodyTwist {
-        vx_m_s: 0.0,
-        vy_m_s: 0.0,
-        wz_rad_s: 0.0,
-    };
+    let mut command = BodyTwist::ZERO;
     let mut slowed = [1.0_f32; 7];
     for k in 0..steps {
         if k % 50 == 0 {
-            command = BodyTwist {
+            let asked = BodyTwist {
                 vx_m_s: random.within(1.5),
                 vy_m_s: random.within(1.5),
                 wz_rad_s: random.within(3.0),
             };
+            // A stop now and then.
+            command = if k % 500 == 450 { BodyTwist::ZERO } else { asked };
             // Some wheels are held back, or all of them: every branch of the coordination runs, in every mixture.
             let all = k % 100 == 0;
             slowed = [0; 7].map(|_| {

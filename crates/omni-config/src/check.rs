@@ -58,6 +58,10 @@ pub(crate) const FRICTION: Range = range(0.0, 2.0);
 pub(crate) const STEP_HEIGHT_M: Range = range(1e-4, 10.0);
 /// Well inside the 200 m of ground ahead.
 pub(crate) const RISER_M: Range = range(1e-3, 190.0);
+/// How fast integrals fall at rest, as omni-core has it.
+pub(crate) const BLEED_S: Range = range(0.0, 10.0);
+/// Of holding at rest, as omni-core has it.
+pub(crate) const HOLD_HEAT_N2M2S: Range = range(0.0, 1e9);
 /// Places in the world.
 pub(crate) const WORLD_M: Range = range(-1e4, 1e4);
 /// Whole numbers of 32 bits.

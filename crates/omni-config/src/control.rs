@@ -61,7 +61,8 @@ impl Scenario {
     /// ```
     pub fn controller<R: Real, const N: usize>(&self) -> Result<Controller<R, N>, Error> {
         let config = self.wheel_control()?;
-        let build = || Controller::new(&self.vehicle().layout()?, config);
+        let rest = self.control.rest.rule();
+        let build = || Controller::new(&self.vehicle().layout()?, config)?.with_rest(rest);
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 
@@ -121,6 +122,41 @@ impl Scenario {
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.control.period_us as f64 * 1e-6
+    }
+
+    /// What one count of the encoders makes of a reading, where that is more than the motor can give: at such a resolution the
+    /// torques jump from limit to limit.
+    ///
+    /// # Errors
+    /// As [`Scenario::wheel_control`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let scenario = |counts| Scenario::load("flat", &[Override::parse(counts)?]);
+    /// let coarse = scenario("sensors.encoder_counts=64")?.coarse_encoder()?.expect("it is");
+    /// assert_eq!(coarse, "sensors.encoder_counts = 64: one count in a control period is 98.2 rad/s, \
+    ///     the gains make 29.6 N.m of it, the motor has 2");
+    /// assert_eq!(scenario("sensors.encoder_counts=4096")?.coarse_encoder()?, None);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn coarse_encoder(&self) -> Result<Option<String>, Error> {
+        let counts = self.sensors.encoder_counts;
+        if counts == 0 {
+            return Ok(None);
+        }
+        let config = self.wheel_control::<f64, 1>()?;
+        let step = config
+            .pid
+            .encoder_step(f64::from(counts))
+            .map_err(|error| self.vehicle().refuse(&error))?;
+        let stall = self.vehicle().motor.stall_torque_n_m;
+        Ok((step.torque_n_m > stall).then(|| {
+            format!(
+                "sensors.encoder_counts = {counts}: one count in a control period is {:.1} rad/s, the gains make {:.1} N.m of it, \
+                 the motor has {stall}",
+                step.velocity_rad_s, step.torque_n_m
+            )
+        }))
     }
 
     /// What the wheels do together.

@@ -19,6 +19,7 @@ use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::physics::{Physics, ROLLER_STEP_US};
+use crate::rest::Rest;
 use crate::rollers::{RollerWheel, WheelModel};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
@@ -146,6 +147,10 @@ pub struct Control {
     #[serde(default)]
     #[garde(skip)]
     pub precision: Precision,
+    /// What the loops do once the command is rest.
+    #[serde(default)]
+    #[garde(dive)]
+    pub rest: Rest,
 }
 
 /// Uniform random differences, plus or minus the amplitude given; all zero by default.

@@ -1,6 +1,8 @@
 //! One control step of a vehicle: command to torques, with every intermediate signal in the sample it returns.
 
 #[cfg(test)]
+mod coarse_readings;
+#[cfg(test)]
 mod tests;
 
 use crate::constants::constant_struct;
@@ -8,8 +10,8 @@ use crate::error::ConfigError;
 use crate::pid::is_plausible;
 use crate::wheel_loops::LoopInputs;
 use crate::{
-    BodyTwist, ControlState, ForwardMap, Kinematics, PathFactors, Real, WheelControlConfig, WheelController,
-    WheelLayout, WheelSample, WheelVelocities,
+    BodyTwist, ControlState, ForwardMap, Kinematics, PathFactors, Real, Rest, WheelControlConfig,
+    WheelController, WheelLayout, WheelSample, WheelVelocities,
 };
 
 /// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in [`ControlState`].
@@ -138,6 +140,37 @@ impl<R: Real, const N: usize> Controller<R, N> {
         Ok(Self {
             kinematics: Kinematics::with_forward(layout, map)?,
             wheels: WheelController::with_layout(config)?,
+        })
+    }
+
+    /// The same controller with another rule for rest than [`Rest::default`].
+    ///
+    /// # Errors
+    /// Those of [`WheelController::with_rest`].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, ControlState, Controller, Rest, WheelLayout, WheelVelocities};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+    /// let controller = Controller::new(&layout, config)?.with_rest(Rest { bleed_s: 0.1, ..Rest::default() })?;
+    /// let (mut state, blocked) = (ControlState::default(), WheelVelocities::zero());
+    /// for _ in 0..300 {
+    ///     controller.step(&mut state, &BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO }, &blocked);
+    /// }
+    /// assert!(state.integral_n_m[0] > 1.0); // pushing against what blocks it
+    /// for _ in 0..100 {
+    ///     controller.step(&mut state, &BodyTwist::ZERO, &blocked);
+    /// }
+    /// assert_eq!(controller.step(&mut state, &BodyTwist::ZERO, &blocked).wheels.applied.n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn with_rest(self, rest: Rest<R>) -> Result<Self, ConfigError> {
+        Ok(Self {
+            wheels: self.wheels.with_rest(rest)?,
+            ..self
         })
     }
 

@@ -61,8 +61,9 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 ///     let coordination = Coordination { saturation: Saturation::Clip, integral };
 ///     let controller = Controller::new(&layout, WheelControlConfig { pid, limits, coordination })?;
 ///     let mut state = ControlState::default();
+///     let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel
 ///     // Front against rear is no motion of the vehicle; ki dt is 0.5.
-///     controller.step(&mut state, &BodyTwist::ZERO, &[-1.0, -1.0, 1.0, 1.0].into());
+///     controller.step(&mut state, &ahead, &[9.0, 9.0, 11.0, 11.0].into());
 ///     assert!((state.integral_n_m[0] - expected).abs() < 1e-12);
 /// }
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -204,8 +205,9 @@ impl<R: Real> Coordination<R> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.1_f64), limits, coordination };
     /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
     /// let mut state = ControlState::default();
+    /// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel
     /// // Wheel 1 alone lags by 2 rad/s: three quarters of that can be motion, in which the others take part.
-    /// controller.step(&mut state, &BodyTwist::ZERO, &[-2.0, 0.0, 0.0, 0.0].into());
+    /// controller.step(&mut state, &ahead, &[8.0, 10.0, 10.0, 10.0].into());
     /// for (integral, expected) in state.integral_n_m.iter().zip([1.5, -0.5, 0.5, 0.5]) {
     ///     assert!((integral - 5.0 * 0.1 * expected).abs() < 1e-12);
     /// }
@@ -467,7 +469,19 @@ pub fn reference_factor<R: Real, const N: usize>(
     ranges: &TorqueRanges<R, N>,
     floor: R,
 ) -> R {
-    let mut factor = R::one();
+    reference_factors(requested_n_m, slopes_n_m, ranges, floor, &[true; N]).0
+}
+
+/// [`reference_factor`] of all wheels, and of the `overloaded` ones alone.
+#[inline]
+pub(crate) fn reference_factors<R: Real, const N: usize>(
+    requested_n_m: &[R; N],
+    slopes_n_m: &[R; N],
+    ranges: &TorqueRanges<R, N>,
+    floor: R,
+    overloaded: &[bool; N],
+) -> (R, R) {
+    let (mut factor, mut lasting) = (R::one(), R::one());
     for i in 0..N {
         let (requested, slope) = (requested_n_m[i], slopes_n_m[i]);
         let limit = if slope > R::zero() {
@@ -480,7 +494,11 @@ pub fn reference_factor<R: Real, const N: usize>(
         if over * slope > R::zero() {
             let u = R::one() - over / slope;
             factor = if u < factor { u } else { factor };
+            if overloaded[i] {
+                lasting = if u < lasting { u } else { lasting };
+            }
         }
     }
-    if factor < floor { floor } else { factor }
+    let raised = |factor| if factor < floor { floor } else { factor };
+    (raised(factor), raised(lasting))
 }

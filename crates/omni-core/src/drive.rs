@@ -7,7 +7,7 @@ mod state;
 mod tests;
 
 use crate::constants::constant_struct;
-use crate::error::{ConfigError, finite};
+use crate::error::{ConfigError, within};
 use crate::wheel_loops::LoopInputs;
 use crate::{
     BodyTwist, CommandShaper, Controller, CovarianceGrowth, Desaturated, Expectation, FaultConfig,
@@ -77,8 +77,8 @@ impl<R: Real, const N: usize> Drive<R, N> {
     ///
     /// # Errors
     /// Those of the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
-    /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` where it is not
-    /// finite.
+    /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` outside +-1000 m;
+    /// those of [`Controller::with_rest`].
     ///
     /// ```
     /// use omni_core::{Drive, DriveConfig, ShapingConfig, WheelLayout};
@@ -95,10 +95,11 @@ impl<R: Real, const N: usize> Drive<R, N> {
     pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {
         let period_s = config.control.pid.period_s;
         for p in config.command_point_m {
-            finite("command_point_m", p)?;
+            within("command_point_m", p, -1e3..=1e3, "-1000 to 1000")?;
         }
         Ok(Self {
-            controller: Controller::with_forward(&config.layout, config.control, config.forward)?,
+            controller: Controller::with_forward(&config.layout, config.control, config.forward)?
+                .with_rest(config.rest)?,
             shaper: CommandShaper::new(config.shaping, period_s)?,
             command_point_m: config.command_point_m,
             discretize: config.discretize,

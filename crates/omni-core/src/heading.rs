@@ -30,11 +30,13 @@ pub struct HeadingHoldConfig<R> {
 
 /// Adds to a commanded twist the yaw rate that keeps the heading, by a gyro. Goes before the limits of the twist.
 ///
+/// A command of rest is left as it is, so that stops end without torque; the error is kept for the way on.
+///
 /// ```
 /// use omni_core::{BodyTwist, HeadingHold, HeadingHoldConfig, HeadingHoldState};
 /// let hold = HeadingHold::new(HeadingHoldConfig { gain_per_s: 4.0, limit_rad_s: 0.5, period_s: 0.01 })?;
 /// let mut state = HeadingHoldState::default();
-/// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+/// let ahead = BodyTwist { vx_m_s: 0.3_f64, ..BodyTwist::ZERO };
 /// // A step turns the vehicle left at 1 rad/s for 0.1 s: 0.1 rad too far, taken back at 0.4 rad/s.
 /// let mut out = ahead;
 /// for _ in 0..10 {
@@ -129,7 +131,10 @@ impl<R: Real> HeadingHold<R> {
             state.error = error;
         }
         let asked = gain_per_s * state.error.total;
-        let correction = if asked > limit_rad_s {
+        let correction = if *command == BodyTwist::ZERO {
+            // A vehicle that is blocked would be pushed for as long as it stands.
+            R::zero()
+        } else if asked > limit_rad_s {
             limit_rad_s
         } else if asked < -limit_rad_s {
             -limit_rad_s
@@ -148,6 +153,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const AHEAD: BodyTwist<f64> = BodyTwist {
+        vx_m_s: 0.3,
+        ..BodyTwist::ZERO
+    };
+
     fn hold(gain_per_s: f64, limit_rad_s: f64) -> HeadingHold<f64> {
         HeadingHold::new(HeadingHoldConfig {
             gain_per_s,
@@ -165,7 +175,7 @@ mod tests {
         let mut heading = 0.0;
         for _ in 0..=500 {
             heading += yaw_rate * 1e-3;
-            yaw_rate = hold.step(&mut state, &BodyTwist::ZERO, yaw_rate).wz_rad_s;
+            yaw_rate = hold.step(&mut state, &AHEAD, yaw_rate).wz_rad_s;
         }
         // One time constant of 0.5 s later; Euler's steps of 1 ms are off by a thousandth of the exponent.
         assert!(
@@ -179,7 +189,7 @@ mod tests {
         let (hold, mut state) = (hold(100.0, 0.3), HeadingHoldState::default());
         for sign in [1.0, -1.0] {
             let out = (0..1000)
-                .map(|_| hold.step(&mut state, &BodyTwist::ZERO, 5.0 * sign).wz_rad_s)
+                .map(|_| hold.step(&mut state, &AHEAD, 5.0 * sign).wz_rad_s)
                 .next_back();
             assert_eq!(out, Some(if sign > 0.0 { -0.3 } else { 0.0 }), "{sign}");
         }
@@ -188,12 +198,22 @@ mod tests {
     #[test]
     fn what_is_not_finite_changes_nothing() {
         let (hold, mut state) = (hold(2.0, 1.0), HeadingHoldState::default());
-        hold.step(&mut state, &BodyTwist::ZERO, -100.0);
+        hold.step(&mut state, &AHEAD, -100.0);
         let before = state;
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let out = hold.step(&mut state, &BodyTwist::ZERO, bad);
+            let out = hold.step(&mut state, &AHEAD, bad);
             assert_eq!((state, out.wz_rad_s), (before, 0.2));
         }
+    }
+
+    #[test]
+    fn a_command_of_rest_is_not_corrected_and_the_error_is_kept() {
+        let (hold, mut state) = (hold(2.0, 1.0), HeadingHoldState::default());
+        hold.step(&mut state, &AHEAD, -100.0);
+        for _ in 0..100 {
+            assert_eq!(hold.step(&mut state, &BodyTwist::ZERO, 0.0), BodyTwist::ZERO);
+        }
+        assert_eq!(hold.step(&mut state, &AHEAD, 0.0).wz_rad_s, 0.2);
     }
 
     proptest! {
@@ -202,7 +222,7 @@ mod tests {
             let config = HeadingHoldConfig { gain_per_s: 3.0_f32, limit_rad_s: 0.5, period_s: 1e-3 };
             let (hold, mut state) = (HeadingHold::new(config).expect("in range"), HeadingHoldState::default());
             for reading in readings {
-                let out = hold.step(&mut state, &BodyTwist::from_array([0.0; 3]), reading).wz_rad_s;
+                let out = hold.step(&mut state, &BodyTwist::from_array([0.3, 0.0, 0.0]), reading).wz_rad_s;
                 prop_assert!(out.abs() <= 0.5);
             }
         }

@@ -45,8 +45,8 @@ pub use motor::{
 };
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 pub use pid::{
-    AntiWindup, FeedForward, IntegrationOrder, LastStep, Pid, PidConfig, PidGains, PidSample, PidState,
-    PidTerms,
+    AntiWindup, EncoderStep, FeedForward, IntegrationOrder, LastStep, Pid, PidConfig, PidGains, PidSample,
+    PidState, PidTerms,
 };
 pub use scalar::Real;
 pub use shaping::{
@@ -55,7 +55,7 @@ pub use shaping::{
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
 pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
-pub use wheel_loops::{ControlState, WheelControlConfig, WheelController, WheelSample};
+pub use wheel_loops::{ControlState, Rest, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
 
 /// Every type that generated constants name.
@@ -65,6 +65,7 @@ pub mod parts {
     pub use crate::motor::TorqueLimits;
     pub use crate::pid::Discrete;
     pub use crate::twist_limits::{Group, Law};
+    pub use crate::wheel_loops::RestRule;
     pub use crate::*;
 }
 

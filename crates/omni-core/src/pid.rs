@@ -11,7 +11,7 @@ use crate::constants::constant_struct;
 use crate::error::{ConfigError, period, within};
 use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
-pub use config::{IntegrationOrder, PidConfig, PidGains};
+pub use config::{EncoderStep, IntegrationOrder, PidConfig, PidGains};
 pub use feed_forward::{Discrete, FeedForward};
 pub use sample::{LastStep, PidSample, PidState, PidTerms};
 
@@ -338,10 +338,13 @@ impl<R: Real> Pid<R> {
             AntiWindup::Conditional => conditional(),
             AntiWindup::BackCalculation { .. } => self.tracking * excess,
             AntiWindup::Conditioned => {
+                // Integral and derivative act one period late. Together they must not take back more than the whole
+                // excess: they would swing.
                 let gain = self.ki_dt * self.per_slope(started);
-                // An integral that acts one period late must not take back more than the whole excess: it would swing.
-                if gain > zero {
-                    excess * gain.limited(zero, R::one())
+                let room = R::one() - self.derivative_slope(started) * self.per_slope(started);
+                let enough = gain <= R::of(1.001) * room || room >= R::of(0.5);
+                if gain > zero && enough {
+                    excess * gain.limited(zero, room)
                 } else {
                     conditional()
                 }

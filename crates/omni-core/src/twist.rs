@@ -9,7 +9,7 @@ use crate::trig::cardinal_sine;
 ///
 /// ```
 /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
-/// let forward = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+/// let forward = BodyTwist { vx_m_s: 0.3_f64, ..BodyTwist::ZERO };
 /// assert_eq!(forward.vy_m_s, 0.0);
 /// let kinematics = Kinematics::new(&WheelLayout::chugo7(0.30, 0.23, 0.066)?)?;
 /// let velocities = kinematics.inverse(&forward);
@@ -39,22 +39,26 @@ pub struct BodyTwist<R> {
     pub wz_rad_s: R,
 }
 
-impl BodyTwist<f64> {
-    /// At rest, in `f64`; [`BodyTwist::zero`] for any scalar.
-    pub const ZERO: Self = Self {
-        vx_m_s: 0.0,
-        vy_m_s: 0.0,
-        wz_rad_s: 0.0,
-    };
-}
-
 impl<R: Real> BodyTwist<R> {
     /// At rest: 0 m/s, 0 m/s, 0 rad/s.
     ///
     /// ```
     /// use omni_core::BodyTwist;
+    /// let ahead: BodyTwist<f32> = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// assert_eq!(ahead.wz_rad_s, 0.0);
+    /// ```
+    pub const ZERO: Self = Self {
+        vx_m_s: R::ZERO,
+        vy_m_s: R::ZERO,
+        wz_rad_s: R::ZERO,
+    };
+
+    /// At rest: 0 m/s, 0 m/s, 0 rad/s.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
     /// assert_eq!(BodyTwist::<f32>::zero().to_array(), [0.0_f32; 3]);
-    /// assert_eq!(BodyTwist::zero(), BodyTwist::ZERO); // the constant is f64 only
+    /// assert_eq!(BodyTwist::<f32>::zero(), BodyTwist::ZERO); // the same as a function
     /// ```
     #[must_use]
     pub const fn zero() -> Self {

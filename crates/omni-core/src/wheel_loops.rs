@@ -1,6 +1,7 @@
 //! The loops of all wheels: N PIDs and what they do together when one of them saturates.
 
 mod limit;
+mod rest;
 mod sample;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,8 @@ use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
 use crate::{Pid, Real, WheelVelocities};
 use limit::start_afresh_where_not_finite;
+use rest::is_rest;
+pub use rest::{Rest, RestRule};
 pub use sample::{ControlState, WheelControlConfig, WheelSample};
 
 /// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
@@ -37,9 +40,15 @@ pub struct WheelController<R, const N: usize> {
     // The limits' numbers side by side: loops over wheels then run several at a time where the processor can.
     limits: TorqueLimits<R, N>,
     coordination: Coordination<R>,
+    rest: RestRule<R>,
 }
 
-constant_struct!(WheelController<R, const N> { pid: Pid<R>, limits: TorqueLimits<R, N>, coordination: Coordination<R> });
+constant_struct!(WheelController<R, const N> {
+    pid: Pid<R>,
+    limits: TorqueLimits<R, N>,
+    coordination: Coordination<R>,
+    rest: RestRule<R>,
+});
 
 /// What one step of the loops starts from.
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
@@ -83,6 +92,31 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             pid: Pid::new(config.pid)?,
             limits: TorqueLimits::new(&config.limits),
             coordination: config.coordination,
+            rest: RestRule::new(Rest::default(), config.pid.period_s)?,
+        })
+    }
+
+    /// The same loops with another rule for rest than [`Rest::default`].
+    ///
+    /// # Errors
+    /// Parameters `rest.bleed_s`, `rest.hold_s`, `rest.hold_heat_n2m2s` outside their ranges.
+    ///
+    /// ```
+    /// use omni_core::{Rest, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let wheels = WheelController::new(config)?;
+    /// assert!(wheels.with_rest(Rest::hold(30.0, 5.0)).is_ok());
+    /// let for_ever = wheels.with_rest(Rest::hold(f64::INFINITY, 5.0)).unwrap_err();
+    /// assert_eq!((for_ever.parameter, for_ever.allowed), ("rest.hold_s", "0 to 3600"));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn with_rest(self, rest: Rest<R>) -> Result<Self, ConfigError> {
+        Ok(Self {
+            rest: RestRule::new(rest, self.rest.period_s())?,
+            ..self
         })
     }
 
@@ -279,6 +313,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 state.integral_n_m[i] += ki_dt * taken_in[i] + correction[i];
             }
         } else {
+            state.overload_periods = [0; N];
             for i in 0..N {
                 state.integral_n_m[i] += ki_dt * taken_in[i];
             }
@@ -290,6 +325,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
         }
         self.hold_integrals(state);
+        if is_rest(inputs.reference) {
+            self.rest.step(state, &out.applied.n_m);
+        } else {
+            (state.rest_periods, state.rest_heat_n2m2s) = (0, R::zero());
+        }
     }
 
     /// Writes the terms of every wheel for its reference and measurement.

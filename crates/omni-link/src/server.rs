@@ -105,6 +105,8 @@ impl<const N: usize> Server<N> {
             let Answer { sample, .. } = &mut self.answer;
             let command = limiter.step(&mut self.limited, &request.command);
             controller.step_into(&mut self.state, &command, &measured, sample);
+            // As the loops took them: a reading that is no number counts as 0, and no answer holds one.
+            let measured = sample.wheels.measured;
             self.answer.estimated = controller.kinematics().forward(&measured);
             self.answer.residual = controller.kinematics().residual(&measured);
         }

@@ -180,8 +180,8 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
         let kinematics = self.controller.kinematics();
         sample.take(
             &s,
-            &kinematics.forward(&velocities),
-            &kinematics.residual(&velocities),
+            &kinematics.forward(&s.wheels.measured),
+            &kinematics.residual(&s.wheels.measured),
         );
         Ok(())
     }

@@ -59,6 +59,31 @@ fn worst(counter: &Counter, work: Work) -> u32 {
     most
 }
 
+/// Largest torque \[N.m\] of wheels that cannot turn, 0.6 s after the command came to rest.
+fn torque_after_a_stop() -> f32 {
+    let mut memory = Memory::new();
+    let (standing, ahead) = (
+        WheelVelocities::zero(),
+        BodyTwist {
+            vx_m_s: 0.3,
+            ..BodyTwist::ZERO
+        },
+    );
+    let periods = |ms: u32| ms * 1000 / PERIOD_US;
+    for _ in 0..periods(300) {
+        step(&mut memory, &ahead, &standing);
+    }
+    // The limits of the command let it come to rest first.
+    while memory.sample.command != BodyTwist::ZERO {
+        step(&mut memory, &BodyTwist::ZERO, &standing);
+    }
+    for _ in 0..periods(600) {
+        step(&mut memory, &BodyTwist::ZERO, &standing);
+    }
+    let torques = memory.sample.wheels.applied.n_m;
+    torques.iter().fold(0.0, |most, torque| torque.abs().max(most))
+}
+
 #[entry]
 fn main() -> ! {
     say!(
@@ -100,6 +125,13 @@ fn main() -> ! {
         }
         None => say!("no timer to count instructions with"),
     }
+    let pushing = torque_after_a_stop();
+    let rests = if pushing == 0.0 {
+        "as it should be"
+    } else {
+        "NOT at rest"
+    };
+    say!("torque of blocked wheels after a stop: {} N.m, {}", pushing, rests);
     let mut memory = Memory::new();
     let command = BodyTwist {
         vx_m_s: 0.3,
@@ -114,5 +146,5 @@ fn main() -> ! {
         )
     });
     say!("stack of a step with odometry and residual: {} bytes", used);
-    exit(same)
+    exit(same && pushing == 0.0)
 }

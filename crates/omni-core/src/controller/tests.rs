@@ -220,8 +220,9 @@ fn a_conditional_shared_integral_stops_as_a_whole() {
     for _ in 0..20_000 {
         controller.step(&mut state, &FORWARD, &WheelVelocities::zero());
     }
+    // A limit counts from its eighth period on: the seven before take in 2 N.m/rad times 4.55 rad/s, 0.064 N.m together.
     assert!(
-        state.integral_n_m.iter().all(|i| i.abs() < 0.01),
+        state.integral_n_m.iter().all(|i| i.abs() < 0.065),
         "{:?}",
         state.integral_n_m
     );

@@ -1,7 +1,7 @@
 //! What a drive is made of, and what arrives in one period.
 
 use crate::{
-    BodyTwist, FaultConfig, ForwardMap, OdometryNoise, PathFactors, Real, ShapingConfig, SlipConfig,
+    BodyTwist, FaultConfig, ForwardMap, OdometryNoise, PathFactors, Real, Rest, ShapingConfig, SlipConfig,
     SpeedLimits, TorqueRanges, WheelControlConfig, WheelLayout, WheelVelocities,
 };
 
@@ -32,9 +32,11 @@ pub struct DriveConfig<R, const N: usize> {
     pub forward: ForwardMap,
     /// The wheels' loops. Its period is the drive's.
     pub control: WheelControlConfig<R, N>,
+    /// What the loops do once the command is rest, and in every stop: time-out, emergency stop, safe stop.
+    pub rest: Rest<R>,
     /// Limits, time-out and emergency stop of the command.
     pub shaping: ShapingConfig<R>,
-    /// Point of the body \[m\] that moves as commanded, `[x, y]`, finite; `[0, 0]` is the origin.
+    /// Point of the body \[m\] that moves as commanded, `[x, y]`, each within +-1000 m; `[0, 0]` is the origin.
     pub command_point_m: [R; 2],
     /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
     pub discretize: bool,
@@ -73,6 +75,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
             layout,
             forward: ForwardMap::LeastSquares,
             control,
+            rest: Rest::default(),
             shaping: ShapingConfig::none(),
             command_point_m: [R::zero(); 2],
             discretize: false,

@@ -1,10 +1,11 @@
 mod faults;
+mod stops;
 
 use super::*;
 use crate::{
     CommandStatus, Coordination, Desaturation, EmergencyDeceleration, MotionLimits, OdometryNoise,
-    PathFactors, PidConfig, PidGains, PlanarPose, ShapingConfig, TorqueLimit, TorqueRanges, TwistLimits,
-    WheelControlConfig, WheelLayout,
+    PathFactors, PidConfig, PidGains, PlanarPose, Rest, ShapingConfig, TorqueLimit, TorqueRanges,
+    TwistLimits, WheelControlConfig, WheelLayout,
 };
 use proptest::prelude::*;
 
@@ -287,12 +288,21 @@ fn speed_limits_of_a_dropped_wheel_slow_nobody_down() {
 #[test]
 fn the_parts_errors_come_through_by_name() {
     let named = |config| Drive::<f64, 7>::new(config).expect_err("refused").parameter;
+    for bad in [f64::NAN, 1001.0, -3.6e306] {
+        assert_eq!(
+            named(DriveConfig {
+                command_point_m: [0.0, bad],
+                ..config()
+            }),
+            "command_point_m"
+        );
+    }
     assert_eq!(
         named(DriveConfig {
-            command_point_m: [0.0, f64::NAN],
+            rest: Rest::hold(-1.0, 1.0),
             ..config()
         }),
-        "command_point_m"
+        "rest.hold_s"
     );
     let mut bad = config();
     bad.shaping.timeout_s = Some(-1.0);

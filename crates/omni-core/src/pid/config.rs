@@ -1,6 +1,7 @@
 //! What a PID loop is made of.
 
 use super::{AntiWindup, FeedForward};
+use crate::error::{ConfigError, positive};
 use crate::{Real, TorqueRange};
 
 /// Gains of eq. (10), `u = kp e + ki (integral of e) + kd e'`, on an actuator velocity error e \[rad/s\].
@@ -111,6 +112,38 @@ impl<R: Real> PidConfig<R> {
         }
     }
 
+    /// What one count of an encoder with `counts_per_turn` > 0 makes of a velocity read once a period, and what the gains make
+    /// of that: proportional, integral and derivative of a single count. More than the motor has is a warning: the torque
+    /// then jumps from limit to limit, and the loop holds the speed in the mean only.
+    ///
+    /// # Errors
+    /// Parameter `counts_per_turn` not above 0 or not finite.
+    ///
+    /// ```
+    /// use omni_core::{PidConfig, PidGains};
+    /// let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// let step = PidConfig::new(gains, 1e-3).encoder_step(64.0)?;
+    /// assert!((step.velocity_rad_s - 98.17).abs() < 0.01); // 2 pi / 64 in a millisecond
+    /// assert!((step.torque_n_m - 29.45).abs() < 0.01); // no motor of 2 N.m gives that
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn encoder_step(&self, counts_per_turn: R) -> Result<EncoderStep<R>, ConfigError> {
+        let counts = positive("counts_per_turn", counts_per_turn)?;
+        let velocity_rad_s = R::of(core::f64::consts::TAU) / counts / self.period_s;
+        let PidGains {
+            kp_n_m_s_rad,
+            ki_n_m_rad,
+            kd_n_m_s2_rad,
+        } = self.gains;
+        let gain = kp_n_m_s_rad
+            + ki_n_m_rad * self.period_s
+            + kd_n_m_s2_rad / (self.derivative_filter_s + self.period_s);
+        Ok(EncoderStep {
+            velocity_rad_s,
+            torque_n_m: gain * velocity_rad_s,
+        })
+    }
+
     /// The same with the derivative of the measurement alone (`derivative_weight` 0): it brakes what moves, and a step
     /// of the reference does not kick.
     ///
@@ -130,4 +163,22 @@ impl<R: Real> PidConfig<R> {
             ..self
         }
     }
+}
+
+/// One count of an encoder, as a loop sees it: see [`PidConfig::encoder_step`].
+///
+/// ```
+/// use omni_core::{PidConfig, PidGains};
+/// let gains = PidGains { kp_n_m_s_rad: 0.5_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// let step = PidConfig::new(gains, 0.01).encoder_step(2000.0)?;
+/// assert!((step.torque_n_m / step.velocity_rad_s - 0.5).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct EncoderStep<R> {
+    /// Velocity that one count in one period reads as \[rad/s\].
+    pub velocity_rad_s: R,
+    /// Torque that the gains make of it \[N.m\].
+    pub torque_n_m: R,
 }

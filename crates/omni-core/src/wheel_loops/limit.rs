@@ -1,13 +1,20 @@
 //! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
 
 use super::{ControlState, WheelController, WheelSample};
-use crate::coordination::{Saturation, reference_factor, torque_factor};
+use crate::coordination::{Saturation, reference_factors, torque_factor};
 use crate::{AntiWindup, Real};
+
+/// Periods in a row that a wheel is beyond the same limit before the integrals are told of it.
+///
+/// One encoder count, or noise, can ask for more than a motor has in a single reading. Told of each such reading, an integral
+/// would drop what it says and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the same limit 8
+/// times in a row in one period of 2^8.
+const OVERLOAD_PERIODS: i8 = 8;
 
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
     /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
-    /// there is a correction.
+    /// there is a correction. Integrals are told of limits that have lasted for [`OVERLOAD_PERIODS`] only.
     #[inline(never)]
     pub(super) fn limit(
         &self,
@@ -17,6 +24,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         correction: &mut [R; N],
     ) -> bool {
         let mut realised = out.reference.rad_s;
+        let mut overloaded = [false; N];
+        count_overload(&mut state.overload_periods, &mut overloaded, out);
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
         match self.coordination.saturation {
@@ -42,11 +51,14 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 for i in 0..N {
                     slopes[i] *= slope(i).sum();
                 }
-                out.common_factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
-                let less = R::one() - out.common_factor;
+                let (factor, lasting) =
+                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, &overloaded);
+                out.common_factor = factor;
+                let less = R::one() - factor;
+                let less_for_long = R::one() - lasting;
                 for i in 0..N {
                     let removed = less * realised[i];
-                    taken_in[i] -= removed;
+                    taken_in[i] -= less_for_long * realised[i];
                     realised[i] -= removed;
                     asked[i] -= less * slopes[i];
                     out.p_n_m[i] -= slope(i).p_n_m * removed;
@@ -70,7 +82,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);
             out.applied.n_m[i] = applied;
-            excess[i] = applied - asked[i];
+            if overloaded[i] {
+                excess[i] = applied - asked[i];
+            }
         }
         for e in excess {
             changed |= e != R::zero();
@@ -144,6 +158,28 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if fullest > limit_n_m {
             state.integral_n_m = state.integral_n_m.map(|i| i * (limit_n_m / fullest));
         }
+    }
+}
+
+/// Counts for how many periods in a row each wheel has asked for more than its upper limit (positive) or its lower one
+/// (negative), and says which have for [`OVERLOAD_PERIODS`].
+#[inline]
+fn count_overload<R: Real, const N: usize>(
+    overload: &mut [i8; N],
+    overloaded: &mut [bool; N],
+    out: &WheelSample<R, N>,
+) {
+    for i in 0..N {
+        let before = overload[i];
+        let now = if !out.saturated[i] {
+            0
+        } else if out.requested.n_m[i] > R::zero() {
+            (before.max(0) + 1).min(OVERLOAD_PERIODS)
+        } else {
+            (before.min(0) - 1).max(-OVERLOAD_PERIODS)
+        };
+        overload[i] = now;
+        overloaded[i] = now.abs() == OVERLOAD_PERIODS;
     }
 }
 

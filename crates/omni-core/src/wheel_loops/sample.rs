@@ -69,6 +69,14 @@ pub struct ControlState<R, const N: usize> {
     /// There was a step before.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub started: [bool; N],
+    /// Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
+    /// keeps integrals from winding up waits for 8.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
+    pub overload_periods: [i8; N],
+    /// Periods since every reference became 0, counted as far as [`Rest`](crate::Rest) asks.
+    pub rest_periods: u32,
+    /// Heat of holding since then \[N^2.m^2.s\].
+    pub rest_heat_n2m2s: R,
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
@@ -94,6 +102,9 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             last_reference_rad_s: zero,
             last_measured_rad_s: zero,
             started: [false; N],
+            overload_periods: [0; N],
+            rest_periods: 0,
+            rest_heat_n2m2s: R::ZERO,
         }
     }
 }

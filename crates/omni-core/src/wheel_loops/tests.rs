@@ -264,6 +264,35 @@ proptest! {
     }
 
     #[test]
+    fn integrals_are_zero_once_the_command_has_been_rest_for_the_time_of_bleeding(
+        before in prop::collection::vec(prop::array::uniform3(-20.0..20.0_f32), 1..40), bleed_s in 0.0..0.05_f32,
+        during in prop::array::uniform3(-20.0..20.0_f32), which in 0..3_usize, law in 0..4_usize,
+    ) {
+        let anti_windup = [AntiWindup::None, AntiWindup::Clamp { limit_n_m: 1.0 }, AntiWindup::Conditional,
+            AntiWindup::Conditioned][law];
+        let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+        let wheels = WheelController::new(WheelControlConfig {
+            pid: PidConfig { anti_windup, ..PidConfig::new(gains, 1e-3_f32) },
+            limits: [TorqueLimit::constant(1.0).expect("valid"); 3],
+            coordination: Coordination { saturation: saturations(0.3)[which], integral: Integral::PerWheel },
+        }).expect("valid").with_rest(Rest { bleed_s, ..Rest::default() }).expect("valid");
+        let mut state = ControlState::default();
+        for measured in before {
+            wheels.step(&mut state, &[5.0, -3.0, 0.0].into(), &measured.into());
+        }
+        // The time in whole periods, rounded; whatever is read meanwhile.
+        let periods = (bleed_s * 1e3).round().max(1.0) as usize;
+        for _ in 0..periods + 1 {
+            wheels.step(&mut state, &WheelVelocities::zero(), &during.into());
+            prop_assert!(state.integral_n_m.iter().all(|i| i.is_finite()));
+        }
+        prop_assert_eq!(state.integral_n_m, [0.0; 3]);
+        // And they are there again as soon as something is asked for.
+        wheels.step(&mut state, &[1.0; 3].into(), &[0.0; 3].into());
+        prop_assert!(state.integral_n_m.iter().all(|i| *i == 2.0 * 1e-3));
+    }
+
+    #[test]
     fn the_energy_of_a_passive_load_never_grows_at_rest(
         start in prop::array::uniform3(-20.0..20.0_f64), kp in 0.01..0.5_f64, which in 0..3_usize, limit in 0.05..5.0_f64,
     ) {

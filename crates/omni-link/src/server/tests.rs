@@ -75,8 +75,12 @@ impl Bench {
     }
 
     fn ask(&mut self, sequence: u32, restart: bool) -> Answer<N> {
+        self.step(request(sequence, restart))
+    }
+
+    fn step(&mut self, request: Request<N>) -> Answer<N> {
         let mut frame = [0; request_frame(N)];
-        encode(&ToController::Request(request(sequence, restart)), &mut frame);
+        encode(&ToController::Request(request), &mut frame);
         self.answer(&mut frame)
     }
 
@@ -113,6 +117,28 @@ fn answers_are_the_controllers_own_steps_bit_for_bit() {
         assert_eq!(answer.sample, sample);
         assert_eq!(answer.estimated, controller.kinematics().forward(&measured));
         assert_eq!(answer.residual, controller.kinematics().residual(&measured));
+    }
+}
+
+#[test]
+fn no_answer_holds_a_number_that_is_none() {
+    let mut bench = Bench::new();
+    for (k, bad) in (1..).zip([f32::NAN, f32::INFINITY, -1e30]) {
+        let mut asked = request(k, k == 1);
+        asked.measured_rad_s[1] = bad;
+        let answer = bench.step(asked);
+        let kinematics = answer
+            .estimated
+            .to_array()
+            .into_iter()
+            .chain(answer.residual.rad_s);
+        assert!(
+            kinematics
+                .chain(answer.sample.wheels.applied.n_m)
+                .all(f32::is_finite),
+            "{bad}: {answer:?}"
+        );
+        assert!(!answer.sample.wheels.active[1]);
     }
 }
 

@@ -1,0 +1,52 @@
+//! What the wheels' loops do once the command is rest.
+
+use garde::Validate;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::check::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
+
+/// What becomes of the loops' integrals once the command is rest: by default they fall to 0 within half a second, and a vehicle
+/// on a slope then creeps. Holding it there is bounded by time and heat.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rest {
+    /// Within this time the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
+    #[garde(custom(within(BLEED_S)))]
+    #[schemars(range(min = BLEED_S.min, max = BLEED_S.max))]
+    pub bleed_s: f64,
+    /// Before that they hold what they have for this time \[s\], 0 to 3600; 0 by default.
+    #[garde(custom(within(TIME_S)))]
+    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    pub hold_s: f64,
+    /// Or until the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; 0 by default.
+    #[garde(custom(within(HOLD_HEAT_N2M2S)))]
+    #[schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max))]
+    pub hold_heat_n2m2s: f64,
+}
+
+impl Default for Rest {
+    fn default() -> Self {
+        let omni_core::Rest {
+            bleed_s,
+            hold_s,
+            hold_heat_n2m2s,
+        } = omni_core::Rest::default();
+        Self {
+            bleed_s,
+            hold_s,
+            hold_heat_n2m2s,
+        }
+    }
+}
+
+impl Rest {
+    /// As omni-core has it.
+    pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::Rest<R> {
+        omni_core::Rest {
+            bleed_s: R::of(self.bleed_s),
+            hold_s: R::of(self.hold_s),
+            hold_heat_n2m2s: R::of(self.hold_heat_n2m2s),
+        }
+    }
+}
