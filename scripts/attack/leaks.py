@@ -5,12 +5,12 @@ import sys
 from campaign import Campaign, Setting, faults, run
 
 # Each loop is long enough that the loss of its smallest object a round would be seen: 2,000 rounds of 1 kB (a message,
-# an exception with its frames), 20,000 of 100 bytes (an array without its data). What the allocator itself keeps stays
-# below 1 MB.
+# an exception with its frames), 5,000 of 400 bytes, 20,000 of 100 (an array without data). What the allocator itself
+# keeps stays below 1 MB.
 BOUND_KB = 2_000
 
 LOOPS = {
-    "steps": (20_000, "for _ in range(n): simulation.step((0.2, 0, 0))"),
+    "steps": (5_000, "for _ in range(n): simulation.step((0.2, 0, 0))"),
     "columns": (20_000, "for _ in range(n): trace['pose_x_m']"),
     "controller": (20_000, "for _ in range(n): kinematics.forward(velocities)"),
     "errors": (5_000, "for _ in range(n):\n    try: omnistep.Scenario('flat', overrides={'duration_s': -1})\n"

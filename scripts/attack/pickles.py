@@ -77,7 +77,7 @@ print("TRIED", count)
 
 def campaigns(setting: Setting) -> list[Campaign]:
     """Scenario, vehicle, run and outcome with changed bytes: an exception of a usual kind, or something that works."""
-    folder, count = setting.folder("pickles"), setting.count(1000)
+    folder, count = setting.folder("pickles"), setting.count(3000)
     ended = run([sys.executable, "-c", MUTATE, setting.seed, count, setting.keep], folder, seconds=60 + count // 10)
     wrong = [
         f"pickle.load: {line.removeprefix('FAILED ')}" for line in ended.out.splitlines() if line.startswith("FAILED")

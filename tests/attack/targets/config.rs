@@ -56,6 +56,11 @@ pub(super) fn drive<R: Real, const N: usize>(
         wheel_rad_per_sqrt_rad: none_or(u, 1e-6, 1.0),
         residual_gain: none_or(u, 1e-6, 10.0),
     });
+    let rest = Rest {
+        bleed_s: none_or(u, 1e-3, 10.0),
+        hold_s: none_or(u, 1e-3, 3600.0),
+        hold_heat_n2m2s: none_or(u, 1e-3, 1e9),
+    };
     // Any bits: what is accepted has to work.
     let command_point_m = if one_in(u, 4) {
         [bits(u), bits(u)]
@@ -76,6 +81,7 @@ pub(super) fn drive<R: Real, const N: usize>(
         slip,
         faults,
         noise,
+        rest,
         ..DriveConfig::new(layout, control)
     };
     Some((config, limits))

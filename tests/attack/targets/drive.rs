@@ -27,13 +27,17 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
     let Some((config, limits)) = config::drive::<R, N>(u) else {
         return 0;
     };
-    let emergency = config.shaping.emergency_deceleration;
+    let at_once = config.shaping.emergency_deceleration.is_none();
+    let rest_s = (config.rest.bleed_s + config.rest.hold_s).as_f64();
+    // Each of the two times is rounded up to periods.
+    let let_go = (rest_s / config.control.pid.period_s.as_f64()) as usize + 3;
     let Ok(drive) = Drive::new(config) else { return 0 };
     let mut state = DriveState::new(&drive);
     let mut watch = Watch {
         stopped: None,
-        at_once: emergency.is_none(),
+        at_once,
     };
+    let mut resting = 0;
     let mut steps = 0;
     while !u.is_empty() {
         match byte(u) {
@@ -61,6 +65,14 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
             state.covariance.matrix().as_flattened().iter().copied(),
         );
         watch.holds(&sample);
+        // Whatever the wheels measure, nothing pushes on once the command is rest.
+        let rests = sample.wheels.reference.rad_s.iter().all(|&r| r == R::zero());
+        resting = if rests { resting + 1 } else { 0 };
+        let integrals = state.control.integral_n_m;
+        assert!(
+            resting < let_go || integrals == [R::zero(); N],
+            "{resting} periods at rest, allowed {let_go}: {integrals:?} N.m"
+        );
     }
     steps
 }
