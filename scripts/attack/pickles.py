@@ -22,7 +22,7 @@ class Ours(pickle.Unpickler):
         return super().find_class(module, name)
 
 
-scenario = omnistep.Scenario("flat", overrides={"duration_s": 0.01})
+scenario = omnistep.Scenario("flat", overrides={"duration_s": 0.01, "vehicle": "omni3"})
 run = omnistep.run(scenario)
 things = [scenario, scenario.vehicle, run, run.outcome]
 

@@ -12,7 +12,7 @@ use omni_sim::config::Scenario;
 const N: usize = 7;
 
 /// Serves standard input and output until the host closes them, and lies.
-pub fn serve(lie: &str) {
+pub(crate) fn serve(lie: &str) {
     let scenario = Scenario::load("flat", &[]).unwrap();
     let controller = scenario.controller::<f32, N>().unwrap();
     let limiter = scenario.limiter::<f32>().unwrap();

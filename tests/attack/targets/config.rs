@@ -4,7 +4,7 @@ use arbitrary::Unstructured;
 use omni_core::{
     AntiWindup, AxisLimits, Coordination, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig,
     FeedForward, ForwardMap, Integral, IntegrationOrder, MotionLimits, OdometryNoise, PidConfig, PidGains,
-    Real, Saturation, ShapingConfig, SlipConfig, SpeedLimits, TorqueLimit, TwistLimits, Wheel,
+    Real, Rest, Saturation, ShapingConfig, SlipConfig, SpeedLimits, TorqueLimit, TwistLimits, Wheel,
     WheelControlConfig, WheelLayout,
 };
 
@@ -98,13 +98,13 @@ fn periods(u: &mut Unstructured<'_>) -> u16 {
 
 pub(super) fn layout<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Option<WheelLayout<R, N>> {
     let regular = one_in(u, 2);
-    let size = within(u, 0.01, 100.0);
-    let radius_m = within(u, 1e-3, 1.0);
+    let size: R = within(u, 0.01, 100.0);
+    let radius_m: R = within(u, 1e-3, 1.0);
     let layout = if regular {
         WheelLayout::omni(size, signed(u, 0.1, 3.0), radius_m)
     } else {
         let wheels = std::array::from_fn(|_| Wheel {
-            position_m: [signed(u, 0.1, 1.0) * size, signed(u, 0.1, 1.0) * size],
+            position_m: [signed::<R>(u, 0.1, 1.0) * size, signed::<R>(u, 0.1, 1.0) * size],
             rolling_direction: [signed(u, 0.1, 10.0), signed(u, 0.1, 10.0)],
             roller_angle_rad: signed(u, 0.1, 1.5),
             radius_m: within(u, 1e-3, 1.0),

@@ -66,7 +66,12 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
         );
         watch.holds(&sample);
         // Whatever the wheels measure, nothing pushes on once the command is rest.
-        let rests = sample.wheels.reference.rad_s.iter().all(|&r| r == R::zero());
+        let rests = sample
+            .desaturated
+            .velocities
+            .rad_s
+            .iter()
+            .all(|&r| r == R::zero());
         resting = if rests { resting + 1 } else { 0 };
         let integrals = state.control.integral_n_m;
         assert!(
@@ -187,7 +192,13 @@ fn not_nan<R: Real>(name: &str, values: impl IntoIterator<Item = R>) {
 /// One period: mostly readings as they come, now and then any bits.
 fn input<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> DriveInput<R, N> {
     let hostile = one_in(u, 3);
-    let mut number = |u: &mut Unstructured<'_>| if hostile { bits(u) } else { signed(u, 1e-3, 300.0) };
+    let number = |u: &mut Unstructured<'_>| {
+        if hostile {
+            bits::<R>(u)
+        } else {
+            signed(u, 1e-3, 300.0)
+        }
+    };
     let readings_rad_s = std::array::from_fn(|_| if one_in(u, 20) { None } else { Some(number(u)) });
     let command = one_in(u, 4).then(|| BodyTwist::from_array(std::array::from_fn(|_| number(u))));
     let mut torque_ranges = TorqueRanges::unlimited();
@@ -207,7 +218,7 @@ fn input<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> DriveInput<R, N> 
         torque_ranges.set(usize::from(byte(u)) % N, &range);
     }
     let path = if one_in(u, 5) {
-        PathFactors::new(std::array::from_fn(|_| within(u, 0.01, 100.0))).unwrap_or_default()
+        PathFactors::new(std::array::from_fn(|_| within::<R>(u, 0.01, 100.0))).unwrap_or_default()
     } else {
         PathFactors::default()
     };

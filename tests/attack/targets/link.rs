@@ -97,10 +97,10 @@ fn sent<const N: usize>(u: &mut Unstructured<'_>, sequence: &mut u32) -> Vec<u8>
         _ => sequence.wrapping_add(1),
     };
     let message = if one_in(u, 30) {
-        ToController::Hello
+        ToController::<N>::Hello
     } else {
         let hostile = one_in(u, 3);
-        let mut number = |u: &mut Unstructured<'_>| {
+        let number = |u: &mut Unstructured<'_>| {
             if hostile {
                 bits(u)
             } else {

@@ -11,13 +11,13 @@ mod toml;
 mod trace;
 
 /// What a target did: steps, frames, files.
-pub type Done = usize;
+pub(crate) type Done = usize;
 
 /// A target by its name, which is also that of its folder in `fuzz/corpus`.
-pub type Target = (&'static str, fn(&[u8]) -> Done);
+pub(crate) type Target = (&'static str, fn(&[u8]) -> Done);
 
 /// All of them.
-pub const TARGETS: [Target; 6] = [
+pub(crate) const TARGETS: [Target; 6] = [
     ("toml", toml::run),
     ("height_map", height_map::run),
     ("log", log::run),
