@@ -36,25 +36,23 @@ def built() -> tuple[Path, Path]:
 
 
 def in_rust(setting: Setting, attack: Path) -> list[Campaign]:
-    """The corpus, Drive and link under random bits."""
-    table = setting.work / "rust.jsonl"
-    arguments = ["--seed", str(setting.seed), "--times", "20" if setting.long else "1", "--table", str(table)]
-    # 1: some of it failed, and the table says what.
-    ended = run([attack, *arguments], TOP, seconds=7200 if setting.long else 600)
-    if (wrong := faults(ended, allowed=(0, 1))) and ended.code not in (0, 1):
-        running = (setting.keep / "running").read_text()
-        return [Campaign("core and link", tried=1, failures=[f"{'; '.join(wrong)}: {running}: {ended.command}"])]
-    campaigns = [json.loads(line) for line in table.read_text().splitlines()]
-    said = ended.stdout.splitlines()
-    return [
-        Campaign(
-            row["campaign"],
-            tried=row["tried"],
-            unit=row["unit"],
-            failures=[line for line in said if line.startswith(row["campaign"] + ": ")],
-        )
-        for row in campaigns
-    ]
+    """The corpus, Drive and link under random bits; a process each, because memory that is not there ends one."""
+    campaigns = []
+    for words in [*(["corpus", folder.name] for folder in sorted((TOP / "fuzz/corpus").iterdir())), ["random"]]:
+        table = setting.work / f"{'-'.join(words)}.jsonl"
+        arguments = ["--seed", setting.seed, "--times", 20 if setting.long else 1, "--table", table, *words]
+        # 1: some of it failed, and the table says what.
+        ended = run([attack, *arguments], TOP, seconds=7200 if setting.long else 600)
+        if ended.code not in (0, 1):
+            running = (setting.keep / "running").read_text()
+            wrong = f"{'; '.join(faults(ended))}: {running}: {ended.command}"
+            campaigns.append(Campaign(": ".join(words), 1, "runs", [wrong]))
+            continue
+        said = ended.out.splitlines()
+        for row in map(json.loads, table.read_text().splitlines()):
+            failures = [line for line in said if line.startswith(row["campaign"] + ": ")]
+            campaigns.append(Campaign(row["campaign"], row["tried"], row["unit"], failures))
+    return campaigns
 
 
 def main() -> int:

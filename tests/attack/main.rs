@@ -3,6 +3,7 @@
 //! ```sh
 //! cargo test --test attack                              # the quick campaign
 //! cargo test --test attack -- --times 20 --seed 7       # twenty times as many steps, other random bits
+//! cargo test --test attack -- corpus log                # the corpus of one target; `random` for the rest
 //! cargo test --test attack -- drive out/attack/x.bin    # an input that failed, again
 //! ```
 //!
@@ -71,40 +72,43 @@ fn main() -> ExitCode {
             _ => again.push(argument),
         }
     }
-    let rows = if let Some((target, files)) = again.split_first() {
-        let target = *TARGETS
-            .iter()
-            .find(|(name, _)| name == target)
-            .expect("the name of a target");
-        vec![of_files(
-            &format!("{} again", target.0),
-            target,
-            files.iter().map(PathBuf::from).collect(),
-        )]
-    } else {
-        TARGETS
+    let words: Vec<_> = again.iter().map(String::as_str).collect();
+    let rows = match words.as_slice() {
+        [] => TARGETS
             .map(corpus)
             .into_iter()
-            .chain([
-                random(
-                    "core: Drive::step, random bits",
-                    "drive",
-                    "steps",
-                    times * QUICK,
-                    seed,
-                ),
-                random(
-                    "link: random, damaged and lying frames",
-                    "link",
-                    "frames",
-                    times * QUICK,
-                    seed,
-                ),
-            ])
-            .collect()
+            .chain(randoms(times, seed))
+            .collect(),
+        ["random"] => randoms(times, seed).into(),
+        ["corpus", target] => vec![corpus(named(target))],
+        [target, files @ ..] => {
+            let files = files.iter().map(PathBuf::from).collect();
+            vec![of_files(&format!("{target} again"), named(target), files)]
+        }
     };
     report(&rows, table.as_deref());
     ExitCode::from(u8::from(rows.iter().any(|row| !row.failures.is_empty())))
+}
+
+fn named(target: &str) -> Target {
+    let known = TARGETS.map(|(name, _)| name).join(", ");
+    let found = TARGETS.into_iter().find(|(name, _)| *name == target);
+    found.unwrap_or_else(|| panic!("{target}, allowed: {known}"))
+}
+
+/// The campaigns of random bits.
+fn randoms(times: usize, seed: u64) -> [Row; 2] {
+    let enough = times * QUICK;
+    [
+        random("core: Drive::step, random bits", "drive", "steps", enough, seed),
+        random(
+            "link: random, damaged and lying frames",
+            "link",
+            "frames",
+            enough,
+            seed,
+        ),
+    ]
 }
 
 fn top() -> &'static Path {
@@ -154,7 +158,7 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
 
 /// Random inputs until so many steps are done, on every core. Input k of a seed is always the same.
 fn random(campaign: &str, target: &str, unit: &'static str, enough: usize, seed: u64) -> Row {
-    let target = *TARGETS.iter().find(|(name, _)| *name == target).unwrap();
+    let target = named(target);
     let (next, done, failures) = (AtomicUsize::new(0), AtomicUsize::new(0), Mutex::new(Vec::new()));
     let work = || {
         let mut data = vec![0; BYTES];

@@ -29,7 +29,7 @@ pub(crate) const TARGETS: [Target; 6] = [
 /// Longest message for a person.
 const LONGEST_MESSAGE: usize = 300;
 
-/// One line that a person can read, whatever was in the file.
+/// No longer than a person reads, whatever was in the file.
 fn check_message(error: &dyn std::fmt::Display) {
     let message = error.to_string();
     let characters = message.chars().count();
@@ -37,9 +37,5 @@ fn check_message(error: &dyn std::fmt::Display) {
         characters <= LONGEST_MESSAGE,
         "a message of {characters} characters: {}...",
         message.chars().take(120).collect::<String>()
-    );
-    assert!(
-        !message.chars().any(|c| c.is_control()),
-        "a message with control characters: {message:?}"
     );
 }
