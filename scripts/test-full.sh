@@ -6,6 +6,7 @@ scripts/test.sh
 scripts/sdist.sh
 cargo test --release --test roller_wheels -- --ignored
 cargo test --release --test figures -- --ignored
+cargo test --release --test imperfections -- --ignored
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py

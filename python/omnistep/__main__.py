@@ -1,6 +1,7 @@
 """The command line: ``omnistep`` and ``python -m omnistep``."""
 
 import argparse
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -18,7 +19,7 @@ def main() -> int:
         return _strip(arguments[1:])
     if arguments[:1] == ["film"]:
         return _film(arguments[1:])
-    # Ctrl-C ends the process at once, as it ends the Rust binary; the log keeps its .part name.
+    # As in the Rust binary: Ctrl-C ends the process at once, unless the command ends itself in order.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return cli(["omnistep", *arguments])
 
@@ -79,7 +80,10 @@ def _made(make: Callable[[], None], out: Path) -> int:
     except (OmnistepError, ValueError, ImportError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1 if isinstance(error, RuntimeError) else 2
-    print(out)
+    try:
+        print(out)
+    except UnicodeEncodeError:  # its name is no text: as the system has it
+        sys.stdout.buffer.write(os.fsencode(out) + b"\n")
     return 0
 
 

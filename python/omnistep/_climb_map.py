@@ -50,14 +50,16 @@ def climb_map(
     """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
 
     Every cell says how many climbed of how many runs, as ``omnistep study`` does; its colour is the share, dark for
-    none and light for all. Runs that failed are not counted: the cell says how many there were. Runs that differ in
+    none and light for all. Runs that ``duration_s`` cut off on their way are no stalls: the cell says how many are
+    unfinished, that part of it is hatched in grey, and its colour is the share of the others. Runs that failed are
+    not counted: the cell says how many there were. Runs that differ in
     anything but x, y and panel, as in their seeds, are counted together.
 
     Args:
         rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, the folder that they or
             ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb, or a list of
-            dictionaries; with a column ``climbed``, and ``error`` where runs may have failed. Files
-            need pyarrow, polars or duckdb.
+            dictionaries; with a column ``climbed``, ``error`` where runs may have failed, and ``verdict`` where some
+            may be unfinished. Files need pyarrow, polars or duckdb.
         x: key or column along x; numbers or names.
         y: key or column along y.
         panel: key or column with a panel a value; None for one panel.
@@ -80,7 +82,7 @@ def climb_map(
     wanted = {name.replace(".", "_"): key for key, name in {"x": x, "y": y, "panel": panel}.items() if name is not None}
     if len(wanted) != (2 if panel is None else 3):
         raise ConfigError(f"x = {x!r}, y = {y!r}, panel = {panel!r}: allowed: each another column", key="x")
-    found = columns(rows, wanted | {"climbed": "rows"}, optional=["error"])
+    found = columns(rows, wanted | {"climbed": "rows"}, optional=["error", "verdict"])
     for name, argument in wanted.items():
         if None in found[name]:
             message = f"rows[{found[name].index(None)}]: no {name}, allowed: a value in every row"
@@ -90,8 +92,9 @@ def climb_map(
     )
     columns_x, rows_y, panels = _ordered(along_x), _ordered(along_y), _ordered(in_panel)
     shape = (len(panels), len(rows_y), len(columns_x))
-    climbed, counted, failed = (np.zeros(shape, dtype=int) for _ in range(3))
+    climbed, counted, failed, unfinished = (np.zeros(shape, dtype=int) for _ in range(4))
     errors = found.get("error", [None] * len(found["climbed"]))
+    verdicts = found.get("verdict", [None] * len(found["climbed"]))
     for number, outcome in enumerate(found["climbed"]):
         cell = panels.index(in_panel[number]), rows_y.index(along_y[number]), columns_x.index(along_x[number])
         if errors[number] is not None or outcome is None:
@@ -99,13 +102,14 @@ def climb_map(
         elif outcome in (0, 1):
             climbed[cell] += int(outcome)
             counted[cell] += 1
+            unfinished[cell] += int(verdicts[number] == "unfinished")
         else:
             message = f"rows[{number}]: climbed = {outcome!r}, allowed: true, false or none"
             raise ConfigError(message, key="climbed")
 
     drawn = _panels(axes, len(panels), width=0.7 * len(columns_x), height=0.55 * len(rows_y))
-    for ax, name, one, of, lost in zip(drawn, panels, climbed, counted, failed, strict=True):
-        _draw(ax, one, of, lost)
+    for ax, name, *counts in zip(drawn, panels, climbed, counted, failed, unfinished, strict=True):
+        _draw(ax, *counts)
         ax.set_xticks(np.arange(len(columns_x)) + 0.5, [_text(value) for value in columns_x])
         ax.set_yticks(np.arange(len(rows_y)) + 0.5, [_text(value) for value in rows_y])
         ax.set_title(": ".join(filter(None, (_text(name), "climbed / runs"))), fontsize="medium")
@@ -131,19 +135,34 @@ def _panels(axes: Any, count: int, *, width: float, height: float) -> NDArray[An
     return every[:count]
 
 
-def _draw(ax: Axes, climbed: NDArray[Any], counted: NDArray[Any], failed: NDArray[Any]) -> None:
-    share = np.ma.masked_array(climbed / np.maximum(counted, 1), mask=counted == 0)
+def _draw(
+    ax: Axes, climbed: NDArray[Any], counted: NDArray[Any], failed: NDArray[Any], unfinished: NDArray[Any]
+) -> None:
+    known = counted - unfinished
+    share = np.ma.masked_array(climbed / np.maximum(known, 1), mask=known == 0)
     colours = pyplot().get_cmap("cividis")
     ax.set_facecolor("0.9")  # where nothing was measured
     ax.pcolormesh(share, cmap=colours, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=1.0)
     for row, column in np.ndindex(share.shape):
         none = counted[row, column] == 0
         text = "-" if none else f"{climbed[row, column]}/{counted[row, column]}"
+        if unfinished[row, column]:
+            text += f"\n{unfinished[row, column]} unfinished"
         if failed[row, column]:
             text += f"\n{failed[row, column]} failed"
-        dark = not none and share[row, column] < 0.5
-        place = (column + 0.5, row + 0.5)
-        ax.text(*place, text, ha="center", va="center", color="white" if dark else "black", fontsize="small")
+        dark = known[row, column] > 0 and share[row, column] < 0.5
+        place, style = (column + 0.5, row + 0.5), {"color": "white" if dark else "black"}
+        if unfinished[row, column]:
+            _hatch(ax, row, column, unfinished[row, column] / counted[row, column])
+            paper = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 1.0}
+            style = {"color": "black", "bbox": paper}
+        ax.text(*place, text, ha="center", va="center", fontsize="small", **style)
+
+
+def _hatch(ax: Axes, row: int, column: int, part: float) -> None:
+    """Cover that part of a cell, from below: nothing is known of it."""
+    cover = pyplot().Rectangle((column, row), 1.0, part, facecolor="0.92", edgecolor="0.6", hatch="///", linewidth=0.0)
+    ax.add_patch(cover)
 
 
 def _ordered(values: Sequence[Any]) -> list[Any]:

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from omnistep._omnistep import damage
 from omnistep.ensembles import StudyResult
 from omnistep.errors import ConfigError
 
@@ -57,6 +58,10 @@ def _read(path: Path) -> Any:
     if not parts or not parts[0].is_file():
         what = "no *.parquet in it" if path.is_dir() else "no such file or folder"
         raise ConfigError(f"rows = {path}: {what}, allowed: {_ALLOWED}", key="rows", file=str(path))
+    for part in parts:
+        if reason := damage(part):
+            allowed = "a part as it was written; the study, run again, sets this one aside and computes its runs"
+            raise ConfigError(f"rows = {part}: {reason}, allowed: {allowed}", key="rows", file=str(part))
     files = [str(part) for part in parts]
     readers: dict[str, Callable[[Any], Any]] = {
         "pyarrow.dataset": lambda module: module.dataset(files, format="parquet").to_table(),

@@ -643,6 +643,9 @@ class Controller:
     Raises:
         ConfigError: a name, key or value is wrong.
 
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+
     Example:
         >>> import omnistep
         >>> controller = omnistep.Controller("step", policy="synchronised")
@@ -916,6 +919,8 @@ class Scenario:
     def vehicle(self) -> Vehicle:
         """The vehicle; gains that its file leaves out are derived here."""
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    @staticmethod
+    def _of_state(text: str) -> Scenario: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -1075,11 +1080,29 @@ class Outcome:
     """
 
     @property
-    def verdict(self) -> Literal["climbed", "stalled", "unfinished", "driven", "tipped", "diverged"]:
-        """How it ended; `driven` on flat ground."""
+    def verdict(
+        self,
+    ) -> Literal[
+        "climbed",
+        "stalled",
+        "unfinished",
+        "driven",
+        "tipped",
+        "ran_away",
+        "leaned",
+        "gained_energy",
+        "diverged",
+    ]:
+        """How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+
+        docs/conventions.md says what each of them means.
+        """
     @property
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
+    @property
+    def wheel_model_valid(self) -> bool:
+        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels)."""
     @property
     def crossing_s(self) -> float | None:
         """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""
@@ -1137,6 +1160,8 @@ class Outcome:
 class Simulation:
     """A scenario being simulated, one control period at a time.
 
+    Several threads may use one: their calls wait for each other, outside the interpreter's lock.
+
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
         policy: coordination policy instead of the scenario's.
@@ -1145,6 +1170,9 @@ class Simulation:
 
     Raises:
         ConfigError: a name, key or value is wrong.
+
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 
     Example:
         >>> import omnistep
@@ -1511,6 +1539,22 @@ class Rows:
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
+
+def shortened(message: str) -> str:
+    """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""
+
+def damage(path: str | PathLike[str]) -> str | None:
+    """Say what is wrong with the bytes of a Parquet file of results.
+
+    Args:
+        path: the file; any Parquet file.
+
+    Returns:
+        Why it is not as it was written, or None; None for a file that omnistep has not written.
+
+    Raises:
+        StudyError: it cannot be read.
+    """
 
 def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
     """Compute what a batch's part in the folder lacks, each row written as soon as it is done.

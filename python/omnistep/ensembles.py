@@ -15,7 +15,7 @@ from typing import Any, SupportsIndex
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch
+from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch, shortened
 from omnistep.errors import ConfigError, StudyError
 from omnistep.runs import SHORT_S
 
@@ -279,18 +279,18 @@ def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]])
     if isinstance(points, Mapping):
         for key, values in points.items():
             if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
-                raise TypeError(f"points: {key} = {values!r}, allowed: a list of values")
+                raise TypeError(shortened(f"points: {key} = {values!r}, allowed: a list of values"))
         each = [list(itertools.islice(values, _TOO_MANY)) for values in points.values()]
         if (count := math.prod(map(len, each))) >= _TOO_MANY:
             raise ConfigError(f"points: {count}, allowed: {Plan.MOST_POINTS} at most", key="points")
         combinations = itertools.product(*each) if points else ()
         return [dict(zip(points, values, strict=True)) for values in combinations]
     if isinstance(points, str) or not isinstance(points, Iterable):
-        raise TypeError(f"points: {points!r}, allowed: a list of dictionaries, or a dictionary of lists")
+        raise TypeError(shortened(f"points: {points!r}, allowed: a list of dictionaries, or a dictionary of lists"))
     every = list(itertools.islice(points, _TOO_MANY))
     for number, point in enumerate(every):
         if not isinstance(point, Mapping):
-            raise TypeError(f"points[{number}]: {point!r}, allowed: a dictionary of keys and values")
+            raise TypeError(shortened(f"points[{number}]: {point!r}, allowed: a dictionary of keys and values"))
     return every
 
 

@@ -1,5 +1,10 @@
 """The exceptions of omnistep. Each message is one line that names what is wrong, where, and what is allowed."""
 
+from omnistep._omnistep import shortened
+
+# Longer messages hold a value that nobody reads to its end. What the compiled part says is cut there, value by value.
+_MOST = 400
+
 
 class OmnistepError(Exception):
     """Whatever omnistep raises of its own.
@@ -10,7 +15,7 @@ class OmnistepError(Exception):
     """
 
     def __init__(self, message: str, *, key: str | None = None, file: str | None = None) -> None:
-        super().__init__(message)
+        super().__init__(message if len(message) <= _MOST else shortened(message))
         self.key = key
         self.file = file
 

@@ -17,13 +17,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnistep import plot
 from omnistep._omnistep import Log, read_mcap
 from omnistep.errors import FilmError
 
-#: Time that the viewer has to start [s].
-_START_S = 60.0
+#: Time that the viewer has to start, and to end once it fails [s].
+_START_S, _END_S = 60.0, 10.0
+#: Opening of Rerun's eye, from below to above [rad], its view's width over its height, and room around what is seen.
+_OPENING_RAD, _ASPECT, _ROOM = np.deg2rad(55.0), 1.7, 1.15
+#: What the viewer says of a machine that it cannot draw on.
+_NO_RENDERER = ("render context", "graphics adapter")
 #: Rerun's name for the times of a log's messages.
 _TIMELINE = "message_log_time"
 
@@ -50,7 +55,8 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
     """Make a film or a picture of a logged run with Rerun, without a window.
 
     Rerun reads the log itself; on a machine without a graphics card it needs a software renderer of Vulkan
-    (Debian's ``mesa-vulkan-drivers``), and then takes some half a second a picture.
+    (Debian's ``mesa-vulkan-drivers``), and then takes some half a second a picture. A picture is of the vehicle, a film
+    of its whole way.
 
     Args:
         path: an MCAP log.
@@ -90,16 +96,8 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
 def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
     """Yield a picture a moment."""
     rr, rrb = _extra("rerun"), _extra("rerun.blueprint")
-    base = log.frames["base_link"][:, :3]
-    near, far = base.min(axis=0), base.max(axis=0)
-    middle = (near + far) / 2.0
-    # From the right and above, so far away that the whole way is seen.
-    distance = 0.8 + 0.55 * float(np.linalg.norm(far - near))
-    eye = rrb.EyeControls3D(
-        position=(middle + distance * np.array([-0.25, -1.0, 0.5])).tolist(),
-        look_target=(middle + np.array([0.0, 0.0, 0.05])).tolist(),
-        eye_up=[0.0, 0.0, 1.0],
-    )
+    position, target = _eye(log, moments)
+    eye = rrb.EyeControls3D(position=position.tolist(), look_target=target.tolist(), eye_up=[0.0, 0.0, 1.0])
     view = rrb.Spatial3DView(
         origin="/",
         contents=["+ /**", "- /**/collision_geometries/**"],
@@ -123,6 +121,27 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
             client.save_screenshot(str(picture), view_id=shown)
             yield picture
         recording.disconnect()
+
+
+def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the eye is and what it looks at [m]: the vehicle at these moments fills the picture."""
+    times, reach = log.frame_time_s, float(log.trace.wheel_radius_m.max())
+    rows = np.unique(np.clip(np.searchsorted(times, moments), 0, len(times) - 1))
+    places = np.concatenate([poses[rows, :3] for poses in log.frames.values()])
+    near, far = places.min(axis=0) - reach, places.max(axis=0) + reach
+    # From the right and above: away from what is seen, along the picture's lower edge, along its left one.
+    away = np.array([-0.25, -1.0, 0.5]) / np.linalg.norm([-0.25, -1.0, 0.5])
+    across = np.cross([0.0, 0.0, 1.0], away) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], away))
+    up = np.cross(away, across)
+    target = (near + far) / 2.0
+    corners = np.array([[x, y, z] for x in (near[0], far[0]) for y in (near[1], far[1]) for z in (near[2], far[2])])
+    corners -= target
+    # A corner is in the picture where its way from the middle is no more than the opening's share of its depth.
+    openings = (_ASPECT * np.tan(_OPENING_RAD / 2.0), np.tan(_OPENING_RAD / 2.0))
+    needs = [
+        corners @ away + np.abs(corners @ axis) / opening for axis, opening in zip((across, up), openings, strict=True)
+    ]
+    return target + _ROOM * float(np.max(needs)) * away, target
 
 
 def _extra(module: str) -> Any:
@@ -167,19 +186,40 @@ def _viewer() -> Iterator[Any]:
             command, env=quiet, stdout=subprocess.DEVNULL, stderr=said, text=True, start_new_session=True
         )
         try:
-            yield _answering(process, client_of, f"rerun+http://127.0.0.1:{port}/proxy", said)
+            yield _answering(process, client_of, f"rerun+http://127.0.0.1:{port}/proxy")
+        except FilmError:
+            raise
+        except Exception as error:
+            # Whatever its client says of a viewer that has gone, and when: the reason is the viewer's end.
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(_END_S)
+            if process.poll() is None:
+                raise FilmError(f"Rerun's viewer did not answer: {' '.join(str(error).split())[:200]}") from error
+            raise FilmError(_why_ended(said)) from error
         finally:
             _end(process)
 
 
-def _answering(process: subprocess.Popen[str], client_of: Any, address: str, said: Any) -> Any:
+def _why_ended(said: Any) -> str:
+    """Return what to say of a viewer that has ended, by what it said."""
+    said.seek(0)
+    text = said.read()
+    if any(sign in text for sign in _NO_RENDERER):
+        return (
+            "Rerun's viewer has nothing to draw with: it needs a graphics card with Vulkan, or a software renderer of "
+            "Vulkan (Debian: apt install mesa-vulkan-drivers)"
+        )
+    reasons = [line.strip() for line in text.splitlines() if "panicked" in line or "rror" in line]
+    reason = reasons[0] if reasons else "no reason given"
+    return f"Rerun's viewer ended: {reason[:200]}"
+
+
+def _answering(process: subprocess.Popen[str], client_of: Any, address: str) -> Any:
     """Return a client of the viewer as soon as it answers."""
     late = time.monotonic() + _START_S
     while True:
         if process.poll() is not None:
-            said.seek(0)
-            lines = said.read().strip().splitlines() or ["no reason given"]
-            raise FilmError(f"Rerun's viewer ended: {lines[-1]}")
+            raise RuntimeError("ended before it answered")
         try:
             client = client_of(address)
             client.get_state()

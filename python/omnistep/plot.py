@@ -36,9 +36,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
     from numpy.typing import NDArray
 
-__all__ = ["climb", "climb_map", "climbs", "paper", "policy_colour", "strip", "strips", "wheels"]
+__all__ = ["Sheet", "climb", "climb_map", "climbs", "paper", "policy_colour", "strip", "strips", "wheels"]
 
 _LETTERS = "abcdefgh"
+
+
+class Sheet(dict[str, "NDArray[Any]"]):
+    """Axes by the number of their figure, all on one sheet of matplotlib.
+
+    Attributes:
+        figure: matplotlib's figure that holds all of them.
+    """
+
+    def __init__(self, axes: Mapping[str, NDArray[Any]], figure: Figure) -> None:
+        """Keep the axes with the figure that holds them."""
+        super().__init__(axes)
+        self.figure = figure
+
+    def savefig(self, *args: Any, **kwargs: Any) -> None:
+        """Write the sheet to a file; what may be given is matplotlib's, as for ``Figure.savefig``."""
+        self.figure.savefig(*args, **kwargs)
 
 
 def climb(
@@ -48,7 +65,8 @@ def climb(
 
     Args:
         trace: a run, or its log.
-        wheels: names of the wheels to draw; by default a front, a middle and a rear one of those that are driven.
+        wheels: names of the wheels to draw; by default a front, a middle and a rear one of those that are driven:
+            of two rows a front and a rear one, of one row a right and a left one.
             The ``trace`` of a log does not say where they are: hand in the log.
         axes: three axes to draw on; a new figure by default.
 
@@ -71,8 +89,9 @@ def climb(
     run: Trace | Log = of_kind(trace, "trace", Trace, Log)
     trace, known = trace_of(run), trace_of(run).wheel_names
     if wheels is None:
-        chosen = _front_middle_rear(run)
-        labels = [f"{place} (wheel {known[k]})" for place, k in zip(("front", "middle", "rear"), chosen, strict=True)]
+        places = _front_middle_rear(run)
+        chosen = [k for _, k in places]
+        labels = [f"{place} (wheel {known[k]})" for place, k in places]
     else:
         chosen = [_index(known, name) for name in names(wheels, "wheels")]
         labels = [f"wheel {known[k]}" for k in chosen]
@@ -276,7 +295,7 @@ def paper(
     general: Trace | Log | None = None,
     wheel_runs: Sequence[WheelsTrace] | None = None,
     figure: Figure | SubFigure | None = None,
-) -> dict[str, NDArray[Any]]:
+) -> Sheet:
     """Draw every figure of the paper that shows a result: 8 (a-d), 9 (a, b), 10 (a-c) and 11 (a-c).
 
     Args:
@@ -286,7 +305,8 @@ def paper(
         figure: an empty figure to draw on; a new one of 10 x 15 inches by default.
 
     Returns:
-        The axes by the number of the figure: ``"8"`` (4,), ``"9"`` (2,), ``"10"`` and ``"11"`` (3,).
+        The axes by the number of the figure: ``"8"`` (4,), ``"9"`` (2,), ``"10"`` and ``"11"`` (3,); its method
+        ``savefig`` writes the sheet to a file.
 
     Raises:
         ConfigError: as :func:`wheels`, :func:`strips` and :func:`climbs`.
@@ -321,12 +341,17 @@ def paper(
     middle.suptitle("Figure 9: the climb from the side", fontweight="bold")
     bottom.suptitle("Figure 10 (left) and 11 (right): the climb over time", fontweight="bold")
     sides = climbs(both, axes=bottom.subplots(3, 2, sharex=True))
-    return {
+    whole: Any = figure.get_figure(root=True)
+    for part in parts:
+        # A part of a figure cannot be saved alone: what is asked of one is done with the whole.
+        part.savefig = whole.savefig
+    drawn = {
         "8": wheels(wheel_runs, axes=top.subplots(4, 1, sharex=True)),
         "9": strips(both, axes=middle.subplots(2, 1, sharex=True)),
         "10": sides[:, 0],
         "11": sides[:, 1],
     }
+    return Sheet(drawn, whole)
 
 
 def _letter(number: int) -> str:
@@ -344,8 +369,11 @@ def _direction(trace: Trace, wheel: int) -> float:
     return -1.0 if trace.wheels("reference_rad_s")[:, wheel].sum() < 0.0 else 1.0
 
 
-def _front_middle_rear(run: Trace | Log) -> list[int]:
-    """Choose one driven wheel at the front, in the middle and at the rear; of two side by side the right one."""
+def _front_middle_rear(run: Trace | Log) -> list[tuple[str, int]]:
+    """Choose one driven wheel at the front, in the middle and at the rear; of two side by side the right one.
+
+    No wheel is chosen twice: two rows have no middle, and of one row a right and a left wheel are chosen.
+    """
     trace = trace_of(run)
     reference = np.abs(trace.wheels("reference_rad_s")).max(axis=0)
     driven = np.flatnonzero(reference > 0.5 * reference.max()) if reference.max() > 0 else np.arange(reference.size)
@@ -356,5 +384,17 @@ def _front_middle_rear(run: Trace | Log) -> list[int]:
         x, y = with_places(trace).wheels("x_m")[0, driven], trace.wheels("y_m")[0, driven]
         cos, sin = np.cos(trace["pose_yaw_rad"][0]), np.sin(trace["pose_yaw_rad"][0])
         x, y = cos * x + sin * y, cos * y - sin * x
-    places = (x.max(), 0.5 * (x.max() + x.min()), x.min())
-    return [int(driven[np.lexsort((y, np.abs(x - place).round(3)))[0]]) for place in places]
+    # Wheels less than 2 cm apart along x are one row (docs/conventions.md).
+    order = np.argsort(x)
+    row = np.zeros(x.size, dtype=int)
+    row[order] = np.cumsum(np.diff(x[order], prepend=x[order][0]) >= 0.02)
+    if row.max() == 0:
+        sides = {"right": int(driven[np.argmin(y)]), "left": int(driven[np.argmax(y)])}
+        return list(sides.items())[: len(set(sides.values()))]
+    places = {"front": (x.max(), row == row.max()), "rear": (x.min(), row == 0)}
+    if row.max() > 1:
+        between = (row > 0) & (row < row.max())
+        places = {"front": places["front"], "middle": (0.5 * (x.max() + x.min()), between), "rear": places["rear"]}
+    # lexsort: the nearest to the place, of those the rightmost; what is in another row last.
+    nearest = {name: np.lexsort((y, np.abs(x - at).round(3), ~within))[0] for name, (at, within) in places.items()}
+    return [(name, int(driven[k])) for name, k in nearest.items()]

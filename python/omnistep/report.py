@@ -4,6 +4,8 @@ import base64
 import html
 import importlib
 import json
+import os
+import secrets
 from collections.abc import Sequence
 from importlib.resources import files
 from os import PathLike
@@ -82,16 +84,13 @@ def page(logs: Sequence[Log]) -> str:
         raise ImportError('omnistep.report needs plotly: install omnistep with its extra "view"') from error
     assets = files("omnistep") / "assets"
     data = json.dumps({"runs": [_run(log) for log in logs]}, separators=(",", ":"), allow_nan=False)
-    first = logs[0]
-    title = f"{first.run.get('scenario', '?')} with {first.run.get('vehicle', '?')}"
+    shared, differing = _facts(logs)
     return _PAGE.format(
-        title=html.escape(title),
+        title=html.escape(_title(logs)),
         css=assets.joinpath("report.css").read_text(encoding="utf-8"),
-        facts=html.escape(
-            ", ".join(f"{key} {value}" for key, value in sorted(first.run.items()) if key not in _OF_A_RUN)
-        ),
+        facts=html.escape(", ".join(f"{key} {value}" for key, value in shared.items() if key not in _OF_A_RUN)),
         headings="".join(f"<th scope=col>{html.escape(_HEADINGS[key])}</th>" for key in _FIGURES),
-        rows="".join(_row(log) for log in logs),
+        rows="".join(_row(log, differing) for log in logs),
         data=data.replace("<", "\\u003c"),
         plotly=get_plotlyjs(),
         js=assets.joinpath("report.js").read_text(encoding="utf-8"),
@@ -103,20 +102,53 @@ def write(paths: Sequence[str | PathLike[str]], out: str | PathLike[str]) -> Non
 
     Args:
         paths: MCAP logs.
-        out: where the page goes; a file of that name is replaced.
+        out: where the page goes; a file of that name is replaced once the page is whole.
 
     Raises:
         LogError: a log cannot be read.
         ValueError: as :func:`page`.
         OSError: the page cannot be written.
     """
-    text = page([read_mcap(path) for path in paths])
-    Path(out).write_text(text, encoding="utf-8")
+    _replace(Path(out), page([read_mcap(path) for path in paths]))
 
 
-def _row(log: Log) -> str:
+def _replace(out: Path, text: str) -> None:
+    """Write a file aside, under a name that nobody else has, and give it its own when it is whole."""
+    if out.exists() and not out.is_file():  # a pipe or a terminal; a folder is refused by its name
+        out.write_text(text, encoding="utf-8")
+        return
+    aside = out.with_name(f"{out.name}.{secrets.token_hex(8)}.part")
+    try:
+        with aside.open("x", encoding="utf-8") as file:  # follows no link
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        aside.replace(out)
+    except BaseException as error:
+        aside.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            error.filename, error.filename2 = str(out), None
+        raise
+
+
+def _title(logs: Sequence[Log]) -> str:
+    """Return what the runs are of: each scenario and vehicle once, the first three of them by name."""
+    each = list(dict.fromkeys(f"{log.run.get('scenario', '?')} with {log.run.get('vehicle', '?')}" for log in logs))
+    more = f" and {len(each) - 3} more" if len(each) > 3 else ""
+    return ", ".join(each[:3]) + more
+
+
+def _facts(logs: Sequence[Log]) -> tuple[dict[str, str], list[str]]:
+    """Return what all runs share, and the keys of what differs from run to run but is not in the table anyway."""
+    keys = sorted({key for log in logs for key in log.run})
+    values = {key: {log.run.get(key, "?") for log in logs} for key in keys}
+    shared = {key: next(iter(found)) for key, found in values.items() if len(found) == 1}
+    return shared, [key for key in keys if key not in shared and key not in _OF_A_RUN]
+
+
+def _row(log: Log, differing: Sequence[str]) -> str:
     outcome: dict[str, Any] = log.outcome.to_dict() if log.outcome is not None else {"verdict": "ended early"}
-    name = html.escape(f"{log.run.get('policy', '?')}")
+    name = html.escape(", ".join(log.run.get(key, "?") for key in [*differing, "policy"]))
     cells = "".join(f"<td>{_figure(outcome.get(key), pattern)}</td>" for key, pattern in _FIGURES.items())
     label = html.escape(f"Show {log.path.name}")
     return f'<tr><td><button aria-label="{label}">{name}</button> {html.escape(log.path.name)}</td>{cells}</tr>'

@@ -1,5 +1,6 @@
 """Whole runs: one, one a policy, or one read back from its log."""
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
@@ -7,7 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies
+from omnistep._omnistep import Log, Scenario, Trace, policies, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
@@ -26,6 +27,13 @@ def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
             bar.update(part - bar.n)
 
         yield told
+
+
+def _warn(trace: Trace) -> None:
+    """Warn the caller's caller of a run whose figures do not hold."""
+    if trace.outcome.verdict == "gained_energy":
+        message = "the physics gained energy, no figure of this run holds: physics.step_us is too long"
+        warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
 def run(
@@ -54,13 +62,14 @@ def run(
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
-        Every signal of every control period.
+        Every signal of every control period. Where the physics gained energy, the verdict ``gained_energy`` and a
+        ``RuntimeWarning`` say that none of it holds.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
         TypeError: a value is none of what a key can hold.
         SimulationError: the physics left the finite numbers.
-        LogError: the log could not be written.
+        LogError: the log could not be written, or another run writes it.
         KeyboardInterrupt: Ctrl-C was pressed; no log is left.
 
     Example:
@@ -71,7 +80,9 @@ def run(
     """
     with _bar("run", shown=progress) as told:
         on_progress = told if progress else None
-        return _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
+        trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
+    _warn(trace)
+    return trace
 
 
 def compare(
@@ -106,7 +117,7 @@ def compare(
         ['paper', 'load_sharing']
     """
     if isinstance(policies, str) or not (policies is None or isinstance(policies, Iterable)):
-        raise TypeError(f"policies: {policies!r}, allowed: a list of names")
+        raise TypeError(shortened(f"policies: {policies!r}, allowed: a list of names"))
     names = list(policies) if policies is not None else _all_policies()
     if not names or len(set(names)) < len(names) or None in names:
         raise ConfigError(f"policies: {names}, allowed: one name or more, each once", key="policies")
@@ -119,6 +130,7 @@ def compare(
         on_progress = told_of_all if progress else None
         for name in names:
             traces[name] = _run(scenario, policy=name, overrides=overrides, seed=seed, on_progress=on_progress)
+            _warn(traces[name])
     return traces
 
 

@@ -64,6 +64,30 @@ def cells(ax):
     return [text.get_text() for text in ax.texts]
 
 
+def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
+    def cell(torque, *verdicts):
+        made = [{X: torque, Y: 1.0, "climbed": verdict == "climbed", "verdict": verdict} for verdict in verdicts]
+        return [row | {"seed": seed, "error": None} for seed, row in enumerate(made)]
+
+    cut, stalls = ["unfinished"] * 2, ["stalled"] * 2
+    made = (
+        cell(0.5, *stalls) + cell(1.0, *cut) + cell(1.5, "climbed", *cut, "stalled") + cell(2.0, "climbed", "climbed")
+    )
+    (ax,) = omnistep.plot.climb_map(made, panel=None)
+    assert cells(ax) == ["0/2", "0/2\n2 unfinished", "1/4\n2 unfinished", "2/2"]
+    # The colour is the share of those that came to an end: none is known in the second cell.
+    (mesh,) = ax.collections
+    assert mesh.get_array().mask.ravel().tolist() == [False, True, False, False]
+    assert mesh.get_array().compressed().tolist() == [0.0, 0.5, 1.0]
+    hatched = [(patch.get_x(), patch.get_height(), patch.get_hatch()) for patch in ax.patches]
+    assert hatched == [(1, 1.0, "///"), (2, 0.5, "///")]
+    # Whoever has no verdicts has the map as it was.
+    for row in made:
+        del row["verdict"]
+    (ax,) = omnistep.plot.climb_map(made, panel=None)
+    assert cells(ax) == ["0/2", "0/2", "1/4", "2/2"] and not ax.patches
+
+
 def test_every_cell_is_the_count_of_its_rows_and_its_colour_the_share():
     axes = omnistep.plot.climb_map(rows())
     assert [ax.get_title() for ax in axes] == ["independent: climbed / runs", "synchronised: climbed / runs"]

@@ -1,5 +1,7 @@
 """What is said of bad input: one line, the key, the file, what is allowed."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -56,7 +58,8 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(omnistep.ConfigError, match=r"absent\.toml: ") as caught:
         omnistep.Simulation(tmp_path / "absent.toml")
     assert caught.value.file == str(tmp_path / "absent.toml")
-    assert refused(omnistep.wheels, experiment=tmp_path).key == "experiment"
+    error = refused(omnistep.wheels, experiment=tmp_path)
+    assert error.file == str(tmp_path) and str(error).endswith(": a directory, allowed: a regular file")
 
 
 def test_a_file_with_a_typo_is_named(tmp_path):
@@ -105,3 +108,46 @@ def test_a_simulation_that_diverged_says_so_ever_after():
     for call in (lambda: sim.step_torques([1e300] * 7), lambda: sim.step((0.3, 0.0, 0.0))):
         with pytest.raises(omnistep.SimulationError, match=r"diverged at t = 0\.001 s"):
             call()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes have names on Unix only")
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for name, kind in ((pipe, "a pipe"), ("/dev/zero", "a device")):
+        for call in (
+            lambda name: omnistep.run(name),
+            lambda name: omnistep.Vehicle(name),
+            lambda name: omnistep.study(name),
+            lambda name: omnistep.run("height_map", overrides={"terrain.image": str(name)}),
+            lambda name: omnistep.read_mcap(name),
+        ):
+            with pytest.raises((omnistep.ConfigError, omnistep.LogError), match=f"{kind}, allowed: a regular file"):
+                call(name)
+
+
+def test_no_message_is_longer_than_somebody_reads():
+    long = "a" * 1_000_000
+    for call in (
+        lambda: omnistep.run(long),
+        lambda: omnistep.run("flat", policy=long),
+        lambda: omnistep.run("flat", overrides={"name": long}),
+        lambda: omnistep.run("flat", overrides={"duration_s": long}),
+        lambda: omnistep.run("flat", overrides={"vehicle": long}),
+        lambda: omnistep.run("flat", overrides={"terrain.friction": [0.5] * 300_000}),
+        lambda: omnistep.run("flat", overrides={"seed": 10**4000}),
+        lambda: omnistep.run("flat", seed=10**4000),
+        lambda: omnistep.Scenario.from_dict({"schema_version": long}),
+        lambda: omnistep.Scenario.from_dict({3: long}),
+        lambda: omnistep.sweep(long, scenario="flat"),
+        lambda: omnistep.sweep([long], scenario="flat"),
+        lambda: omnistep.sweep({"terrain.friction": long}, scenario="flat"),
+        lambda: omnistep.compare("flat", policies=long),
+        lambda: omnistep.compare("flat", policies=[long]),
+        lambda: omnistep.Scenario("flat")[long],
+        lambda: omnistep.run("flat", overrides={"duration_s": 0.05})[long],
+        lambda: omnistep.Controller("flat").step([0.3, 0.0, long], [0.0] * 7),
+    ):
+        with pytest.raises((ValueError, TypeError, KeyError)) as caught:
+            call()
+        assert len(str(caught.value)) <= 450, str(caught.value)[:600]

@@ -11,6 +11,7 @@ import pytest
 
 import omnistep
 from omnistep import film
+from omnistep.__main__ import main
 
 pytest.importorskip("rerun", reason="Rerun is an extra: make test-full installs it")
 iio = pytest.importorskip("imageio.v3", reason="films are an extra: make test-full installs it")
@@ -63,6 +64,67 @@ def test_a_picture_is_of_its_moment(log, tmp_path):
     first, again, later = (iio.imread(tmp_path / f"{k}.png")[:, :, :3].astype(int) for k in (1, 2, 3))
     assert np.abs(again - first).max() <= 30
     assert (np.abs(later - first).max(axis=2) > 30).mean() > 0.005
+
+
+VIEWER = """#!{python}
+import sys, time
+time.sleep({after})
+said = "thread 'main' panicked at 'Failed to get render context'", "stack backtrace:", "Report bugs: https://example.org"
+print(*said, sep="\\n", file=sys.stderr)
+sys.exit(102)
+"""
+
+
+@pytest.mark.parametrize("ending", ["before it answers", "after it answered", "while a picture is made"])
+def test_a_viewer_that_cannot_draw_is_one_line_and_exit_code_1_whenever_it_ends(
+    log, tmp_path, ending, monkeypatch, capsys
+):
+    program = tmp_path / "rerun"
+    program.write_text(VIEWER.format(python=sys.executable, after=0.0 if ending == "before it answers" else 1.5))
+    program.chmod(0o755)
+    monkeypatch.setattr(film.shutil, "which", lambda *_, **__: str(program))
+
+    class Client:
+        def get_state(self):
+            if ending == "before it answers":
+                raise ConnectionError("connection refused")
+
+    def shots(*_):
+        with film._viewer():
+            # What Rerun's client and its recording raise of a viewer that goes.
+            raise {"after it answered": RuntimeError, "while a picture is made": ConnectionError}[ending](
+                "transport error"
+            )
+            yield
+
+    client = type("ViewerClient", (), {"connect": staticmethod(lambda _: Client())})
+    monkeypatch.setattr(film, "_extra", lambda _: type("Module", (), {"ViewerClient": client}))
+    monkeypatch.setattr(film, "_shots", shots)
+    monkeypatch.setattr(sys, "argv", ["omnistep", "film", str(log), "-o", str(tmp_path / "x.png")])
+    assert main() == 1
+    said = capsys.readouterr().err
+    assert (
+        said.count("\n") == 1 and "mesa-vulkan-drivers" in said and said.startswith("error: Rerun's viewer has nothing")
+    )
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(("vehicle", "at_s"), [("chugo7", None), ("omni3", None), ("mecanum4", 0.4)])
+def test_the_eye_of_a_picture_holds_the_vehicle_and_little_else(tmp_path, vehicle, at_s):
+    omnistep.run("flat", overrides={"duration_s": 0.8, "vehicle": vehicle}, mcap=tmp_path / "x.mcap")
+    log = omnistep.read_mcap(tmp_path / "x.mcap")
+    times = log.frame_time_s
+    moments = [float(times[len(times) // 2]) if at_s is None else at_s]
+    position, target = film._eye(log, moments)
+    row = int(np.searchsorted(times, moments[0]))
+    away = (position - target) / np.linalg.norm(position - target)
+    across = np.cross([0.0, 0.0, 1.0], away) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], away))
+    shown = []
+    for poses in log.frames.values():
+        way = poses[row, :3] - position
+        shown.append(abs(way @ across) / -(way @ away) / (1.7 * np.tan(np.deg2rad(55.0) / 2.0)))
+    # Centres of wheels from edge to edge of a quarter to all of half the width; rims are further out.
+    assert 0.25 < max(shown) < 1.0
 
 
 @pytest.mark.parametrize("scenario", omnistep.scenarios())

@@ -33,6 +33,36 @@ def test_climb_draws_a_front_a_middle_and_a_rear_wheel_with_their_reference(clim
     assert axes[2].get_xlabel() == "time [s]"
 
 
+@pytest.mark.parametrize(
+    ("vehicle", "places"),
+    [
+        ("mecanum4", {"front": "front_right", "rear": "rear_right"}),
+        ("rocker_bogie6", {"front": "front_right", "middle": "middle_right", "rear": "rear_right"}),
+        ("omni3", {"right": "3", "left": "2"}),  # wheel 1 stands still, the others are side by side
+    ],
+)
+def test_no_wheel_is_drawn_twice_however_many_rows_there_are(vehicle, places, tmp_path):
+    overrides = {"duration_s": 0.4, "vehicle": vehicle}
+    trace = omnistep.run("flat", overrides=overrides, mcap=tmp_path / "x.mcap")
+    for run in (trace, omnistep.read_mcap(tmp_path / "x.mcap")):
+        axes = omnistep.plot.climb(run)
+        labels = [f"{place} (wheel {wheel})" for place, wheel in places.items()]
+        assert [each.get_label() for each in axes[0].lines] == labels
+        drawn = [tuple(each.get_ydata()) for each in axes[2].lines[:-1]]
+        assert len(set(drawn)) == len(drawn) or vehicle != "mecanum4"
+
+
+def test_the_sheet_of_the_paper_is_saved_by_itself_by_its_figure_and_by_any_of_its_axes(climb, tmp_path):
+    sheet = omnistep.plot.paper(proposed=climb, general=climb)
+    axes = [sheet[number][0] for number in ("8", "9", "10", "11")]
+    for number, save in enumerate([sheet.savefig, sheet.figure.savefig, *(ax.figure.savefig for ax in axes)]):
+        save(tmp_path / f"{number}.png", dpi=40)
+    pictures = {(tmp_path / f"{number}.png").read_bytes()[:64] for number in range(6)}
+    assert len(pictures) == 1 and len(list(tmp_path.iterdir())) == 6  # 10 x 15 inches each
+    height, width = plt.imread(tmp_path / "0.png").shape[:2]
+    assert (width, height) == (400, 600)
+
+
 def test_climb_turns_wheels_on_the_left_the_way_of_the_vehicle(climb):
     axes = omnistep.plot.climb(climb, wheels=["3"])
     np.testing.assert_array_equal(line(axes[2], "wheel 3").get_ydata(), -climb.wheels("measured_rad_s")[:, 2])

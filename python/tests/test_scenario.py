@@ -1,5 +1,6 @@
 """Scenarios and vehicles as values: read, changed, compared, sent elsewhere."""
 
+import json
 import pickle
 import tomllib
 
@@ -192,3 +193,34 @@ def test_what_a_run_gives_and_what_kinematics_are_made_of_survive_pickle():
     assert (pickle.loads(pickle.dumps(kinematics)).forward_matrix == expected).all()
     with pytest.raises(ValueError, match="the pickle is damaged"):
         omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), b"")
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "v.toml", "chugo7"])
+def test_a_pickle_names_no_file_of_this_machine(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "v.toml").write_text(omnistep.Vehicle("chugo7").to_toml(), encoding="utf-8")
+    scenario = omnistep.Scenario("height_map")
+    read, (text,) = scenario.__reduce__()
+    assert read(text) == scenario
+    keys = scenario.to_dict()
+    for key, bad in (
+        ("vehicle", keys | {"vehicle": name}),
+        ("terrain.image", keys | {"terrain": keys["terrain"] | {"image": name}}),
+    ):
+        table = toml_of(bad)
+        for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, b"")):
+            with pytest.raises(omnistep.ConfigError, match="a scenario in a log or a pickle names no other file") as caught:
+                call(table)
+            assert caught.value.key == key and caught.value.file == "pickle"
+
+
+def toml_of(keys):
+    """Plain tables as TOML: every value is one that JSON writes the same, inline tables but for their sign."""
+    def value(given):
+        if isinstance(given, dict):
+            return "{" + ", ".join(f"{json.dumps(k)} = {value(v)}" for k, v in given.items()) + "}"
+        if isinstance(given, list):
+            return "[" + ", ".join(map(value, given)) + "]"
+        return json.dumps(given)
+
+    return "".join(f"{key} = {value(given)}\n" for key, given in keys.items())

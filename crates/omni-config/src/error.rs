@@ -2,12 +2,18 @@
 
 use std::path::PathBuf;
 
-/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error.
+use crate::file::FileKind;
+use crate::nearest::did_you_mean;
+use crate::shortened;
+use crate::shortened::short_key;
+
+/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
+/// the file holds, no part of it is longer than [`shortened`] leaves it.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The text is not TOML.
-    #[error("{file}:{line}: {message}")]
+    #[error("{}:{line}: {}", shortened(file), shortened(message))]
     Syntax {
         /// File, or `built-in NAME`.
         file: String,
@@ -17,7 +23,7 @@ pub enum Error {
         message: String,
     },
     /// A key is unknown, missing, of the wrong type or out of range.
-    #[error("{file}: {key}: {message}")]
+    #[error("{}: {}: {}", shortened(file), short_key(key), shortened(message))]
     Key {
         /// File, or `built-in NAME`.
         file: String,
@@ -27,7 +33,7 @@ pub enum Error {
         message: String,
     },
     /// No built-in thing and no file of that name.
-    #[error("unknown {kind} {name:?}, allowed: {known}")]
+    #[error("{}", shortened(&format!("unknown {kind} {name:?}{}, allowed: {known}", did_you_mean(name, known.split(", ")))))]
     UnknownName {
         /// Kind of thing: `scenario`, `vehicle`, `policy`.
         kind: &'static str,
@@ -36,8 +42,28 @@ pub enum Error {
         /// The names there are.
         known: String,
     },
+    /// A file is no text in UTF-8.
+    #[error("{file}: {reason}")]
+    NotText {
+        /// The file.
+        file: String,
+        /// What it is instead, and what to do.
+        reason: String,
+    },
+    /// A file describes something else.
+    #[error("{file}: this is {}, not {}: {}", found.called(file), wanted.called(""), found.how_to(command, file))]
+    OtherKind {
+        /// The file.
+        file: String,
+        /// What it describes.
+        found: FileKind,
+        /// What was asked for.
+        wanted: FileKind,
+        /// The subcommand that a scenario would be given to, as `run`.
+        command: &'static str,
+    },
     /// An override is not of the form `key=value`.
-    #[error("--set {text:?}: {message}")]
+    #[error("--set {:?}: {}", short_key(text), shortened(message))]
     Override {
         /// The text given.
         text: String,
@@ -45,7 +71,7 @@ pub enum Error {
         message: String,
     },
     /// A file could not be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shortened(&path.display().to_string()))]
     Io {
         /// The file.
         path: PathBuf,
@@ -55,6 +81,22 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same error, as the answer to a subcommand that takes a scenario, as `compare`: what it says to type is of that one.
+    #[must_use]
+    pub fn to_command(self, name: &'static str) -> Self {
+        match self {
+            Self::OtherKind {
+                file, found, wanted, ..
+            } => Self::OtherKind {
+                file,
+                found,
+                wanted,
+                command: name,
+            },
+            other => other,
+        }
+    }
+
     /// The error of a table that stands inside another one, under this key.
     pub(crate) fn inside(self, table: &str) -> Self {
         match self {

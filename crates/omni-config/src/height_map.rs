@@ -11,6 +11,7 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::load::Source;
+use crate::regular::{MOST_PNG_BYTES, read_regular};
 
 /// How a picture inside a text begins.
 const DATA_URL: &str = "data:image/png;base64,";
@@ -96,6 +97,23 @@ impl HeightMap {
         f64::from(self.levels[row * self.columns + column]) / 65535.0
     }
 
+    /// Largest difference of brightness between two pixels that many apart, along x and along y.
+    pub(crate) fn steepest(&self, over: usize) -> [f64; 2] {
+        let mut most = [0.0_f64; 2];
+        for i in 0..self.rows {
+            for j in 0..self.columns {
+                let here = self.level(i, j);
+                if i + over < self.rows {
+                    most[0] = most[0].max((self.level(i + over, j) - here).abs());
+                }
+                if j + over < self.columns {
+                    most[1] = most[1].max((self.level(i, j + over) - here).abs());
+                }
+            }
+        }
+        most
+    }
+
     /// Puts the picture itself where the terrain of a scenario file names one.
     pub(crate) fn embed(source: &Source, scenario: &mut Table) -> Result<(), Error> {
         let terrain = scenario.get_mut("terrain").and_then(Value::as_table_mut);
@@ -103,11 +121,12 @@ impl HeightMap {
             return Ok(());
         };
         if !image.starts_with(DATA_URL) {
+            source.check_reference("terrain.image", image, "the picture")?;
             let path = source.folder().unwrap_or(Path::new("")).join(&*image);
             let built_in = PICTURES.iter().find(|(name, _)| *name == image.as_str());
             let bytes = match built_in {
                 Some((_, bytes)) => bytes.to_vec(),
-                None => std::fs::read(&path).map_err(|error| {
+                None => read_regular(&path, MOST_PNG_BYTES).map_err(|error| {
                     let names = PICTURES.map(|(name, _)| name).join(", ");
                     let message = format!(
                         "{}: {error}, allowed: {names}, or the path of a PNG",

@@ -10,6 +10,7 @@ use crate::check::{
     BIAS_RAD_S, DAMPING_N_M_S_RAD, DELAY_US, ENCODER_COUNTS, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S,
     HOLD_PER_S, LAG_S, MASS_KG, NAME, PLACE_M, SAG, SPEED_RAD_S, TIME_S, is_name, within,
 };
+use crate::nearest::did_you_mean;
 use crate::tagged::deserialize_by_kind;
 
 /// Encoders and the gyro; ideal by default.
@@ -200,8 +201,10 @@ impl Fault {
     /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.
     pub(crate) fn refusal(&self, vehicle: &Vehicle) -> Option<(&'static str, String)> {
         let known = |key, name: &String, names: Vec<&str>| {
-            (!names.contains(&name.as_str()))
-                .then(|| (key, format!("{name:?}, allowed: {}", names.join(", "))))
+            (!names.contains(&name.as_str())).then(|| {
+                let meant = did_you_mean(name, names.iter().copied());
+                (key, format!("{name:?}{meant}, allowed: {}", names.join(", ")))
+            })
         };
         let wheels = || vehicle.wheel.iter().map(|w| w.name.as_str()).collect();
         let bodies = || vehicle.body.iter().map(|b| b.name.as_str()).collect();

@@ -7,10 +7,13 @@
 
 #![forbid(unsafe_code)]
 
+mod balls;
 mod check;
 mod command;
 mod constants;
 mod control;
+mod crossing;
+mod encoding;
 mod error;
 mod facts;
 mod file;
@@ -19,17 +22,21 @@ mod height_map;
 mod imperfections;
 mod load;
 mod log_rates;
+mod nearest;
 mod physics;
+mod regular;
 mod rest;
 mod rollers;
 mod scenario;
 mod schema;
+mod shortened;
 mod study;
 mod tagged;
 mod terrain;
 mod vehicle;
 mod wheels;
 
+pub use balls::{BALL_LEAN_RAD, BeyondBall};
 pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
 pub use control::wheel_count_refused;
@@ -40,10 +47,13 @@ pub use height_map::HeightMap;
 pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use log_rates::LogRates;
+pub use nearest::did_you_mean;
 pub use physics::Physics;
+pub use regular::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;
 pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
+pub use shortened::shortened;
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
 pub use vehicle::{

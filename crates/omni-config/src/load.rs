@@ -1,11 +1,15 @@
 //! From a name, a path or a text to a checked value.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use crate::file::FileKind;
+use crate::nearest::with_nearest;
+use crate::regular::{MOST_TOML_BYTES, read_regular};
 use crate::tagged::INNER_KEY;
 use crate::{Error, SCHEMA_VERSION};
 
@@ -72,6 +76,8 @@ pub struct Source {
     pub text: String,
     /// Folder that relative names inside are relative to.
     folder: Option<PathBuf>,
+    /// May it name vehicles and pictures?
+    refers: bool,
 }
 
 impl Source {
@@ -80,7 +86,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn vehicle(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
-        Self::find("vehicle", VEHICLES, name, relative_to)
+        Self::find("vehicle", FileKind::Vehicle, VEHICLES, name, relative_to)
     }
 
     /// A scenario by built-in name or path.
@@ -92,7 +98,7 @@ impl Source {
     }
 
     pub(crate) fn scenario_in(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
-        Self::find("scenario", SCENARIOS, name, relative_to)
+        Self::find("scenario", FileKind::Scenario, SCENARIOS, name, relative_to)
     }
 
     /// A study by built-in name or path.
@@ -100,7 +106,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn study(name: &str) -> Result<Self, Error> {
-        Self::find("study", STUDIES, name, None)
+        Self::find("study", FileKind::Study, STUDIES, name, None)
     }
 
     /// The experiment of section 3.3 by built-in name (`wheels`) or path.
@@ -108,7 +114,7 @@ impl Source {
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Io`].
     pub fn wheels(name: &str) -> Result<Self, Error> {
-        Self::find("wheels experiment", EXPERIMENTS, name, None)
+        Self::find("wheels experiment", FileKind::Experiment, EXPERIMENTS, name, None)
     }
 
     /// A text that messages call `file`.
@@ -118,7 +124,41 @@ impl Source {
             file: file.into(),
             text: text.into(),
             folder: None,
+            refers: true,
         }
+    }
+
+    /// A text out of a log, a pickle or a message: whoever made it does not say which files of this machine are read. A vehicle
+    /// or a picture that it names, built-in or not, is refused: what we write holds both.
+    ///
+    /// ```
+    /// use omni_config::{Scenario, Source};
+    /// let text = Scenario::load("step", &[])?.to_toml()?;
+    /// assert!(Scenario::from_source(&Source::embedded("log", &*text), &[]).is_ok());
+    /// let error = Scenario::from_source(&Source::embedded("log", "schema_version = 1\nvehicle = '/etc/v.toml'"), &[]);
+    /// assert_eq!(
+    ///     error.unwrap_err().to_string(),
+    ///     "log: vehicle: \"/etc/v.toml\", allowed: the vehicle itself: a scenario in a log or a pickle names no other file"
+    /// );
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn embedded(file: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            refers: false,
+            ..Self::text(file, text)
+        }
+    }
+
+    /// What it names, `itself` in words, under this key: refused where it may name nothing.
+    pub(crate) fn check_reference(&self, key: &str, name: &str, itself: &str) -> Result<(), Error> {
+        if self.refers {
+            return Ok(());
+        }
+        let message = format!(
+            "{name:?}, allowed: {itself} itself: a scenario in a log or a pickle names no other file"
+        );
+        Err(self.refuse(key, message))
     }
 
     /// The file it was read from, if any.
@@ -139,19 +179,26 @@ impl Source {
     }
 
     fn read(path: PathBuf) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(&path).map_err(|source| Error::Io {
+        let bytes = read_regular(&path, MOST_TOML_BYTES).map_err(|source| Error::Io {
             path: path.clone(),
             source,
         })?;
+        let file = path.display().to_string();
+        let text = crate::encoding::text(bytes, &file).map_err(|reason| Error::NotText {
+            file: file.clone(),
+            reason,
+        })?;
         Ok(Self {
-            file: path.display().to_string(),
+            file,
             text,
             folder: path.parent().map(Path::to_path_buf),
+            refers: true,
         })
     }
 
     fn find(
         kind: &'static str,
+        wanted: FileKind,
         builtin: Builtin,
         name: &str,
         relative_to: Option<&Path>,
@@ -160,8 +207,17 @@ impl Source {
             return Ok(Self::text(format!("built-in {name}"), *text));
         }
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-        if path.is_file() || name.ends_with(".toml") {
+        // Whatever is there: a directory or a device is refused as such.
+        if path.exists() || name.ends_with(".toml") {
             return Self::read(path);
+        }
+        if let Some(found) = FileKind::of_builtin(name) {
+            return Err(Error::OtherKind {
+                file: name.into(),
+                found,
+                wanted,
+                command: "run",
+            });
         }
         let known = builtin
             .iter()
@@ -222,7 +278,7 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     check_version(source, &table)?;
     let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
         let path = error.path().to_string();
-        let message = one_line(error.inner().message());
+        let message = with_nearest_inside(one_line(error.inner().message()));
         let inside = message
             .strip_prefix(INNER_KEY)
             .and_then(|rest| rest.split_once(INNER_KEY));
@@ -252,6 +308,17 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
         source.refuse(key, format!("{message}{more}"))
     })?;
     Ok(value)
+}
+
+/// [`with_nearest`], also where the message is about a key of a table inside.
+fn with_nearest_inside(message: String) -> String {
+    match message
+        .strip_prefix(INNER_KEY)
+        .and_then(|rest| rest.split_once(INNER_KEY))
+    {
+        Some((key, inner)) => format!("{INNER_KEY}{key}{INNER_KEY}{}", with_nearest(inner.into())),
+        None => with_nearest(message),
+    }
 }
 
 /// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.

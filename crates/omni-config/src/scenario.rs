@@ -13,11 +13,13 @@ use crate::check::{
     DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
 };
 use crate::command::{Command, Start};
+use crate::file::FileKind;
 use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
 use crate::log_rates::LogRates;
+use crate::nearest::did_you_mean;
 use crate::physics::{Physics, ROLLER_STEP_US};
 use crate::rest::Rest;
 use crate::rollers::{RollerWheel, WheelModel};
@@ -44,6 +46,10 @@ pub struct Scenario {
     #[garde(custom(within(DURATION_S)))]
     #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
+    /// Ends a run as soon as every wheel stands beyond the obstacle, before `duration_s`; without effect on flat ground. False by default.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[garde(skip)]
+    pub stop_when_done: bool,
     /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error.
     #[serde(default = "an_hour")]
     #[garde(custom(within(WALL_CLOCK_S)))]
@@ -171,7 +177,8 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
     match Coordination::<f64>::preset(value) {
         Some(_) => Ok(()),
         None => Err(garde::Error::new(format!(
-            "{value:?}, allowed: {}",
+            "{value:?}{}, allowed: {}",
+            did_you_mean(value, Coordination::<f64>::PRESETS),
             Coordination::<f64>::PRESETS.join(", ")
         ))),
     }
@@ -220,6 +227,7 @@ impl Scenario {
     /// As [`Scenario::load`].
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let mut table = source.table()?;
+        FileKind::Scenario.expect(source, &table)?;
         let (mut for_vehicle, mut own) = (Vec::new(), Vec::new());
         for each in overrides {
             match each.of_vehicle() {
@@ -233,9 +241,11 @@ impl Scenario {
         check_version(source, &table)?;
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
+                source.check_reference("vehicle", &name, "the vehicle")?;
                 let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
                     Error::UnknownName { name, known, .. } => {
-                        source.refuse("vehicle", format!("{name:?}, allowed: {known}"))
+                        let meant = did_you_mean(&name, known.split(", "));
+                        source.refuse("vehicle", format!("{name:?}{meant}, allowed: {known}"))
                     }
                     other => other,
                 })?;

@@ -12,7 +12,9 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::check::{NAME, is_name};
+use crate::file::FileKind;
 use crate::load::{Override, Source, dotted, read};
+use crate::nearest::did_you_mean;
 pub use points::Point;
 pub use seeds::Seeds;
 
@@ -211,7 +213,9 @@ impl Study {
     /// # Errors
     /// As [`Study::load`].
     pub fn from_source(source: &Source) -> Result<Self, Error> {
-        let mut study: Self = read(source, source.table()?)?;
+        let table = source.table()?;
+        FileKind::Study.expect(source, &table)?;
+        let mut study: Self = read(source, table)?;
         study.origin = Origin {
             file: source.file.clone(),
             folder: source.folder().map(PathBuf::from),
@@ -238,7 +242,8 @@ impl Study {
             *key = dotted(key);
             if !study.axis.iter().any(|axis| axis.key == *key) {
                 let known: Vec<_> = study.axis.iter().map(|axis| axis.key.as_str()).collect();
-                return Err(source.refuse(name, format!("{key:?}, allowed: {}", known.join(", "))));
+                let meant = did_you_mean(key, known.iter().copied());
+                return Err(source.refuse(name, format!("{key:?}{meant}, allowed: {}", known.join(", "))));
             }
         }
         if study.map.x.is_some() && study.map.x == study.map.y {

@@ -389,6 +389,41 @@ impl Terrain {
         }
     }
 
+    /// Largest difference in height \[m\] that it can have between two wheels `span_m` apart \[m\].
+    ///
+    /// ```
+    /// let relief_m = |name| omni_config::Scenario::load(name, &[]).map(|scenario| scenario.terrain.relief_m(0.3));
+    /// assert_eq!((relief_m("flat")?, relief_m("step")?), (0.0, 0.05));
+    /// assert!((relief_m("ramp")? - 0.3 * libm::tan(0.175)).abs() < 1e-12);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn relief_m(&self, span_m: f64) -> f64 {
+        match self {
+            Self::Flat { .. } => 0.0,
+            Self::Step { height_m, .. }
+            | Self::StepDown { height_m, .. }
+            | Self::HalfStep { height_m, .. }
+            | Self::Bumps { height_m, .. } => *height_m,
+            Self::Stairs {
+                height_m,
+                tread_m,
+                count,
+                ..
+            } => height_m * (1.0 + (span_m / tread_m).floor()).min(f64::from(*count)),
+            Self::Ramp {
+                slope_rad, length_m, ..
+            } => span_m.min(*length_m) * libm::tan(*slope_rad),
+            Self::Ditch { depth_m, .. } => *depth_m,
+            // Heights of many waves at once: less than three times their root mean square, up or down.
+            Self::Rough { rms_m, .. } => 6.0 * rms_m,
+            Self::HeightMap { black_m, white_m, .. } => {
+                let (low, high) = (black_m.min(*white_m).min(0.0), black_m.max(*white_m).max(0.0));
+                high - low
+            }
+        }
+    }
+
     /// What a person would call it, as `over a step of 5.0 cm`.
     #[must_use]
     pub fn described(&self) -> String {
@@ -397,6 +432,7 @@ impl Terrain {
             Self::Flat { .. } => "on flat ground".into(),
             Self::Step { height_m, .. } => format!("over a step of {}", cm(height_m)),
             Self::StepDown { height_m, .. } => format!("down a step of {}", cm(height_m)),
+            Self::Stairs { height_m, count, .. } if *count == 1 => format!("up 1 step of {}", cm(height_m)),
             Self::Stairs {
                 height_m,
                 tread_m,
@@ -410,7 +446,10 @@ impl Terrain {
             Self::Ditch { width_m, depth_m, .. } => {
                 format!("over a ditch {} wide and {} deep", cm(width_m), cm(depth_m))
             }
-            Self::Bumps { height_m, count, .. } => format!("over {count} bumps of {}", cm(height_m)),
+            Self::Bumps { height_m, count, .. } => {
+                let bumps = if *count == 1 { "bump" } else { "bumps" };
+                format!("over {count} {bumps} of {}", cm(height_m))
+            }
             Self::Rough { rms_m, length_m, .. } => {
                 format!("over {length_m} m of rough ground, rms {}", cm(rms_m))
             }

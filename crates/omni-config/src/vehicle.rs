@@ -16,6 +16,7 @@ use crate::check::{
     MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD,
     WIDTH_M, counted, direction, is_name, within,
 };
+use crate::file::FileKind;
 use crate::load::{Override, Source, read};
 use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
 use crate::tagged::deserialize_by_kind;
@@ -369,7 +370,9 @@ impl Vehicle {
     /// # Errors
     /// What is wrong with it, in one line.
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
-        Self::from_table(source, source.table()?, overrides)
+        let table = source.table()?;
+        FileKind::Vehicle.expect(source, &table)?;
+        Self::from_table(source, table, overrides)
     }
 
     /// The vehicle that a table of a source describes.

@@ -2,6 +2,7 @@
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use omni_sim::Error;
+use omni_sim::config::shortened;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -23,7 +24,9 @@ pub(crate) fn numbers(
     let py = value.py();
     value.extract::<Vec<f64>>().map_err(|error| {
         if error.is_instance_of::<PyTypeError>(py) {
-            PyTypeError::new_err(format!("{name}: {}, allowed: {allowed}", error.value(py)))
+            PyTypeError::new_err(
+                shortened(&format!("{name}: {}, allowed: {allowed}", error.value(py))).into_owned(),
+            )
         } else if error.is_instance_of::<PyOverflowError>(py) {
             let value = "an integer beyond every float".into();
             exception(&Error::Argument { name, value, allowed })
@@ -77,7 +80,11 @@ pub(crate) fn choice<T: Copy>(argument: &str, name: &str, known: &[(&str, T)]) -
         let known: Vec<&str> = known.iter().map(|&(each, _)| each).collect();
         refused(
             argument,
-            &format!("{argument} = {name:?}, allowed: {}", known.join(", ")),
+            &format!(
+                "{argument} = {name:?}{}, allowed: {}",
+                omni_sim::config::did_you_mean(name, known.iter().copied()),
+                known.join(", ")
+            ),
         )
     })
 }

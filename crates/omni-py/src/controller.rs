@@ -9,7 +9,7 @@ use pyo3::types::PyMapping;
 
 use crate::arrays::{Rows, STEPS_PER_LOOK, array};
 use crate::error::{Stop, exception, refused};
-use crate::scenario::{Scenario, ScenarioArg, load};
+use crate::scenario::{Scenario, ScenarioArg, load, warn_of_coarse_encoder};
 
 /// The controller of a scenario, as firmware runs it.
 ///
@@ -23,6 +23,9 @@ use crate::scenario::{Scenario, ScenarioArg, load};
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
+///
+/// Warns:
+///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -47,11 +50,13 @@ impl Controller {
     #[new]
     #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None))]
     fn new(
+        py: Python<'_>,
         scenario: ScenarioArg,
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, None)?;
+        warn_of_coarse_encoder(py, &scenario)?;
         let inner = started(&scenario)?;
         Ok(Self { scenario, inner })
     }

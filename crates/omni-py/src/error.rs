@@ -24,6 +24,9 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         }
         Error::Config(Bad::Override { text, .. }) => ("ConfigError", Some(text.as_str()), None),
         Error::Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
+        Error::Config(Bad::NotText { file, .. } | Bad::OtherKind { file, .. }) => {
+            ("ConfigError", None, Some(file.as_str()))
+        }
         Error::Config(_) => ("ConfigError", None, None),
         Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
         // The folder of results is an argument of that name.
@@ -35,9 +38,16 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     raised(py, class, &error.to_string(), key, file)
 }
 
-/// An argument, by its name, that is not usable; `message` is the one line that says so.
+/// An argument, by its name, that is not usable; `message` is the one line that says so, however long the value in it.
 pub(crate) fn refused(key: &str, message: &str) -> PyErr {
-    Python::attach(|py| raised(py, "ConfigError", message, Some(key), None).unwrap_or_else(|failed| failed))
+    let message = shortened(message);
+    Python::attach(|py| raised(py, "ConfigError", &message, Some(key), None).unwrap_or_else(|failed| failed))
+}
+
+/// A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept.
+#[pyfunction]
+pub(crate) fn shortened(message: &str) -> String {
+    omni_sim::config::shortened(message).into_owned()
 }
 
 /// The same refusal, said of `place`; another exception stays what it is.
@@ -55,7 +65,7 @@ pub(crate) fn about(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
     match class {
         Ok(class) if error.is_instance(py, &class) => said().unwrap_or_else(|failed| failed),
         _ if error.is_instance_of::<PyTypeError>(py) => {
-            PyTypeError::new_err(format!("{place}: {}", error.value(py)))
+            PyTypeError::new_err(format!("{place}: {}", shortened(&error.value(py).to_string())))
         }
         _ => error,
     }
@@ -87,6 +97,7 @@ fn raised(
 fn log_path(error: &LogError) -> &Path {
     match error {
         LogError::Create { path, .. }
+        | LogError::Busy { path }
         | LogError::Io { path, .. }
         | LogError::Mcap { path, .. }
         | LogError::Encode { path, .. }

@@ -34,6 +34,8 @@ mod _omnistep {
     #[pymodule_export]
     use crate::controller::{ControlSample, Controller};
     #[pymodule_export]
+    use crate::error::shortened;
+    #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
     use crate::layout::{Layout, Wheel};
@@ -58,7 +60,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
-    use crate::study::{Plan, Rows, Store, compute_batch};
+    use crate::study::{Plan, Rows, Store, compute_batch, damage};
     #[pymodule_export]
     use crate::trace::Trace;
     #[pymodule_export]

@@ -45,7 +45,9 @@ impl Outcome {
         Ok(Self::new(inner))
     }
 
-    /// How it ended; `driven` on flat ground.
+    /// How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+    ///
+    /// docs/conventions.md says what each of them means.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()
@@ -55,6 +57,12 @@ impl Outcome {
     #[getter]
     fn climbed(&self) -> bool {
         self.inner.climbed
+    }
+
+    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels).
+    #[getter]
+    fn wheel_model_valid(&self) -> bool {
+        self.inner.wheel_model_valid
     }
 
     /// From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed.
@@ -152,6 +160,7 @@ impl Outcome {
         let dict = PyDict::new(py);
         dict.set_item("verdict", self.verdict())?;
         dict.set_item("climbed", self.inner.climbed)?;
+        dict.set_item("wheel_model_valid", self.inner.wheel_model_valid)?;
         dict.set_item("crossing_s", self.inner.crossing_s)?;
         dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;
         dict.set_item("stalled_row", self.inner.stalled_row)?;

@@ -1,10 +1,11 @@
 //! Scenarios by name, path, text or dictionary, with overrides.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 
 use omni_sim::Error;
 use omni_sim::config::{self, Source};
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyMapping, PyTuple};
 use toml::{Table, Value};
@@ -85,6 +86,16 @@ pub(crate) fn load(
         }
         ScenarioArg::Loaded(scenario) => changed(*scenario, policy, None, overrides, seed),
     }
+}
+
+/// Warns of encoders of which one count is more than the motor has.
+pub(crate) fn warn_of_coarse_encoder(py: Python<'_>, scenario: &config::Scenario) -> PyResult<()> {
+    let coarse = scenario
+        .coarse_encoder()
+        .map_err(|error| exception(&Error::Config(error)))?;
+    let Some(text) = coarse else { return Ok(()) };
+    let text = CString::new(text)?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 fn changed(
@@ -310,8 +321,15 @@ impl Scenario {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
-        let read = py.get_type::<Self>().getattr("from_toml")?;
+        let read = py.get_type::<Self>().getattr("_of_state")?;
         Ok((read, PyTuple::new(py, [self.text()])?))
+    }
+
+    /// A scenario out of its pickle, which holds its vehicle.
+    #[staticmethod]
+    fn _of_state(text: String) -> PyResult<Self> {
+        let inner = read(&Source::embedded("pickle", text), None, None, None, None)?;
+        Ok(Self { inner })
     }
 
     fn __repr__(&self) -> String {

@@ -211,6 +211,22 @@ impl Store {
     }
 }
 
+/// Say what is wrong with the bytes of a Parquet file of results.
+///
+/// Args:
+///     path: the file; any Parquet file.
+///
+/// Returns:
+///     Why it is not as it was written, or None; None for a file that omnistep has not written.
+///
+/// Raises:
+///     StudyError: it cannot be read.
+#[pyfunction]
+pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static str>> {
+    py.detach(|| study::damage(&path))
+        .map_err(|error| exception(&error))
+}
+
 /// Compute what a batch's part in the folder lacks, each row written as soon as it is done.
 ///
 /// Args:

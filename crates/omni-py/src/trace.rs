@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use numpy::ndarray::{ArrayView1, ArrayView2, Dimension, ViewRepr};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
-use omni_sim::config::{Scenario, Source};
+use omni_sim::config::{Scenario, Source, shortened};
 use pyo3::exceptions::{PyImportError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict};
@@ -61,7 +61,7 @@ impl Trace {
     /// A trace out of its pickle.
     #[staticmethod]
     fn _of_state(scenario: String, state: &[u8]) -> PyResult<Self> {
-        let source = Source::text("pickle", scenario);
+        let source = Source::embedded("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(|error| exception(&error.into()))?;
         let trace = postcard::from_bytes(state);
         let trace =
@@ -299,5 +299,5 @@ fn unknown(py: Python<'_>, kind: &str, name: &str, known: &[impl AsRef<str>]) ->
             }
         ),
     };
-    PyKeyError::new_err(format!("no {kind} {name:?}{hint}"))
+    PyKeyError::new_err(format!("no {kind} {}{hint}", shortened(&format!("{name:?}"))))
 }

@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use omni_sim::Error;
-use omni_sim::config::{self, Override};
+use omni_sim::config::{self, Override, shortened};
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
@@ -72,8 +72,9 @@ fn tables(file: &str, parent: &str, given: &Bound<'_, PyMapping>, deeper: usize)
 }
 
 fn name(file: &str, key: &Bound<'_, PyAny>) -> PyResult<String> {
-    key.extract()
-        .map_err(|_| PyTypeError::new_err(format!("{file}: the key {key}, allowed: strings")))
+    key.extract().map_err(|_| {
+        PyTypeError::new_err(shortened(&format!("{file}: the key {key}, allowed: strings")).into_owned())
+    })
 }
 
 /// A value as a file holds it; `key` is the whole path, for messages.
@@ -158,7 +159,7 @@ pub(crate) fn at<'py>(py: Python<'py>, table: &Table, key: &str) -> PyResult<Bou
     let first = parts.next().unwrap_or_default();
     let missing = |inside: &str, known: String| {
         let inside = if inside.is_empty() { "top level" } else { inside };
-        PyKeyError::new_err(format!("{key}: {inside} has {known}"))
+        PyKeyError::new_err(format!("{}: {} has {known}", shortened(key), shortened(inside)))
     };
     let names = |table: &Table| table.keys().cloned().collect::<Vec<_>>().join(", ");
     let mut value = table.get(first).ok_or_else(|| missing(&path, names(table)))?;

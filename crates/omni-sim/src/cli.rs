@@ -1,19 +1,20 @@
 //! The command line `omnistep`, also behind the Python package's console script.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
-//! request was wrong, 130 stopped by Ctrl-C.
+//! request was wrong, 130 stopped by Ctrl-C, 143 by SIGTERM.
 
 mod compare;
 mod files;
 mod logs;
 mod ripple;
+mod signals;
 mod study;
 mod wheels;
 
 use std::ffi::OsString;
 use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use comfy_table::{CellAlignment, Row, Table, presets};
@@ -21,7 +22,8 @@ use omni_core::Coordination;
 
 use crate::Error;
 use crate::config::{
-    DerivedGains, Language, Override, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles,
+    DerivedGains, Language, Override, Scenario, WheelModel, builtin_scenarios, builtin_studies,
+    builtin_vehicles,
 };
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
@@ -208,9 +210,12 @@ struct RunArgs {
     /// vehicle.motor.stall_torque_n_m=1; repeat for more.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// Seed of the scenario's perturbation.
+    /// Seed of the scenario's perturbation, 0 to 9223372036854775807.
+    #[arg(long, value_name = "SEED", allow_negative_numbers = true)]
+    seed: Option<String>,
+    /// Ends a run as soon as every wheel stands beyond the obstacle; as --set stop_when_done=true.
     #[arg(long)]
-    seed: Option<u64>,
+    stop_when_done: bool,
     /// Folder for the MCAP files; made if missing.
     #[arg(long, default_value = "out")]
     out: PathBuf,
@@ -237,9 +242,12 @@ struct StudyArgs {
     /// Replaces a key of the scenario in every run, as duration_s=4 or vehicle=omni3; repeat for more.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// Seeds 0 to N - 1 instead of the study's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    seeds: Option<u32>,
+    /// Seeds 0 to N - 1 instead of the study's, 1 to 100000.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    seeds: Option<String>,
+    /// Ends each run as soon as every wheel stands beyond the obstacle; as --set stop_when_done=true.
+    #[arg(long)]
+    stop_when_done: bool,
     /// Folder for the results; out/NAME if left out. Runs whose results are there are not run again.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -260,16 +268,33 @@ struct StudyArgs {
 impl RunArgs {
     fn overrides(&self) -> Result<Vec<Override>, Error> {
         let mut all = parse_overrides(&self.overrides)?;
-        if let Some(seed) = self.seed {
-            let seed = i64::try_from(seed).map_err(|_| Error::Argument {
-                name: "--seed",
-                value: seed.to_string(),
-                allowed: "0 to 9223372036854775807",
-            })?;
-            all.push(Override::new("seed", seed));
+        if let Some(seed) = &self.seed {
+            const ALLOWED: &str = "a whole number, 0 to 9223372036854775807";
+            all.push(Override::new(
+                "seed",
+                whole("--seed", seed, 0..=i64::MAX, ALLOWED)?,
+            ));
+        }
+        if self.stop_when_done {
+            all.push(Override::new("stop_when_done", true));
         }
         Ok(all)
     }
+}
+
+/// A whole number out of a range.
+fn whole(
+    name: &'static str,
+    text: &str,
+    range: std::ops::RangeInclusive<i64>,
+    allowed: &'static str,
+) -> Result<i64, Error> {
+    let found = text.parse().ok().filter(|number| range.contains(number));
+    found.ok_or_else(|| Error::Argument {
+        name,
+        value: text.into(),
+        allowed,
+    })
 }
 
 fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {
@@ -278,6 +303,7 @@ fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {
 
 /// Runs the command line `args` (the program's name first) and returns the exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    signals::survive_full_quota();
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => {
@@ -288,31 +314,70 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let mut out = std::io::stdout().lock();
     match run(cli, &mut out) {
-        Ok(()) => 0,
-        Err(error @ Error::Interrupted { .. }) => {
+        Ok(code) => code,
+        Err(error @ (Error::Interrupted { .. } | Error::RunInterrupted { .. })) => {
             let _ = writeln!(std::io::stderr(), "stopped: {error}");
-            130
+            signals::exit_code()
         }
-        Err(error) => {
-            let _ = writeln!(std::io::stderr(), "error: {error}");
-            if error.is_bad_input() { 2 } else { 1 }
-        }
+        Err(error) => say_error(&error),
     }
 }
 
-fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
+/// Says what went wrong, in one line; the exit code.
+fn say_error(error: &Error) -> u8 {
+    // Nobody listening is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+    if error.is_bad_input() { 2 } else { 1 }
+}
+
+/// Does the same with each file, also behind one that is bad: what is wrong with it is said as it comes. The exit code of the worst.
+fn each<T>(files: &[T], mut look: impl FnMut(&T) -> Result<(), Error>) -> u8 {
+    let code = |file| look(file).map_or_else(|error| say_error(&error), |()| 0);
+    files.iter().map(code).max().unwrap_or(0)
+}
+
+/// What is doubtful but no error, in one line on standard error.
+fn warn(text: &str) {
+    // Nobody listening is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "warning: {text}");
+}
+
+/// Warns of a scenario that ends before its vehicle can be across, and of encoders of which one count is more than the motor has.
+fn warn_of(scenario: &Scenario) {
+    let coarse = scenario.coarse_encoder().ok().flatten();
+    for text in scenario.too_short().into_iter().chain(coarse) {
+        warn(&format!("{}: {text}", scenario.name));
+    }
+}
+
+/// The error that a scenario's file gave, as the answer to a subcommand.
+fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::Config(error) => Error::Config(error.to_command(name)),
+        other => other,
+    }
+}
+
+/// The exit code.
+fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
     let default = || {
         Command::Compare(RunArgs {
             scenario: "step".into(),
             overrides: Vec::new(),
             seed: None,
+            stop_when_done: false,
             out: "out".into(),
             json: false,
             quiet: false,
         })
     };
-    match cli.command.unwrap_or_else(default) {
-        Command::Compare(args) => compare::compare(&args, &Coordination::<f64>::PRESETS.map(Some), None, out),
+    let done = match cli.command.unwrap_or_else(default) {
+        Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
+        Command::Check { files } => return Ok(each(&files, |file| files::check(file, out))),
+        Command::Compare(args) => {
+            let policies = Coordination::<f64>::PRESETS.map(Some);
+            compare::compare(&args, &policies, None, out).map_err(to_command("compare"))
+        }
         Command::Run {
             args,
             policy,
@@ -330,7 +395,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             #[cfg(feature = "live")]
             if live {
                 let live = crate::Live { port, speed, wait };
-                return compare::live(&args, policy.as_deref(), live, out);
+                return compare::live(&args, policy.as_deref(), live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
             compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)
@@ -350,7 +415,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
                 ConstantsLanguage::Rust => Language::Rust,
                 ConstantsLanguage::C => Language::C,
             };
-            let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)?;
+            let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)
+                .map_err(|error| error.to_command("constants"))?;
             announce_gains(
                 &scenario.vehicle().name,
                 scenario.period_s(),
@@ -363,7 +429,6 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             overrides,
             json,
         } => ripple::ripple(&vehicle, &overrides, json, out),
-        Command::Inspect { logs, json } => logs::inspect(&logs, json, out),
         Command::Replay {
             log,
             policy,
@@ -373,7 +438,6 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
         Command::Film(_) => Err(in_python("film")),
         Command::Strip(_) => Err(in_python("strip")),
         Command::Report(_) => Err(in_python("report")),
-        Command::Check { files } => files::check(&files, out),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),
         Command::List => {
@@ -389,7 +453,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<(), Error> {
             }
             Ok(())
         }
-    }
+    };
+    done.map(|()| 0)
 }
 
 /// A subcommand that the Python package's `omnistep` has and this program has not.
@@ -412,6 +477,41 @@ fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) 
     }
 }
 
+/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+fn beyond_balls(scenario: &Scenario) -> Option<String> {
+    let beyond = scenario.beyond_balls()?;
+    let vehicle = scenario.vehicle();
+    let wheels = 0..vehicle.wheel.len();
+    let instead = if wheels
+        .clone()
+        .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
+    {
+        "--set physics.wheel_model=rollers simulates them"
+    } else {
+        "the vehicle's file has no [rollers] that would be"
+    };
+    let (name, ground) = (&vehicle.name, scenario.terrain.described());
+    Some(format!(
+        "{name} {ground}: balls are not its wheels here: {beyond}; {instead}"
+    ))
+}
+
+/// Says that on standard error.
+fn announce_beyond_balls(scenario: &Scenario) {
+    if let Some(why) = beyond_balls(scenario) {
+        warn(&why);
+    }
+}
+
+/// What the mark of [`marked`] means.
+const BEYOND_BALLS: &str =
+    "* on balls that are not its wheels there (docs/physics.md, Where a ball is the wheel)";
+
+/// What a run amounts to, with a mark where its balls are not its wheels.
+fn marked(text: String, wheel_model_valid: bool) -> String {
+    if wheel_model_valid { text } else { text + " *" }
+}
+
 /// A table with `left` columns of words, the others numbers, flush right.
 fn aligned<H: Into<Row>, R: Into<Row>>(headings: H, rows: impl IntoIterator<Item = R>, left: usize) -> Table {
     let mut table = Table::new();
@@ -426,7 +526,16 @@ fn aligned<H: Into<Row>, R: Into<Row>>(headings: H, rows: impl IntoIterator<Item
 
 /// Writes to standard output; a reader that has gone away is no error of ours.
 fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    print_bytes(out, text.as_bytes())
+}
+
+/// A file's name as the system has it, also where it is no UTF-8, on a line of its own.
+fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> {
+    print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
+}
+
+fn print_bytes(out: &mut dyn Write, bytes: &[u8]) -> Result<(), Error> {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Io {
             path: "standard output".into(),
             source,

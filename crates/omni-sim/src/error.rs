@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::config::shortened;
+
 /// An error of configuration, simulation or logging. Its message is one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -10,7 +12,7 @@ pub enum Error {
     #[error(transparent)]
     Config(#[from] crate::config::Error),
     /// A command handed to a running simulation is not usable.
-    #[error("{name} = {value}, allowed: {allowed}")]
+    #[error("{name} = {}, allowed: {allowed}", shortened(value))]
     Argument {
         /// Name of the argument.
         name: &'static str,
@@ -31,7 +33,7 @@ pub enum Error {
     #[error(transparent)]
     Log(#[from] crate::log::LogError),
     /// A controller at the other end of a link cannot be started, or is not the scenario's.
-    #[error("{name}: {reason}")]
+    #[error("{}: {}", shortened(name), shortened(reason))]
     Firmware {
         /// The image, or what else serves the controller.
         name: String,
@@ -39,7 +41,10 @@ pub enum Error {
         reason: String,
     },
     /// The link to a running controller has stopped; there is no torque any more.
-    #[error("the link to the controller stopped at t = {time_s:.3} s: {reason} ({counters})")]
+    #[error(
+        "the link to the controller stopped at t = {time_s:.3} s: {} ({counters})",
+        shortened(reason)
+    )]
     Link {
         /// Simulated time \[s\].
         time_s: f64,
@@ -49,7 +54,7 @@ pub enum Error {
         counters: crate::controller::LinkCounters,
     },
     /// A folder of results cannot be used for this study.
-    #[error("{}: {reason}", folder.display())]
+    #[error("{}: {}", folder.display(), shortened(reason))]
     Study {
         /// The folder.
         folder: PathBuf,
@@ -69,6 +74,16 @@ pub enum Error {
         /// The folder of results.
         folder: PathBuf,
     },
+    /// A signal such as Ctrl-C ended a run before its end.
+    #[error("the run ended at {time_s:.2} s of {duration_s} s; its log until then is {}", part.display())]
+    RunInterrupted {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// Simulated time that it would have had \[s\].
+        duration_s: f64,
+        /// The unfinished log.
+        part: PathBuf,
+    },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
     Diverged {
@@ -86,6 +101,19 @@ pub enum Error {
         part: String,
         /// How far it parted \[m\].
         gap_m: f64,
+    },
+    /// The physics gave back more energy than was put in, beyond what is their error.
+    #[error(
+        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; physics.step_us = \
+         {step_us} is too long, the built-in scenarios have 500"
+    )]
+    GainedEnergy {
+        /// So much energy from nowhere \[J\].
+        gained_j: f64,
+        /// While so much went through the motors, and came of falling \[J\].
+        through_j: f64,
+        /// The physics step \[us\].
+        step_us: u64,
     },
     /// The run took longer on the clock than it may.
     #[error("stopped at t = {time_s:.3} s: the run took longer than wall_clock_s, {wall_clock_s} s")]
@@ -112,7 +140,7 @@ pub enum Error {
         how: &'static str,
     },
     /// A snapshot does not belong to the scenario.
-    #[error("the snapshot cannot be resumed: {reason}")]
+    #[error("the snapshot cannot be resumed: {}", shortened(reason))]
     Snapshot {
         /// What is wrong with it.
         reason: String,
@@ -125,13 +153,15 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Log(error) => {
-                use crate::log::LogError::{Create, Lacks, Read};
-                matches!(error, Create { .. } | Lacks { .. } | Read { .. })
+                use crate::log::LogError::{Busy, Create, Lacks, Read};
+                matches!(error, Busy { .. } | Create { .. } | Lacks { .. } | Read { .. })
             }
             Self::Diverged { .. }
             | Self::FellApart { .. }
+            | Self::GainedEnergy { .. }
             | Self::OutOfTime { .. }
             | Self::Interrupted { .. }
+            | Self::RunInterrupted { .. }
             | Self::Link { .. } => false,
             _ => true,
         }

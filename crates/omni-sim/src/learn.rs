@@ -300,7 +300,11 @@ fn find<'a>(draws: &'a mut [Draw], name: &str) -> Result<&'a mut Draw, Error> {
         None => Err(Error::Config(crate::config::Error::Key {
             file: "options".into(),
             key: name.into(),
-            message: format!("unknown, allowed: {}", known.join(", ")),
+            message: format!(
+                "unknown{}, allowed: {}",
+                crate::config::did_you_mean(name, known.iter().copied()),
+                known.join(", ")
+            ),
         })),
     }
 }

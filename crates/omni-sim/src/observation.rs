@@ -44,6 +44,8 @@ pub struct Observation {
     pub twist: BodyTwist<f64>,
     /// Angle of each body's x axis above the horizon \[rad\]: **nose up is positive** (REP-103 pitch is the opposite).
     pub body_nose_up_rad: Vec<f64>,
+    /// Angle between each body's z axis and the vertical \[rad\], to whatever side, 0 to pi.
+    pub body_lean_rad: Vec<f64>,
     /// The hinges, in the vehicle file's order.
     pub hinges: Vec<HingeObservation>,
     /// The wheels, in the vehicle file's order.
@@ -110,6 +112,7 @@ impl Observation {
     pub(crate) fn of(vehicle: &Vehicle) -> Self {
         Self {
             body_nose_up_rad: vec![0.0; vehicle.body.len()],
+            body_lean_rad: vec![0.0; vehicle.body.len()],
             hinges: vec![HingeObservation::default(); vehicle.hinge.len()],
             wheels: vec![WheelObservation::default(); vehicle.wheel.len()],
             row_loads_n: vec![0.0; vehicle.rows().len()],

@@ -1,5 +1,6 @@
 //! What a run amounts to in a few numbers.
 
+mod bounds;
 mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -20,6 +21,13 @@ pub enum Verdict {
     Driven,
     /// The base leaned by more than 60 degrees.
     Tipped,
+    /// For half a second the vehicle went more than half as fast again as it was told, and 0.1 m/s more than that. Yaw counts as the speed of the
+    /// farthest wheel about the origin; a vehicle that is told to slow down may take 0.5 m/s^2 for it.
+    RanAway,
+    /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
+    Leaned,
+    /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
+    GainedEnergy,
     /// The physics left what a vehicle can do: no finite state, or a joint came apart.
     Diverged,
 }
@@ -38,6 +46,9 @@ impl Verdict {
             Self::Unfinished => "unfinished",
             Self::Driven => "driven",
             Self::Tipped => "tipped",
+            Self::RanAway => "ran_away",
+            Self::Leaned => "leaned",
+            Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
         }
     }
@@ -63,6 +74,10 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Every wheel stands on the ground beyond the obstacle; false on flat ground.
     pub climbed: bool,
+    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there
+    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it is false, verdict and figures are those of another vehicle.
+    #[serde(default)] // of logs that do not say it, the scenario does
+    pub wheel_model_valid: bool,
     /// Duration of the crossing \[s\]; none unless climbed.
     pub crossing_s: Option<f64>,
     /// World x of the base where it stalled \[m\]; none unless stalled.

@@ -1,13 +1,12 @@
 //! A whole scenario from start to end.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use omni_core::BodyTwist;
 
 use crate::config::Scenario;
 use crate::controller::{AnyController, LinkCounters};
-use crate::log::RunLog;
+use crate::log::{FinishedLog, RunLog};
 use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
 use crate::{Error, Outcome, Simulation};
@@ -15,10 +14,19 @@ use crate::{Error, Outcome, Simulation};
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
 
-/// Runs a scenario from start to end.
+/// Runs a scenario from start to end, or until it has climbed where it asks for that.
+///
+/// A run whose physics gained energy is returned like any other: its verdict says so.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::step`]; [`Error::OutOfTime`].
+///
+/// ```
+/// use omni_sim::{config::{Override, Scenario}, run};
+/// let done = run(&Scenario::load("step", &[Override::new("stop_when_done", true)])?)?;
+/// assert!(done.outcome().climbed && done.rows() < 5000); // of the 6000 periods in its duration_s
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     run_watched(scenario, |_, _| Ok(()))
 }
@@ -51,7 +59,7 @@ pub fn run_with<E: From<Error>>(
         watch(simulation, part)
     })?;
     match ended {
-        None => Ok(trace.finish(outcome)),
+        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
         Some(error) => Err(error.into()),
     }
 }
@@ -61,8 +69,8 @@ fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
     Ok(simulation.scenario_command())
 }
 
-/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, the outcome says so and the error
-/// says why.
+/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, or gain energy, the outcome
+/// says so and the error says why.
 pub(crate) fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
@@ -83,7 +91,16 @@ pub(crate) fn drive<E: From<Error>>(
             Err(error) => return Err(error.into()),
         }
         meter.push(simulation.sample(), simulation.observation());
-        watch(&simulation, (k + 1) as f64 / periods as f64)?;
+        let done = scenario.stop_when_done && meter.is_across();
+        let part = if done {
+            1.0
+        } else {
+            (k + 1) as f64 / periods as f64
+        };
+        watch(&simulation, part)?;
+        if done {
+            break;
+        }
         if k % PERIODS_PER_LOOK == 0 && start.elapsed().as_secs_f64() > scenario.wall_clock_s {
             return Err(E::from(Error::OutOfTime {
                 time_s: simulation.time_ns() as f64 * 1e-9,
@@ -91,7 +108,12 @@ pub(crate) fn drive<E: From<Error>>(
             }));
         }
     }
-    Ok((meter.outcome(false), None))
+    let gained = meter.gained().map(|gained| Error::GainedEnergy {
+        gained_j: gained.gained_j,
+        through_j: gained.through_j,
+        step_us: scenario.physics.step_us,
+    });
+    Ok((meter.outcome(false), gained))
 }
 
 /// A finished run.
@@ -99,10 +121,10 @@ pub(crate) fn drive<E: From<Error>>(
 pub struct Record {
     /// Its figures.
     pub outcome: Outcome,
-    /// Why the physics ended it early; the verdict is [`crate::Verdict::Diverged`] then.
+    /// Why the physics ended it early, the verdict is [`crate::Verdict::Diverged`] then; or what they gained, with [`crate::Verdict::GainedEnergy`].
     pub ended: Option<Error>,
-    /// The log, if one was asked for.
-    pub mcap: Option<PathBuf>,
+    /// The log, if one was asked for; no other run replaces it while this lives.
+    pub mcap: Option<FinishedLog>,
     /// What was lost on the link to the controller, if there is one.
     pub link: Option<LinkCounters>,
 }
@@ -129,6 +151,19 @@ pub fn record_with<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut log: Option<RunLog>,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Record, E> {
+    let mut record = record_into(scenario, controller, log.as_mut(), watch)?;
+    let finished = log.map(|log| log.finish(&record.outcome)).transpose();
+    record.mcap = finished.map_err(Error::from)?;
+    Ok(record)
+}
+
+/// [`record_with`] into a log that is not finished yet, so that whoever stops the run says what becomes of it.
+pub(crate) fn record_into<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
+    mut log: Option<&mut RunLog>,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Record, E> {
     let mut link = controller.link();
@@ -140,14 +175,10 @@ pub fn record_with<E: From<Error>>(
         }
         watch(simulation, part)
     })?;
-    let mcap = log
-        .map(|log| log.finish(&outcome))
-        .transpose()
-        .map_err(Error::from)?;
     Ok(Record {
         outcome,
         ended,
-        mcap,
+        mcap: None,
         link,
     })
 }
@@ -167,7 +198,7 @@ pub fn run_logged<E: From<Error>>(
         watch(simulation, part)
     })?;
     match ended {
-        None => Ok(trace.finish(outcome)),
+        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
         Some(error) => Err(error.into()),
     }
 }

@@ -80,3 +80,17 @@ fn a_precision_that_firmware_has_not_is_refused_where_it_is_asked_for() {
         "error: control.precision = f64, allowed: f32 with --controller qemu\n"
     );
 }
+
+#[test]
+fn an_emulator_that_complains_without_an_end_is_quoted_in_one_line() {
+    let folder = with_emulator(
+        "i=0; while [ $i -lt 100000 ]; do printf xxxxxxxxxxxxxxxxxxxx; i=$((i+1)); done >&2; exit 3",
+    );
+    let (code, line) = refused(folder.path(), &["--firmware", "loop"]);
+    assert_eq!(code, Some(2));
+    let start = "error: loop: the firmware has ended (qemu-system-arm: exit status: 3, xxxx";
+    assert!(
+        line.starts_with(start) && line.chars().count() <= 300,
+        "{line:.400}"
+    );
+}

@@ -4,6 +4,7 @@ use toml::Value;
 
 use super::Study;
 use crate::load::{Override, Source, VEHICLES, dotted};
+use crate::nearest::did_you_mean;
 use crate::{Error, Scenario};
 
 /// A combination of the axes' values, and the scenario it makes.
@@ -42,6 +43,33 @@ impl Study {
         &'a self,
         overrides: &'a [Override],
     ) -> Result<impl ExactSizeIterator<Item = Result<Point, Error>> + 'a, Error> {
+        let grid = self.grid(overrides)?;
+        Ok((0..grid.count).map(move |index| grid.point(combination(&grid.values, index))))
+    }
+
+    /// Each value of each axis once: the first combination, then every other value with the first ones of all other axes. As many
+    /// points as there are values, where [`Study::each_point`] has as many as their product. All of them are points of the study:
+    /// what is wrong with one is wrong with the study. What only two values together break is not found.
+    ///
+    /// ```
+    /// let study = omni_config::Study::load("climb_map")?; // three axes of four values
+    /// assert_eq!((study.each_value(&[])?.len(), study.each_point(&[])?.len()), (1 + 3 * 3, 4 * 4 * 4));
+    /// assert_eq!(study.each_value(&[])?.next().transpose()?, study.each_point(&[])?.next().transpose()?);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Study::each_point`].
+    pub fn each_value<'a>(
+        &'a self,
+        overrides: &'a [Override],
+    ) -> Result<impl ExactSizeIterator<Item = Result<Point, Error>> + 'a, Error> {
+        let grid = self.grid(overrides)?;
+        let others: usize = grid.values.iter().map(|values| values.len() - 1).sum();
+        Ok((0..others + 1).map(move |index| grid.point(single(&grid.values, index))))
+    }
+
+    fn grid<'a>(&'a self, overrides: &'a [Override]) -> Result<Grid<'a>, Error> {
         for each in overrides {
             if each.key() == "seed" {
                 return Err(Error::Override {
@@ -65,27 +93,21 @@ impl Study {
             let message = format!("too many combinations, allowed: {} at most", Self::MOST_POINTS);
             return Err(self.refuse("axis", message));
         };
-        let source = self.scenario_source()?;
-        let settings = self.settings();
-        Ok((0..count).map(move |index| {
-            let chosen = combination(&values, index);
-            let own = settings.iter().map(|set| self.located(set.key(), set.value()));
-            let varied = self.axis.iter().zip(&chosen);
-            let varied = varied.map(|(axis, value)| self.located(&axis.key, value));
-            let all: Vec<_> = own.chain(overrides.iter().cloned()).chain(varied).collect();
-            let scenario = Scenario::from_source(&source, &all)
-                .map_err(|error| self.explained(error, &settings, overrides, &chosen))?;
-            Ok(Point {
-                values: chosen,
-                scenario,
-            })
-        }))
+        Ok(Grid {
+            study: self,
+            overrides,
+            source: self.scenario_source()?,
+            settings: self.settings(),
+            values,
+            count,
+        })
     }
 
     fn scenario_source(&self) -> Result<Source, Error> {
         Source::scenario_in(&self.scenario, self.origin.folder.as_deref()).map_err(|error| match error {
             Error::UnknownName { name, known, .. } => {
-                self.refuse("scenario", format!("{name:?}, allowed: {known}"))
+                let meant = did_you_mean(&name, known.split(", "));
+                self.refuse("scenario", format!("{name:?}{meant}, allowed: {known}"))
             }
             other => other,
         })
@@ -165,6 +187,50 @@ impl Study {
             .collect();
         pairs.join(", ")
     }
+}
+
+/// What all points of a study are made of.
+struct Grid<'a> {
+    study: &'a Study,
+    overrides: &'a [Override],
+    source: Source,
+    settings: Vec<Override>,
+    /// Of each axis, one or more.
+    values: Vec<Vec<Value>>,
+    /// Of combinations.
+    count: usize,
+}
+
+impl Grid<'_> {
+    fn point(&self, chosen: Vec<Value>) -> Result<Point, Error> {
+        let Self {
+            study,
+            overrides,
+            settings,
+            ..
+        } = self;
+        let own = settings.iter().map(|set| study.located(set.key(), set.value()));
+        let varied = study.axis.iter().zip(&chosen);
+        let varied = varied.map(|(axis, value)| study.located(&axis.key, value));
+        let all: Vec<_> = own.chain(overrides.iter().cloned()).chain(varied).collect();
+        let scenario = Scenario::from_source(&self.source, &all)
+            .map_err(|error| study.explained(error, settings, overrides, &chosen))?;
+        Ok(Point {
+            values: chosen,
+            scenario,
+        })
+    }
+}
+
+/// The first value of each axis, but for the one that has that index among all the others of all axes; 0 is none of them.
+fn single(values: &[Vec<Value>], index: usize) -> Vec<Value> {
+    let mut others = index;
+    let chosen = values.iter().map(|values| {
+        let here = if others < values.len() { others } else { 0 };
+        others = others.saturating_sub(values.len() - 1);
+        values[here].clone()
+    });
+    chosen.collect()
 }
 
 /// The combination of that index, the last axis fastest.

@@ -4,6 +4,7 @@
 use super::{Vehicle, WheelContact, WheelSpec};
 use crate::Error;
 use crate::load::Source;
+use crate::nearest::did_you_mean;
 
 impl Vehicle {
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
@@ -18,7 +19,8 @@ impl Vehicle {
             if bodies.contains(&name) {
                 Ok(())
             } else {
-                Err(source.refuse(key, format!("{name:?}, allowed: {}", bodies.join(", "))))
+                let meant = did_you_mean(name, bodies.iter().copied());
+                Err(source.refuse(key, format!("{name:?}{meant}, allowed: {}", bodies.join(", "))))
             }
         };
         // Hinges in file order grow the tree from the base: each parent is there already, each child is new.
@@ -91,7 +93,8 @@ impl Vehicle {
             for (end, name) in [("hinge_a", &coupling.hinge_a), ("hinge_b", &coupling.hinge_b)] {
                 if !self.hinge.iter().any(|hinge| hinge.name == *name) {
                     let names = self.hinge.iter().map(|h| h.name.as_str()).collect::<Vec<_>>();
-                    let message = format!("{name:?}, allowed: {}", names.join(", "));
+                    let meant = did_you_mean(name, names.iter().copied());
+                    let message = format!("{name:?}{meant}, allowed: {}", names.join(", "));
                     return Err(source.refuse(format!("coupling[{i}].{end}"), message));
                 }
             }

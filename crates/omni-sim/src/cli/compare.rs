@@ -1,18 +1,23 @@
 //! `omnistep compare` and `omnistep run`.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::{RunArgs, aligned, announce_gains, print};
-use crate::config::{Precision, Scenario};
+use super::signals::stop_flag;
+use super::{
+    BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path, warn_of,
+};
+use crate::config::{Override, Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
-use crate::log::RunLog;
-use crate::{Error, Outcome, record_with};
+use crate::log::{FinishedLog, RunLog};
+use crate::run::record_into;
+use crate::{Error, Outcome};
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -23,6 +28,9 @@ struct Row {
     steps_per_s: f64,
     realtime_factor: f64,
     mcap: PathBuf,
+    /// For as long as it is told of, no other run replaces it.
+    #[serde(skip)]
+    _log: FinishedLog,
 }
 
 /// Runs the scenario under each policy (`None`: the scenario's own), with the controller in `firmware` if there is one.
@@ -32,15 +40,19 @@ pub(super) fn compare(
     firmware: Option<&Firmware>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
-    let mut scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
+    let overrides = args.overrides()?;
+    let mut scenario = Scenario::load(&args.scenario, &overrides)?;
     if firmware.is_some() {
         in_f32(args, &mut scenario)?;
     }
+    let names = LogNames::new(args, &overrides)?;
     announce_gains(
         &scenario.vehicle().name,
         scenario.period_s(),
         scenario.derived_gains(),
     );
+    announce_beyond_balls(&scenario);
+    warn_of(&scenario);
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),
@@ -65,12 +77,13 @@ pub(super) fn compare(
     if let Ok(style) = ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3} % {eta:>4} left") {
         bar.set_style(style);
     }
+    let stop = stop_flag();
     let (mut rows, mut failed) = (Vec::new(), None);
     for (k, run) in runs.iter().enumerate() {
         bar.set_message(run.control.policy.clone());
-        let (row, link, ended) = one(run, firmware, &args.out, |part| {
-            bar.set_position(1000 * k as u64 + (1000.0 * part) as u64)
-        })?;
+        let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
+        let ran = one(run, firmware, &names.of(run), stop, told);
+        let (row, link, ended) = ran.inspect_err(|_| bar.finish_and_clear())?;
         if let Some(link) = link.filter(|link| !link.is_zero()) {
             // The figures stand, but they are not those of an undisturbed run.
             let _ = bar.suspend(|| writeln!(std::io::stderr(), "not received on the link: {link}"));
@@ -86,8 +99,11 @@ pub(super) fn compare(
     bar.finish_and_clear();
     if !args.json {
         print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)))?;
+        if scenario.beyond_balls().is_some() {
+            print(out, &format!("{BEYOND_BALLS}\n"))?;
+        }
         for row in &rows {
-            print(out, &format!("{}\n", row.mcap.display()))?;
+            print_path(out, &row.mcap)?;
         }
     }
     // The table and the logs show how far a run came; that its physics failed is an error all the same.
@@ -106,6 +122,7 @@ pub(super) fn live(
     if let Some(policy) = policy {
         scenario = scenario.with_policy(policy)?;
     }
+    announce_beyond_balls(&scenario);
     let started = |address: &str| {
         // Nobody listening is no reason to fail.
         let _ = writeln!(
@@ -124,6 +141,9 @@ pub(super) fn live(
         let headings = ["verdict"].into_iter().chain(FIGURES);
         let table = aligned(headings, [figures(&outcome)], FIGURES.len() + 1);
         print(out, &format!("{}\n{table}\n", headline(&scenario)))?;
+        if !outcome.wheel_model_valid {
+            print(out, &format!("{BEYOND_BALLS}\n"))?;
+        }
     }
     ended.map_or(Ok(()), Err)
 }
@@ -146,32 +166,88 @@ fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
     Ok(())
 }
 
+/// What logs are called.
+struct LogNames<'a> {
+    folder: &'a Path,
+    /// The seed that the scenario's file gives.
+    own_seed: u64,
+}
+
+impl<'a> LogNames<'a> {
+    fn new(args: &'a RunArgs, overrides: &[Override]) -> Result<Self, Error> {
+        if args.json && args.out.to_str().is_none() {
+            return Err(Error::Argument {
+                name: "--out",
+                value: format!("{:?}", args.out),
+                allowed: "with --json a folder whose name is UTF-8, as JSON is",
+            });
+        }
+        let others: Vec<_> = overrides
+            .iter()
+            .filter(|each| each.key() != "seed")
+            .cloned()
+            .collect();
+        Ok(Self {
+            folder: &args.out,
+            own_seed: Scenario::load(&args.scenario, &others)?.seed,
+        })
+    }
+
+    /// Runs that differ in their seed have different names, so that they may go on side by side.
+    fn of(&self, run: &Scenario) -> PathBuf {
+        let seed = if run.seed == self.own_seed {
+            String::new()
+        } else {
+            format!("-seed{}", run.seed)
+        };
+        self.folder
+            .join(format!("{}-{}{seed}.mcap", run.name, run.control.policy))
+    }
+}
+
 fn one(
     scenario: &Scenario,
     firmware: Option<&Firmware>,
-    folder: &std::path::Path,
+    path: &Path,
+    stop: &AtomicBool,
     progress: impl Fn(f64),
 ) -> Result<(Row, Option<LinkCounters>, Option<Error>), Error> {
     let controller = match firmware {
         Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
         None => AnyController::new(scenario)?,
     };
-    let path = folder.join(format!("{}-{}.mcap", scenario.name, scenario.control.policy));
     let start = Instant::now();
-    let log = RunLog::create(&path, scenario)?;
+    let mut log = RunLog::create(path, scenario)?;
     let mut simulated = 0.0;
-    let record = record_with(scenario, controller, Some(log), |simulation, part| {
+    let record = record_into(scenario, controller, Some(&mut log), |simulation, part| {
         simulated = simulation.time_ns() as f64 * 1e-9;
         progress(part);
-        Ok::<(), Error>(())
-    })?;
+        if stop.load(Ordering::SeqCst) {
+            Err(Error::Stopped)
+        } else {
+            Ok(())
+        }
+    });
+    let record = match record {
+        // Also where what ran beside it, as the processor in QEMU, was ended by the same signal.
+        Err(_) if stop.load(Ordering::SeqCst) => {
+            return Err(Error::RunInterrupted {
+                time_s: simulated,
+                duration_s: scenario.duration_s,
+                part: log.leave()?,
+            });
+        }
+        record => record?,
+    };
+    let log = log.finish(&record.outcome)?;
     let seconds = start.elapsed().as_secs_f64();
     let row = Row {
         policy: scenario.control.policy.clone(),
         outcome: record.outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,
-        mcap: record.mcap.unwrap_or(path),
+        mcap: log.path().to_owned(),
+        _log: log,
     };
     Ok((row, record.link, record.ended))
 }
@@ -228,10 +304,11 @@ fn table(rows: &[Row]) -> Table {
 
 /// How it ended, and where if it stalled.
 fn verdict(outcome: &Outcome) -> String {
-    match (outcome.stalled_at_m, outcome.stalled_row) {
+    let text = match (outcome.stalled_at_m, outcome.stalled_row) {
         (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
         _ => outcome.verdict.name().into(),
-    }
+    };
+    marked(text, outcome.wheel_model_valid)
 }
 
 /// A figure with so many decimals, `-` where nothing was measured.

@@ -1,56 +1,60 @@
 //! `omnistep check`, `omnistep new` and `omnistep schema`.
 
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use super::{FileKindArg, NewKind, announce_gains, print};
+use super::{FileKindArg, NewKind, announce_gains, beyond_balls, print, warn_of};
 use crate::Error;
 use crate::config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle};
-use crate::study::Plan;
 
 /// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
 const PERIOD_S: f64 = 1e-3;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// Says what each file describes, or what is wrong with the first that is wrong.
-pub(super) fn check(files: &[String], out: &mut dyn Write) -> Result<(), Error> {
-    for file in files {
-        let said = match File::load(file)? {
-            File::Vehicle(vehicle) => {
-                let derived = match vehicle.gains {
-                    Some(_) => None,
-                    None => Some(vehicle.derived_gains(PERIOD_S)?),
-                };
-                announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
-                let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-                format!("vehicle {}{facts}", described(&vehicle))
+/// Says what a file describes, or what is wrong with it.
+pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
+    let said = match File::load(file)? {
+        File::Vehicle(vehicle) => {
+            let derived = match vehicle.gains {
+                Some(_) => None,
+                None => Some(vehicle.derived_gains(PERIOD_S)?),
+            };
+            announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
+            let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
+            format!("vehicle {}{facts}{}", described(&vehicle), balls_ahead(&vehicle))
+        }
+        File::Scenario(scenario) => {
+            let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
+            announce_gains(&vehicle.name, scenario.period_s(), derived);
+            warn_of(&scenario);
+            format!(
+                "scenario {}, {} s, policy {}; vehicle {}{}{}",
+                scenario.name,
+                scenario.duration_s,
+                scenario.control.policy,
+                described(vehicle),
+                facts(
+                    vehicle,
+                    scenario.period_s(),
+                    scenario.physics.gravity_m_s2,
+                    derived
+                )?,
+                balls(&scenario)
+            )
+        }
+        File::Experiment(experiment) => {
+            format!("experiment {}, {} s", experiment.name, experiment.duration_s)
+        }
+        File::Study(study) => {
+            let (described, warning) = super::study::checked(&study)?;
+            match warning {
+                Some(why) => format!("study {described}\n  {:<8} WARNING: {why}", "balls"),
+                None => format!("study {described}"),
             }
-            File::Scenario(scenario) => {
-                let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
-                announce_gains(&vehicle.name, scenario.period_s(), derived);
-                format!(
-                    "scenario {}, {} s, policy {}; vehicle {}{}",
-                    scenario.name,
-                    scenario.duration_s,
-                    scenario.control.policy,
-                    described(vehicle),
-                    facts(
-                        vehicle,
-                        scenario.period_s(),
-                        scenario.physics.gravity_m_s2,
-                        derived
-                    )?
-                )
-            }
-            File::Experiment(experiment) => {
-                format!("experiment {}, {} s", experiment.name, experiment.duration_s)
-            }
-            File::Study(study) => format!("study {}", super::study::described(&Plan::new(&study, &[])?)),
-        };
-        print(out, &format!("{file}: {said}\n"))?;
-    }
-    Ok(())
+        }
+    };
+    print(out, &format!("{file}: {said}\n"))
 }
 
 fn described(vehicle: &Vehicle) -> String {
@@ -126,6 +130,28 @@ fn facts(
     Ok(lines)
 }
 
+/// Whether balls are the wheels of a scenario, as one of [`facts`].
+fn balls(scenario: &Scenario) -> String {
+    let wheels = 0..scenario.vehicle().wheel.len();
+    let text = match beyond_balls(scenario) {
+        Some(why) => format!("WARNING: {why}"),
+        None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
+        None => format!("are its wheels {}", scenario.terrain.described()),
+    };
+    format!("\n  {:<8} {text}", "balls")
+}
+
+/// Whether balls are a vehicle's wheels where it meets an obstacle straight ahead, as one of [`facts`].
+fn balls_ahead(vehicle: &Vehicle) -> String {
+    let text = match vehicle.beyond_balls_ahead() {
+        Some(beyond) => {
+            format!("are its wheels on level ground, not at an upright edge straight ahead: {beyond}")
+        }
+        None => "are its wheels on level ground and at an edge straight ahead".into(),
+    };
+    format!("\n  {:<8} {text}", "balls")
+}
+
 /// Prints the JSON Schema of a kind of file.
 pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error> {
     let kind = match kind {
@@ -170,8 +196,14 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
     written
         .and_then(|mut file| file.write_all(format!("{}{text}", schema_line(kind)).as_bytes()))
         .map_err(|source| Error::Io {
+            source: match source.kind() {
+                ErrorKind::AlreadyExists => {
+                    let kept = "there is such a file already, and it stays as it is; give another name, or move it away first";
+                    std::io::Error::new(ErrorKind::AlreadyExists, kept)
+                }
+                _ => source,
+            },
             path: path.clone(),
-            source,
         })?;
     print(
         out,

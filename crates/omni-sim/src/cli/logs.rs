@@ -7,7 +7,7 @@ use comfy_table::Table;
 use serde::Serialize;
 
 use super::compare::{FIGURES, figures};
-use super::{aligned, parse_overrides, print};
+use super::{BEYOND_BALLS, aligned, each, parse_overrides, print};
 use crate::config::{Override, Source, Vehicle};
 use crate::log::{LogFile, read_log};
 use crate::{Error, Outcome, Replay, replay, vehicle_urdf};
@@ -23,10 +23,10 @@ struct Inspected<'a> {
     outcome: Option<Outcome>,
 }
 
-/// Reads logs from start to end, every checksum included, and prints what is in them.
-pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Result<(), Error> {
+/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is that of the worst.
+pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
-    for path in paths {
+    let code = each(paths, |path| {
         let file = read_log(path, |_, _| Ok(()))?;
         if json {
             let shown = Inspected {
@@ -46,9 +46,10 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
             print(out, &described(&file))?;
         }
         files.push(file);
-    }
-    if json {
-        return Ok(());
+        Ok(())
+    });
+    if json || files.is_empty() {
+        return Ok(code);
     }
     let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
@@ -60,7 +61,14 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
         row
     });
     let table = aligned(["log", "policy", "verdict"].into_iter().chain(FIGURES), rows, 3);
-    print(out, &format!("{table}\n"))
+    let marks = files.iter().filter_map(|file| file.outcome);
+    let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {
+        String::new()
+    } else {
+        format!("{BEYOND_BALLS}\n")
+    };
+    print(out, &format!("{table}\n{legend}"))?;
+    Ok(code)
 }
 
 fn described(file: &LogFile) -> String {

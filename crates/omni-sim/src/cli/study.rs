@@ -4,27 +4,34 @@ mod tables;
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
-use super::{StudyArgs, parse_overrides, print};
+use super::signals::stop_flag;
+use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print, warn, whole};
 use crate::Error;
-use crate::config::{Seeds, Study};
+use crate::config::{Override, Seeds, Study};
 use crate::study::{MapCell, Plan, Store, cells, compute};
-
-/// Set by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
     let mut study = Study::load(&args.study)?;
-    if let Some(count) = args.seeds {
-        study.seeds = Seeds::Count(count);
+    if let Some(count) = &args.seeds {
+        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
+        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
     }
-    let plan = Plan::new(&study, &parse_overrides(&args.overrides)?)?;
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if args.stop_when_done {
+        overrides.push(Override::new("stop_when_done", true));
+    }
+    let plan = Plan::new(&study, &overrides)?;
+    if let Some(short) = too_short(&plan) {
+        warn(&short);
+    }
+    if let Some(why) = beyond_balls(&plan) {
+        warn(&why);
+    }
     let folder = args
         .out
         .clone()
@@ -43,11 +50,11 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         );
     }
     let missing = plan.missing(&found);
-    on_ctrl_c();
+    let stop = stop_flag();
     let start = Instant::now();
     let bar = progress(args, missing.len());
     let mut errors = 0_usize;
-    let computed = compute(&missing, &store, args.jobs, &STOP, |row| {
+    let computed = compute(&missing, &store, args.jobs, stop, |row| {
         if row.error.is_some() {
             errors += 1;
             bar.set_message(format!("{errors} failed"));
@@ -69,6 +76,9 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         return json(&plan, &map, out);
     }
     print(out, &tables::tables(&plan, &map))?;
+    if map.iter().any(|cell| cell.beyond_balls > 0) {
+        print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
     let mut line = format!("{runs} runs");
     if computed.rows < runs {
         line += &format!(", {} of them done before", runs - computed.rows);
@@ -94,30 +104,81 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
 }
 
 /// `climb_map: 320 runs: 64 combinations of 3 axes with 5 seeds, scenario step`.
-pub(super) fn described(plan: &Plan) -> String {
-    let (study, runs) = (plan.study(), plan.runs().len());
+fn described(study: &Study, combinations: usize) -> String {
     let seeds = study.seeds.list().len();
     format!(
-        "{}: {runs} runs, {} combinations of {} axes with {seeds} seeds; scenario {}",
+        "{}: {} runs, {combinations} combinations of {} axes with {seeds} seeds; scenario {}",
         study.name,
-        runs / seeds.max(1),
+        combinations * seeds,
         study.axis.len(),
         study.scenario
     )
 }
 
-/// The first Ctrl-C asks for an orderly end, the second one ends at once.
-fn on_ctrl_c() {
-    static ONCE: OnceLock<()> = OnceLock::new();
-    STOP.store(false, Ordering::Relaxed);
-    ONCE.get_or_init(|| {
-        // Without a handler Ctrl-C ends at once, and what is written is kept all the same.
-        let _ = ctrlc::set_handler(|| {
-            if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        });
+/// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
+/// wheels; warns of the first that ends before its vehicle can be across.
+pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
+    let (mut looked_at, mut beyond, mut first) = (0, 0, None);
+    let mut short = None;
+    let combinations = Plan::check(study, |scenario| {
+        looked_at += 1;
+        short = short.take().or_else(|| scenario.too_short());
+        if let Some(why) = super::beyond_balls(scenario) {
+            beyond += 1;
+            first.get_or_insert(why);
+        }
+    })?;
+    if let Some(short) = short {
+        warn(&format!("{}: {short}", study.name));
+    }
+    let seeds = study.seeds.list().len();
+    let warning = first.map(|first| {
+        if looked_at == combinations {
+            format!("{} of {} runs: {first}", seeds * beyond, seeds * combinations)
+        } else {
+            format!("{beyond} of the {looked_at} combinations looked at: {first}")
+        }
     });
+    Ok((described(study, combinations), warning))
+}
+
+/// How many runs are on balls that are not their wheels, and why the first of them is; nothing where none is.
+fn beyond_balls(plan: &Plan) -> Option<String> {
+    let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
+    let mut whys = runs
+        .chunks(seeds)
+        .filter_map(|same| super::beyond_balls(&same.first()?.scenario()));
+    let first = whys.next()?;
+    Some(format!(
+        "{} of {} runs: {first}",
+        seeds * (1 + whys.count()),
+        runs.len()
+    ))
+}
+
+/// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.
+fn too_short(plan: &Plan) -> Option<String> {
+    let seeds = plan.study().seeds.list().len().max(1);
+    // All seeds of a combination have the same time and way.
+    let short = plan.runs().iter().step_by(seeds).filter_map(|run| {
+        let said = run.too_short()?;
+        let axes = plan.study().axis.iter().zip(&*run.axes);
+        let axes: Vec<_> = axes
+            .map(|(axis, value)| format!("{} = {value}", axis.key))
+            .collect();
+        Some((axes.join(", "), said))
+    });
+    let mut short = short.peekable();
+    let (axes, said) = short.peek().cloned()?;
+    let (name, runs, all) = (&plan.study().name, short.count() * seeds, plan.runs().len());
+    let first = if axes.is_empty() {
+        String::new()
+    } else {
+        format!("the first with {axes}: ")
+    };
+    Some(format!(
+        "{name}: {runs} of {all} runs cannot get across in time; {first}{said}"
+    ))
 }
 
 fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
@@ -132,7 +193,7 @@ fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     bar
 }
 
-/// One object a cell: each axis by its column, `runs`, `errors`, the mean of each figure.
+/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure.
 fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
@@ -144,6 +205,8 @@ fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> 
         }
         object.insert("runs".into(), cell.runs.into());
         object.insert("errors".into(), cell.errors.into());
+        object.insert("unfinished".into(), cell.unfinished.into());
+        object.insert("beyond_balls".into(), cell.beyond_balls.into());
         for (i, figure) in plan.study().map.figures.iter().enumerate() {
             object.insert(figure.clone(), cell.mean(i).map_or(Value::Null, Value::from));
         }

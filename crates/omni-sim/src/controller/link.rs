@@ -2,11 +2,11 @@
 
 use std::fmt;
 use std::io::{Read, Write};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use omni_core::{BodyTwist, Controller, WheelTorques};
+use omni_core::{BodyTwist, Controller, TorqueLimit, WheelTorques};
 use omni_link::{
     Action, Answer, Counters, FrameError, FromController, Greeting, Guard, HOLD_PERIODS, MAX_ANSWER_FRAME,
     MAX_REQUEST_FRAME, PROTOCOL_VERSION, Request, ToController, decode, encode,
@@ -19,6 +19,17 @@ use crate::config::Scenario;
 
 /// Greetings sent, one a time-out, before a controller is given up.
 const GREETINGS: u32 = 5;
+/// Frames that wait, either way: more than there are without an answer in the longest hold, and no memory to speak of. A peer
+/// that sends more waits until they are read.
+const QUEUE: usize = 64;
+/// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were late are no more than the
+/// greetings and the periods of a hold.
+const MOST_UNDUE: u32 = 100;
+/// How far beyond the motor's range a torque may be, as a part of it: another processor's rounding in `f32`, and far below what
+/// any motor's data sheet promises.
+const ROUNDING: f64 = 1e-5;
+/// Bytes of what is no message that are shown.
+const SHOWN: usize = 24;
 
 /// Frames that were not received as they were sent, both ways.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,13 +71,22 @@ impl fmt::Display for LinkCounters {
 pub struct Link {
     name: String,
     frames: Mutex<Receiver<Vec<u8>>>,
-    writer: Box<dyn Write + Send + Sync>,
+    /// To the thread that writes: who does not read what it is sent must not stop the host.
+    requests: SyncSender<Vec<u8>>,
+    heard: Arc<Mutex<Heard>>,
     time_out: Duration,
     process: Option<Process>,
 }
 
+/// Bytes that came so far.
+#[derive(Default)]
+struct Heard {
+    count: u64,
+    first: Vec<u8>,
+}
+
 /// What came within the time-out.
-enum Heard<const N: usize> {
+enum Event<const N: usize> {
     Message(FromController<Answer<N>>),
     Damaged(FrameError),
     Nothing,
@@ -83,13 +103,18 @@ impl Link {
         writer: impl Write + Send + Sync + 'static,
         time_out: Duration,
     ) -> Self {
-        let (sender, frames) = mpsc::channel();
-        // Ends with the stream, or with the first frame that nobody wants any more.
-        std::thread::spawn(move || receive(reader, &sender));
+        let (sender, frames) = mpsc::sync_channel(QUEUE);
+        let (requests, outgoing) = mpsc::sync_channel(QUEUE);
+        let heard = Arc::new(Mutex::new(Heard::default()));
+        let told = heard.clone();
+        // End with their streams, or with the first frame that nobody wants any more.
+        std::thread::spawn(move || receive(reader, &sender, &told));
+        std::thread::spawn(move || transmit(writer, &outgoing));
         Self {
             name: name.into(),
             frames: Mutex::new(frames),
-            writer: Box::new(writer),
+            requests,
+            heard,
             time_out,
             process: None,
         }
@@ -101,21 +126,28 @@ impl Link {
         Self { process, ..self }
     }
 
-    fn send<const N: usize>(&mut self, message: &ToController<N>) -> bool {
+    /// Sends a message on its way; says why nothing can be sent any more.
+    fn send<const N: usize>(&mut self, message: &ToController<N>) -> Result<(), String> {
         let mut buffer = [0; MAX_REQUEST_FRAME];
         let frame = encode(message, &mut buffer).unwrap_or_default();
-        self.writer
-            .write_all(frame)
-            .and_then(|()| self.writer.flush())
-            .is_ok()
+        match self.requests.try_send(frame.to_vec()) {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(_)) => Err("the firmware does not read what it is sent".into()),
+            Err(TrySendError::Disconnected(_)) => Err(self.obituary()),
+        }
     }
 
-    fn hear<const N: usize>(&mut self, until: Instant) -> Heard<N> {
+    /// The next message, waited for no longer than `until`, however many there are.
+    fn hear<const N: usize>(&mut self, until: Instant) -> Event<N> {
         let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
-        match frames.recv_timeout(until.saturating_duration_since(Instant::now())) {
-            Ok(mut frame) => decode(&mut frame).map_or_else(Heard::Damaged, Heard::Message),
-            Err(RecvTimeoutError::Timeout) => Heard::Nothing,
-            Err(RecvTimeoutError::Disconnected) => Heard::Closed,
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Event::Nothing;
+        }
+        match frames.recv_timeout(left) {
+            Ok(mut frame) => decode(&mut frame).map_or_else(Event::Damaged, Event::Message),
+            Err(RecvTimeoutError::Timeout) => Event::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Event::Closed,
         }
     }
 
@@ -124,9 +156,23 @@ impl Link {
         let ended = self.process.as_mut().map(Process::obituary);
         ended.unwrap_or_else(|| "the other end has closed it".into())
     }
+
+    /// Why nobody was met.
+    fn stranger(&self) -> String {
+        let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        if heard.count == 0 {
+            let waited = (self.time_out * GREETINGS).as_secs_f64();
+            return format!("no answer within {waited} s: is it the image that serves omni-link frames?");
+        }
+        let (count, first) = (heard.count, heard.first.escape_ascii());
+        format!(
+            "what came is no message of omni-link ({count} bytes, first \"{first}\"): is it the image that serves omni-link \
+             frames?"
+        )
+    }
 }
 
-fn receive(mut reader: impl Read, frames: &mpsc::Sender<Vec<u8>>) {
+fn receive(mut reader: impl Read, frames: &SyncSender<Vec<u8>>, heard: &Mutex<Heard>) {
     let mut receiver = omni_link::Receiver::<MAX_ANSWER_FRAME>::new();
     let mut bytes = [0; 1024];
     loop {
@@ -136,6 +182,12 @@ fn receive(mut reader: impl Read, frames: &mpsc::Sender<Vec<u8>>) {
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
             Err(_) => return,
         };
+        {
+            let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+            let more = read.min(SHOWN.saturating_sub(heard.first.len()));
+            heard.first.extend_from_slice(&bytes[..more]);
+            heard.count += read as u64;
+        }
         for &byte in bytes.iter().take(read) {
             if let Some(frame) = receiver.push(byte)
                 && frames.send(frame.to_vec()).is_err()
@@ -146,11 +198,37 @@ fn receive(mut reader: impl Read, frames: &mpsc::Sender<Vec<u8>>) {
     }
 }
 
+fn transmit(mut writer: impl Write, requests: &Receiver<Vec<u8>>) {
+    while let Ok(frame) = requests.recv() {
+        if writer.write_all(&frame).and_then(|()| writer.flush()).is_err() {
+            return;
+        }
+    }
+}
+
+/// Counts messages that answer nothing.
+struct Undue(u32);
+
+impl Undue {
+    /// One more; says when it is one too many.
+    fn message(&mut self) -> Result<(), String> {
+        self.0 += 1;
+        if self.0 > MOST_UNDUE {
+            return Err(format!(
+                "the firmware sends without being asked: more than {MOST_UNDUE} messages that answer nothing"
+            ));
+        }
+        Ok(())
+    }
+}
+
 /// A controller of `N` wheels at the other end of a link.
 pub(super) struct Linked<const N: usize> {
     link: Link,
     /// The same controller, for what it knows without being asked.
     here: Controller<f32, N>,
+    /// What each wheel's motor gives, by the wheel's name.
+    motors: [(String, TorqueLimit<f32>); N],
     guard: Guard,
     /// Start the loops afresh: until the controller says that it has.
     restart: bool,
@@ -169,18 +247,18 @@ impl<const N: usize> Linked<N> {
             reason,
         };
         let here = scenario.controller()?;
-        let Some(greeting) = greeting::<N>(&mut link).map_err(|reason| refuse(&link, reason))? else {
-            let waited = (link.time_out * GREETINGS).as_secs_f64();
-            let reason =
-                format!("no answer within {waited} s: is it the image that serves omni-link frames?");
-            return Err(refuse(&link, reason));
-        };
+        let greeting = greeting::<N>(&mut link).map_err(|reason| refuse(&link, reason))?;
+        let greeting = greeting.ok_or_else(|| refuse(&link, link.stranger()))?;
         fits(&greeting, scenario).map_err(|reason| refuse(&link, reason))?;
+        let limits = scenario.wheel_control::<f32, N>()?.limits;
+        let wheels = &scenario.vehicle().wheel;
+        let motors = std::array::from_fn(|i| (wheels[i].name.clone(), limits[i]));
         let mut guard = Guard::new();
         guard.restart(0);
         Ok(Self {
             link,
             here,
+            motors,
             guard,
             restart: true,
             last: Answer::stopped(),
@@ -199,9 +277,8 @@ impl<const N: usize> Linked<N> {
             command: scalar(command),
             measured_rad_s: velocities::<f32, N>(measured).rad_s,
         };
-        if !self.link.send(&ToController::Request(request)) {
-            return Err(self.link.obituary());
-        }
+        self.link.send(&ToController::Request(request))?;
+        let mut undue = Undue(0);
         let until = Instant::now() + self.link.time_out;
         // A controller that has not seen the restart yet knows no number.
         let due = |answer: &Answer<N>, restart| {
@@ -209,14 +286,15 @@ impl<const N: usize> Linked<N> {
         };
         let action = loop {
             match self.link.hear(until) {
-                Heard::Message(FromController::Answer(answer)) if due(&answer, self.restart) => {
+                Event::Message(FromController::Answer(answer)) if due(&answer, self.restart) => {
+                    self.believable(&answer, &request.measured_rad_s)?;
                     break self.take(answer);
                 }
                 // A late one.
-                Heard::Message(_) => {}
-                Heard::Damaged(error) => break self.guard.damaged(error),
-                Heard::Nothing => break self.guard.missed(),
-                Heard::Closed => return Err(self.link.obituary()),
+                Event::Message(_) => undue.message()?,
+                Event::Damaged(error) => break self.guard.damaged(error),
+                Event::Nothing => break self.guard.missed(),
+                Event::Closed => return Err(self.link.obituary()),
             }
         };
         match action {
@@ -227,6 +305,28 @@ impl<const N: usize> Linked<N> {
                 HOLD_PERIODS + 1
             )),
         }
+    }
+
+    /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
+    /// make of it.
+    fn believable(&self, answer: &Answer<N>, measured_rad_s: &[f32; N]) -> Result<(), String> {
+        if answer.action != Action::Step {
+            return Ok(()); // its torques are not used
+        }
+        let torques = answer.sample.wheels.applied.n_m;
+        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(measured_rad_s).zip(&self.motors) {
+            let range = motor.range(*velocity);
+            let (lower, upper) = (f64::from(range.lower_n_m), f64::from(range.upper_n_m));
+            let room = ROUNDING * (upper - lower);
+            // Not so for a NaN.
+            if !(lower - room..=upper + room).contains(&f64::from(*torque)) {
+                return Err(format!(
+                    "the firmware answers {torque} N.m for wheel {wheel}, allowed: {lower} to {upper}, what its motor gives at \
+                     {velocity} rad/s"
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn take(&mut self, answer: Answer<N>) -> Action {
@@ -298,19 +398,25 @@ impl<const N: usize> Linked<N> {
 
 /// Who is there? Asks again where the question or its answer is lost.
 fn greeting<const N: usize>(link: &mut Link) -> Result<Option<Greeting>, String> {
+    let mut answers = false;
     for _ in 0..GREETINGS {
-        if !link.send(&ToController::<N>::Hello) {
-            return Err(link.obituary());
-        }
+        link.send(&ToController::<N>::Hello)?;
         let until = Instant::now() + link.time_out;
+        let mut undue = Undue(0);
         loop {
             match link.hear::<N>(until) {
-                Heard::Message(FromController::Greeting(greeting)) => return Ok(Some(greeting)),
-                Heard::Message(FromController::Answer(_)) => {}
-                Heard::Damaged(_) | Heard::Nothing => break,
-                Heard::Closed => return Err(link.obituary()),
+                Event::Message(FromController::Greeting(greeting)) => return Ok(Some(greeting)),
+                Event::Message(FromController::Answer(_)) => {
+                    answers = true;
+                    undue.message()?;
+                }
+                Event::Damaged(_) | Event::Nothing => break,
+                Event::Closed => return Err(link.obituary()),
             }
         }
+    }
+    if answers {
+        return Err("it speaks omni-link, but does not say what it was built for when it is greeted".into());
     }
     Ok(None)
 }

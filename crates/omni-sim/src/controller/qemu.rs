@@ -1,6 +1,6 @@
 //! A controller's firmware in QEMU: a Cortex-M4F (board mps2-an386) whose semihosting console is the link.
 
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::Link;
 use crate::Error;
+use crate::config::{open_regular, shortened};
 
 /// Where the workspace in `firmware/` puts the image, seen from the top of the repository.
 pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/loop";
@@ -17,6 +18,8 @@ const QEMU: &str = "qemu-system-arm";
 
 /// How long an emulator that has closed its end may take to say why.
 const LAST_WORDS: Duration = Duration::from_secs(2);
+/// Bytes of the emulator's first line that are kept.
+const COMPLAINT: u64 = 200;
 
 /// A firmware image, to be run in QEMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,11 +51,14 @@ impl Firmware {
             name: name.clone(),
             reason,
         };
-        if !self.image.is_file() {
-            return Err(refuse(
-                "no such firmware image: build the one in firmware/, or name another by --firmware FILE"
-                    .into(),
-            ));
+        if let Err(error) = open_regular(&self.image) {
+            return Err(refuse(match error.kind() {
+                ErrorKind::NotFound => {
+                    "no such firmware image: build the one in firmware/, or name another by --firmware FILE"
+                        .into()
+                }
+                _ => error.to_string(),
+            }));
         }
         let mut child = emulator(&self.image).spawn().map_err(|error| {
             refuse(match error.kind() {
@@ -106,14 +112,17 @@ pub(super) struct Process {
 
 impl Process {
     fn new(mut child: Child) -> Self {
-        let (sender, complaint) = mpsc::channel();
+        let (sender, complaint) = mpsc::sync_channel(1);
         if let Some(stderr) = child.stderr.take() {
-            // Reads on after the first line: a full pipe would stop the emulator.
             std::thread::spawn(move || {
-                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                let (mut stderr, mut line) = (BufReader::new(stderr), Vec::new());
+                // A line without an end is not waited for, nor kept.
+                if let Ok(1..) = stderr.by_ref().take(COMPLAINT).read_until(b'\n', &mut line) {
                     // Nobody may want it any more.
-                    let _ = sender.send(line);
+                    let _ = sender.send(shortened(String::from_utf8_lossy(&line).trim_end()).into_owned());
                 }
+                // Reads on: a full pipe would stop the emulator.
+                let _ = std::io::copy(&mut stderr, &mut std::io::sink());
             });
         }
         Self {

@@ -22,7 +22,7 @@ const CLIMBED: f64 = 2.0;
 const PER_EFFORT_S: f64 = -0.1;
 /// Of a second one radian off the heading.
 const PER_RAD_S: f64 = -0.5;
-/// Of tipping over, or of physics that gave up.
+/// Of tipping over, leaning as far as no ground asks, running away, or of physics that gave up or gave something back for nothing.
 const FAILED: f64 = -1.0;
 
 const INFO: &[&str] = &[
@@ -178,8 +178,12 @@ impl Rules for StepClimb {
         now.judged = (x_m, now.effort_s, time_s);
         let (ended, worth) = match now.outcome.verdict {
             Verdict::Climbed => (true, CLIMBED),
-            Verdict::Tipped | Verdict::Diverged => (true, FAILED),
-            _ => (false, 0.0),
+            Verdict::Tipped
+            | Verdict::Leaned
+            | Verdict::RanAway
+            | Verdict::GainedEnergy
+            | Verdict::Diverged => (true, FAILED),
+            Verdict::Stalled | Verdict::Unfinished | Verdict::Driven => (false, 0.0),
         };
         if failed {
             return (worth, ended); // where it is then says nothing

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use omni_core::BodyTwist;
 
+use super::frames::Frames;
 use super::reader::read_log_watched;
-use super::ros2::{Transform, Twist, VehicleState, WheelState};
-use super::turn::{after, rotate};
+use super::ros2::{Twist, VehicleState, WheelState};
 use super::{LogError, LogFile, LogMessage};
 use crate::config::{Scenario, Vehicle};
-use crate::description::WORLD_LINK;
 use crate::outcome::Outcome;
 use crate::trace::{Rows, Trace};
 use crate::{Error, Verdict};
@@ -99,15 +98,15 @@ impl LoggedRun {
         let mut states = Vec::new();
         let mut frames = Frames::default();
         let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
+        let path = path.as_ref();
+        let damaged = |reason| LogError::Damaged {
+            path: path.to_path_buf(),
+            reason,
+        };
         let file = read_log_watched(path, &mut watch, |time_ns, message| {
             match message {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),
-                LogMessage::Tf(message) => {
-                    frames.time_s.push(time_ns as f64 / 1e9);
-                    for link in message.transforms {
-                        frames.add(link.header.frame_id, link.child_frame_id, &link.transform);
-                    }
-                }
+                LogMessage::Tf(message) => frames.add(time_ns, message).map_err(damaged)?,
                 LogMessage::RobotDescription(text) => urdf = text.data,
                 LogMessage::Terrain(text) => terrain_urdf = text.data,
                 _ => {}
@@ -125,11 +124,15 @@ impl LoggedRun {
             }
             push(&mut rows.rows, *time_ns, state, file.scenario.vehicle());
         }
-        let outcome = file.outcome.unwrap_or(UNFINISHED);
+        let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
+        let outcome = file.outcome.unwrap_or_else(|| Outcome {
+            wheel_model_valid: file.scenario.beyond_balls().is_none(),
+            ..UNFINISHED
+        });
         Ok(Self {
             trace: rows.finish(outcome),
-            frame_time_s: frames.time_s,
-            frames: frames.world,
+            frame_time_s,
+            frames,
             urdf,
             terrain_urdf,
             file,
@@ -150,6 +153,7 @@ const ROWS_PER_LOOK: usize = 4096;
 const UNFINISHED: Outcome = Outcome {
     verdict: Verdict::Unfinished,
     climbed: false,
+    wheel_model_valid: false,
     crossing_s: None,
     stalled_at_m: None,
     stalled_row: None,
@@ -186,37 +190,6 @@ fn push(rows: &mut Vec<f64>, time_ns: u64, state: &VehicleState, vehicle: &Vehic
         // As many as the vehicle has, whatever a message holds.
         rows.extend((0..vehicle.wheel.len()).map(|i| state.wheels.get(i).map_or(f64::NAN, signal)));
     }
-}
-
-/// Frames in the world, link after link.
-#[derive(Default)]
-struct Frames {
-    time_s: Vec<f64>,
-    world: BTreeMap<String, Vec<[f64; 7]>>,
-}
-
-impl Frames {
-    /// Adds a link of the present message; a parent comes before its children.
-    fn add(&mut self, parent: String, child: String, link: &Transform) {
-        let row = self.time_s.len() - 1;
-        let (t, q) = (&link.translation, &link.rotation);
-        let local = [t.x, t.y, t.z, q.x, q.y, q.z, q.w];
-        let pose = match self.world.get(&parent).and_then(|poses| poses.get(row)) {
-            Some(carrier) => placed(*carrier, local),
-            None if parent == WORLD_LINK => local,
-            None => [f64::NAN; 7],
-        };
-        let poses = self.world.entry(child).or_default();
-        poses.resize(row, [f64::NAN; 7]);
-        poses.push(pose);
-    }
-}
-
-/// A pose in the frame that `carrier` is the pose of.
-fn placed([x, y, z, a, b, c, w]: [f64; 7], [px, py, pz, d, e, f, v]: [f64; 7]) -> [f64; 7] {
-    let [dx, dy, dz] = rotate([a, b, c, w], [px, py, pz]);
-    let [d, e, f, v] = after([a, b, c, w], [d, e, f, v]);
-    [x + dx, y + dy, z + dz, d, e, f, v]
 }
 
 #[cfg(test)]

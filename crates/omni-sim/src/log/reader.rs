@@ -1,13 +1,12 @@
 //! Logs back to messages: every checksum is checked.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use byteorder::LittleEndian;
 use mcap::McapError;
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, Record, Statistics};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
@@ -15,16 +14,14 @@ use super::ros2::{
     JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
 };
 use super::run_log::{OUTCOME, RUN, SCENARIO};
-use super::{LogError, topic};
-use crate::config::{Scenario, Source};
+use super::{LogError, bounds, topic};
+use crate::config::{Scenario, Source, open_regular};
 use crate::{Error, Outcome};
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
 /// Bytes of a footer.
 const FOOTER_BYTES: usize = 20;
-/// Records larger than any that we write are damage.
-const LARGEST_RECORD: usize = 1 << 28;
 
 /// A message of a log, by its topic.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +120,7 @@ pub(super) fn read_log_watched(
         path: path.clone(),
         what: what.into(),
     };
-    let mut file = File::open(&path).map_err(unreadable)?;
+    let mut file = open_regular(&path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len().max(1);
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
@@ -131,15 +128,20 @@ pub(super) fn read_log_watched(
         .with_validate_data_section_crc(true)
         .with_validate_summary_section_crc(true)
         .with_check_finishes_after_end_magic(true)
-        .with_record_length_limit(LARGEST_RECORD);
+        .with_record_length_limit(bounds::largest_record(length));
     let mut reader = LinearReader::new_with_options(options);
     let mut seen = Seen::default();
     let (mut read, mut last, mut footer_bytes) = (0, Vec::new(), 0);
+    let mut unpacked = 0;
+    // What is wrong with it if it is one of ours, which its scenario shows: that may come later.
+    let mut doubt = None;
     let complete = loop {
         match reader.next_event() {
             None => break true,
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                let room = reader.insert(wanted.max(BLOCK));
+                // No more than there is, whatever a record says of its length.
+                let left = length.saturating_sub(read as u64);
+                let room = reader.insert(wanted.min(left as usize).max(BLOCK));
                 let got = file.read(room).map_err(unreadable)?;
                 last.extend_from_slice(&room[got.saturating_sub(mcap::MAGIC.len())..got]);
                 last.drain(..last.len().saturating_sub(mcap::MAGIC.len()));
@@ -153,13 +155,27 @@ pub(super) fn read_log_watched(
                 if opcode == mcap::records::op::FOOTER {
                     footer_bytes = data.len();
                 }
+                unpacked += data.len() as u64;
+                if unpacked > bounds::most_unpacked(length) {
+                    return Err(damaged(format!("{length} bytes that unpack to {unpacked} and more")).into());
+                }
+                bounds::fits(opcode, data).map_err(damaged)?;
                 let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
-                if let Some((time, message)) = seen.take(record).map_err(damaged)? {
-                    on(time, message)?;
+                if doubt.is_some() && matches!(record, Record::Message { .. }) {
+                    continue;
+                }
+                match seen.take(record) {
+                    Ok(Some((time, message))) => on(time, message)?,
+                    Ok(None) => {}
+                    Err(reason) if seen.scenario.is_some() => return Err(damaged(reason).into()),
+                    Err(reason) => doubt = doubt.or(Some(reason)),
                 }
             }
             Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
                 return Err(lacks("not an MCAP file, or nothing of it was written").into());
+            }
+            Some(Err(McapError::UnsupportedCompression(name))) => {
+                return Err(lacks(&format!("compressed by {name:?}: not a run of omnistep")).into());
             }
             // A killed run ends anywhere, but never with what ends a whole file.
             Some(Err(McapError::UnexpectedEof)) if last != mcap::MAGIC => break false,
@@ -170,14 +186,28 @@ pub(super) fn read_log_watched(
         // No checksum covers that, and nothing that follows would show it.
         return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
     }
+    // Of a log of something else nothing more is said.
     let text = seen
         .scenario
+        .take()
         .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
-    let source = Source::text(format!("{} ({SCENARIO})", path.display()), text);
+    if let Some(reason) = doubt {
+        return Err(damaged(reason).into());
+    }
+    if complete {
+        seen.agrees_with_its_statistics().map_err(damaged)?;
+    }
+    let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
+    let scenario = Scenario::from_source(&source, &[])?;
+    // It follows from the scenario, also for logs that do not say it.
+    let wheel_model_valid = scenario.beyond_balls().is_none();
     Ok(LogFile {
-        scenario: Scenario::from_source(&source, &[])?,
         run: seen.run,
-        outcome: seen.outcome,
+        outcome: seen.outcome.map(|outcome| Outcome {
+            wheel_model_valid,
+            ..outcome
+        }),
+        scenario,
         complete,
         until_ns: seen.until_ns,
         counts: seen.counts,
@@ -196,6 +226,11 @@ struct Seen {
     counts: BTreeMap<String, u64>,
     foreign: u64,
     until_ns: u64,
+    attachments: u64,
+    tables: u64,
+    /// Did this program write it?
+    ours: bool,
+    statistics: Option<Statistics>,
 }
 
 impl Seen {
@@ -203,11 +238,42 @@ impl Seen {
         self.scenario.is_none() && self.topics.is_empty()
     }
 
+    /// What was taken out of a whole log shows, also where checksums were left out: at the end it says how much there is.
+    fn agrees_with_its_statistics(&self) -> Result<(), String> {
+        let Some(said) = &self.statistics else {
+            return if self.ours {
+                Err("no statistics".into())
+            } else {
+                Ok(())
+            };
+        };
+        let messages = self.counts.values().sum::<u64>() + self.foreign;
+        for (what, here, said) in [
+            ("messages", messages, said.message_count),
+            ("attachments", self.attachments, said.attachment_count.into()),
+            ("metadata records", self.tables, said.metadata_count.into()),
+        ] {
+            if here != said {
+                return Err(format!("{here} {what}, its statistics say {said}"));
+            }
+        }
+        Ok(())
+    }
+
     fn take(&mut self, record: Record<'_>) -> Result<Option<(u64, LogMessage)>, String> {
+        match &record {
+            Record::Attachment { .. } => self.attachments += 1,
+            Record::Metadata(_) => self.tables += 1,
+            _ => {}
+        }
         match record {
+            Record::Header(header) => self.ours = header.library.starts_with("omnistep "),
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
             Record::Attachment { header, data, .. } if header.name == SCENARIO => {
                 let text = String::from_utf8(data.into_owned());
-                self.scenario = Some(text.map_err(|error| format!("{SCENARIO}: {error}"))?);
+                let wrong = text.as_ref().err().map(|error| format!("{SCENARIO}: {error}"));
+                self.scenario = Some(text.unwrap_or_default());
+                return wrong.map_or(Ok(None), Err);
             }
             Record::Metadata(table) if table.name == RUN => self.run = table.metadata,
             Record::Metadata(table) if table.name == OUTCOME => {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::messages::{Messages, Sink};
 use super::ros2::RosMessage;
-use super::{LogError, LogWriter};
+use super::{FinishedLog, LogError, LogWriter};
 use crate::Outcome;
 use crate::config::Scenario;
 use crate::controller::ControlSample;
@@ -74,11 +74,11 @@ impl RunLog {
         self.messages.push(sample, seen, &mut self.writer)
     }
 
-    /// Adds the outcome and completes the file; returns its path.
+    /// Adds the outcome and completes the file.
     ///
     /// # Errors
     /// As [`LogWriter::finish`].
-    pub fn finish(mut self, outcome: &Outcome) -> Result<PathBuf, LogError> {
+    pub fn finish(mut self, outcome: &Outcome) -> Result<FinishedLog, LogError> {
         let table: BTreeMap<String, String> = match serde_json::to_value(outcome) {
             Ok(serde_json::Value::Object(fields)) => {
                 fields.into_iter().map(|(k, v)| (k, v.to_string())).collect()
@@ -87,6 +87,14 @@ impl RunLog {
         };
         self.writer.metadata(OUTCOME, table)?;
         self.writer.finish()
+    }
+
+    /// Ends the log of a run that was stopped: all of it until now stays in its `.part` file, whose name is returned.
+    ///
+    /// # Errors
+    /// As [`LogWriter::leave`].
+    pub fn leave(self) -> Result<PathBuf, LogError> {
+        self.writer.leave()
     }
 }
 

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -13,13 +13,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, records};
 
+use super::part_file::{FinishedLog, PartFile};
 use super::ros2::{self, RosMessage};
+use crate::config::shortened;
 
 /// Uncompressed size a chunk is closed at \[bytes\]: what a killed run can lose between two flushes.
 const CHUNK_BYTES: u64 = 256 * 1024;
 /// Channels a file may have: below the format's 65535, where the counter of the `mcap` crate would overflow.
 const MAX_CHANNELS: usize = 60_000;
 const SECOND_NS: u64 = 1_000_000_000;
+
+/// A path, no longer than somebody reads it.
+fn short(path: &Path) -> String {
+    shortened(&path.display().to_string()).into_owned()
+}
 
 /// Why a log could not be written; every message starts with the file's path.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +38,12 @@ pub enum LogError {
         path: PathBuf,
         /// What the system said.
         source: io::Error,
+    },
+    /// Another program, or another run of this one, writes the log or has just written it and still tells of it.
+    #[error("{}: is being written by another run: wait for that one, or name another file or folder", path.display())]
+    Busy {
+        /// The log's name.
+        path: PathBuf,
     },
     /// The system refused to write, for instance because the disk is full.
     #[error("{}: cannot write the log: {source}", path.display())]
@@ -81,7 +94,7 @@ pub enum LogError {
         type_name: &'static str,
     },
     /// A log could not be opened or read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", short(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -89,7 +102,7 @@ pub enum LogError {
         source: io::Error,
     },
     /// A log's bytes are not what was written.
-    #[error("{}: damaged: {reason}", path.display())]
+    #[error("{}: damaged: {}", short(path), shortened(reason))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -97,7 +110,7 @@ pub enum LogError {
         reason: String,
     },
     /// A log has not what it is asked for.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: {}", short(path), shortened(what))]
     Lacks {
         /// The file.
         path: PathBuf,
@@ -169,33 +182,20 @@ pub struct LogWriter {
 }
 
 impl LogWriter {
-    /// Starts a log that will be called `path`; a `.part` file left there by an earlier run is overwritten.
+    /// Starts a log that will be called `path`; a `.part` file that a killed run has left is replaced.
     ///
     /// # Errors
-    /// [`LogError::Create`] where `<path>.part` cannot be created, [`LogError::Io`] where it cannot be written.
+    /// [`LogError::Busy`] where another run writes that log, [`LogError::Create`] where `<path>.part` cannot be created,
+    /// [`LogError::Io`] where it cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
+        let part = PartFile::create(path.as_ref())?;
+        let file = part.writer()?;
+        Self::over(part, file)
+    }
+
+    fn over(part: PartFile, file: File) -> Result<Self, LogError> {
         // Tells this process's logs apart, so that no channel is used with the wrong one; never written.
         static WRITERS: AtomicU64 = AtomicU64::new(0);
-        let path = path.as_ref().to_path_buf();
-        let mut part = path.clone().into_os_string();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        if path.is_dir() {
-            // Found now, not when the finished log is to take its name.
-            return Err(LogError::Create {
-                path,
-                source: io::ErrorKind::IsADirectory.into(),
-            });
-        }
-        let file = File::create(&part).map_err(|source| LogError::Create {
-            path: part.clone(),
-            source,
-        })?;
-        let part = PartFile {
-            part,
-            path,
-            keep: false,
-        };
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
@@ -209,7 +209,7 @@ impl LogWriter {
             .calculate_summary_section_crc(true)
             .calculate_attachment_crcs(true);
         let writer = mcap::Writer::with_options(NoSeek::new(BufWriter::new(file)), options)
-            .map_err(|source| part.error(source))?;
+            .map_err(|source| mcap_error(&part, source))?;
         let number = WRITERS.fetch_add(1, Ordering::Relaxed);
         Ok(Self {
             writer,
@@ -237,7 +237,7 @@ impl LogWriter {
             if first == M::TYPE {
                 return Ok(channel(index));
             }
-            let path = self.part.path.clone();
+            let path = self.part.path().to_owned();
             return Err(LogError::TopicType {
                 path,
                 topic: topic.to_owned(),
@@ -246,13 +246,13 @@ impl LogWriter {
             });
         }
         if self.topics.len() >= MAX_CHANNELS {
-            return Err(self.part.error(McapError::TooManyChannels));
+            return Err(mcap_error(&self.part, McapError::TooManyChannels));
         }
         let id = self
             .writer
             .add_schema(M::TYPE, "ros2msg", M::schema().as_bytes())
             .and_then(|schema| self.writer.add_channel(schema, topic, "cdr", &BTreeMap::new()))
-            .map_err(|source| self.part.error(source))?;
+            .map_err(|source| mcap_error(&self.part, source))?;
         self.topics.push(Topic {
             name: topic.to_owned(),
             type_name: M::TYPE,
@@ -279,7 +279,7 @@ impl LogWriter {
         let topic = match self.topics.get_mut(channel.index) {
             Some(topic) if channel.writer == self.number => topic,
             _ => {
-                let path = self.part.path.clone();
+                let path = self.part.path().to_owned();
                 return Err(LogError::ForeignChannel {
                     path,
                     type_name: M::TYPE,
@@ -287,14 +287,16 @@ impl LogWriter {
             }
         };
         ros2::encode_into(message, &mut self.buffer).map_err(|source| LogError::Encode {
-            path: self.part.path.clone(),
+            path: self.part.path().to_owned(),
             topic: topic.name.clone(),
             type_name: M::TYPE,
             source,
         })?;
         let second = time_ns / SECOND_NS;
         if self.second.is_some_and(|last| second > last) {
-            self.writer.flush().map_err(|source| self.part.error(source))?;
+            self.writer
+                .flush()
+                .map_err(|source| mcap_error(&self.part, source))?;
         }
         self.second = self.second.max(Some(second));
         let header = records::MessageHeader {
@@ -306,7 +308,7 @@ impl LogWriter {
         topic.sequence = topic.sequence.wrapping_add(1);
         self.writer
             .write_to_known_channel(&header, &self.buffer)
-            .map_err(|source| self.part.error(source))
+            .map_err(|source| mcap_error(&self.part, source))
     }
 
     /// Adds a named table, such as seed and versions, and hands all so far to the system.
@@ -320,7 +322,7 @@ impl LogWriter {
                 metadata,
             })
             .and_then(|()| self.writer.flush())
-            .map_err(|source| self.part.error(source))
+            .map_err(|source| mcap_error(&self.part, source))
     }
 
     /// Adds a file, such as the scenario, of a MIME type such as `application/toml`, with time 0, and hands all so
@@ -339,68 +341,53 @@ impl LogWriter {
         self.writer
             .attach(&attachment)
             .and_then(|()| self.writer.flush())
-            .map_err(|source| self.part.error(source))
+            .map_err(|source| mcap_error(&self.part, source))
     }
 
-    /// Completes the log, gives it its final name, replacing a file that has it, and returns that name.
+    /// Completes the log and gives it its final name, replacing a file that has it. For as long as the result lives, no other run
+    /// gets that name.
     ///
     /// # Errors
     /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
     /// [`LogError::Rename`] where only the final name is refused (the complete `.part` file is left).
-    pub fn finish(self) -> Result<PathBuf, LogError> {
+    pub fn finish(self) -> Result<FinishedLog, LogError> {
         let Self { mut writer, part, .. } = self;
-        writer.finish().map_err(|source| part.error(source))?;
+        writer.finish().map_err(|source| mcap_error(&part, source))?;
         let file = writer.into_inner().into_inner().into_inner();
-        // On the disk before the name says that it is complete.
-        file.map_err(io::IntoInnerError::into_error)
-            .and_then(|file| file.sync_all())
-            .map_err(|source| LogError::Io {
-                path: part.path.clone(),
-                source,
-            })?;
-        part.complete()
+        let file = file.map_err(|error| part.io_error(error.into_error()))?;
+        part.complete(file)
+    }
+
+    /// Ends a log that is not whole: hands all so far to the system and returns the name of its `.part` file, which stays.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written; nothing is left then.
+    pub fn leave(self) -> Result<PathBuf, LogError> {
+        let Self { mut writer, part, .. } = self;
+        writer.flush().map_err(|source| mcap_error(&part, source))?;
+        // Taken apart, not dropped: that would close the log, which then looked whole.
+        let file = writer.into_inner().into_inner().into_inner();
+        file.map_err(|error| part.io_error(error.into_error()))?;
+        Ok(part.leave())
+    }
+}
+
+/// What the container says, with the log's name.
+fn mcap_error(part: &PartFile, source: McapError) -> LogError {
+    match source {
+        McapError::Io(source) => part.io_error(source), // its own message leaves out the reason
+        source => LogError::Mcap {
+            path: part.path().to_owned(),
+            source,
+        },
     }
 }
 
 impl fmt::Debug for LogWriter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("LogWriter")
-            .field("path", &self.part.path)
+            .field("path", &self.part.path())
             .finish_non_exhaustive()
-    }
-}
-
-/// The unfinished file, removed on drop.
-struct PartFile {
-    part: PathBuf,
-    path: PathBuf,
-    keep: bool,
-}
-
-impl PartFile {
-    fn error(&self, source: McapError) -> LogError {
-        let path = self.path.clone();
-        match source {
-            McapError::Io(source) => LogError::Io { path, source }, // its own message leaves out the reason
-            source => LogError::Mcap { path, source },
-        }
-    }
-
-    fn complete(mut self) -> Result<PathBuf, LogError> {
-        self.keep = true;
-        let (part, path) = (std::mem::take(&mut self.part), std::mem::take(&mut self.path));
-        match fs::rename(&part, &path) {
-            Ok(()) => Ok(path),
-            Err(source) => Err(LogError::Rename { path, part, source }),
-        }
-    }
-}
-
-impl Drop for PartFile {
-    fn drop(&mut self) {
-        if !self.keep && !std::thread::panicking() {
-            let _ = fs::remove_file(&self.part); // the error that led here matters more
-        }
     }
 }
 

@@ -77,7 +77,7 @@ fn the_same_messages_give_the_same_bytes() -> Result<(), LogError> {
     for name in ["a.mcap", "b.mcap"] {
         let mut log = LogWriter::create(dir.path().join(name))?;
         fill(&mut log, 5)?;
-        assert_eq!(log.finish()?, dir.path().join(name));
+        assert_eq!(log.finish()?.path(), dir.path().join(name));
         logs.push(fs::read(dir.path().join(name)).expect("readable"));
     }
     assert!(logs[0] == logs[1]);
@@ -90,7 +90,7 @@ fn every_message_comes_back_in_order_with_its_time() -> Result<(), LogError> {
     let dir = tempfile::tempdir().expect("a directory");
     let mut log = LogWriter::create(dir.path().join("a.mcap"))?;
     fill(&mut log, 2)?;
-    let bytes = fs::read(log.finish()?).expect("readable");
+    let bytes = fs::read(log.finish()?.path()).expect("readable");
     let mut expected = vec![("/text".to_owned(), 0, 0)];
     expected.extend((0..20).map(|step| ("/twist".to_owned(), step, u64::from(step) * SECOND_NS / 10)));
     assert_eq!(messages(&bytes, true), expected);
@@ -172,8 +172,12 @@ fn a_refused_name_leaves_the_complete_log() -> Result<(), LogError> {
 #[test]
 fn a_full_disk_is_an_error_and_leaves_nothing() -> Result<(), LogError> {
     let dir = tempfile::tempdir().expect("a directory");
-    std::os::unix::fs::symlink("/dev/full", dir.path().join("a.mcap.part")).expect("linked");
-    let mut log = LogWriter::create(dir.path().join("a.mcap"))?;
+    let part = PartFile::create(&dir.path().join("a.mcap"))?;
+    let full = fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("a device");
+    let mut log = LogWriter::over(part, full)?;
     let error = fill(&mut log, 1).expect_err("nothing can be written");
     assert!(
         matches!(error, LogError::Io { .. }) && error.to_string().contains("a.mcap"),
@@ -201,5 +205,134 @@ fn a_topic_has_one_type_and_a_channel_one_log() -> Result<(), LogError> {
         .write(&channel, 0, &Twist::default())
         .expect_err("another log");
     assert!(matches!(error, LogError::ForeignChannel { .. }), "{error}");
+    Ok(())
+}
+
+#[test]
+fn a_log_that_another_run_writes_is_refused_and_stays_that_run_s() -> Result<(), LogError> {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("a.mcap");
+    let mut first = LogWriter::create(&path)?;
+    fill(&mut first, 1)?;
+    let refused = || {
+        let error = LogWriter::create(&path).expect_err("it is being written");
+        assert!(matches!(error, LogError::Busy { .. }), "{error}");
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+    };
+    refused();
+    fill(&mut first, 1)?;
+    let finished = first.finish()?;
+    // Whoever tells of the log still holds it.
+    refused();
+    assert_eq!(
+        messages(&fs::read(finished.path()).expect("readable"), true).len(),
+        22
+    );
+    drop(finished);
+    drop(LogWriter::create(&path)?);
+    assert_eq!(names(dir.path()), ["a.mcap"]);
+    Ok(())
+}
+
+#[test]
+fn of_many_that_begin_at_once_over_a_killed_run_s_file_one_writes_or_all_but_one_are_refused() {
+    for _ in 0..50 {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("a.mcap");
+        fs::write(dir.path().join("a.mcap.part"), "left by a killed run").expect("written");
+        let barrier = std::sync::Barrier::new(4);
+        let wrote: Vec<bool> = std::thread::scope(|scope| {
+            let each = || {
+                barrier.wait();
+                match LogWriter::create(&path) {
+                    Err(LogError::Busy { .. }) => false,
+                    log => {
+                        let mut log = log.expect("created or refused");
+                        fill(&mut log, 1).expect("written");
+                        // What it reports is there, whole, while it reports it.
+                        let finished = log.finish().expect("finished");
+                        let bytes = fs::read(finished.path()).expect("readable");
+                        assert_eq!(messages(&bytes, true).len(), 11);
+                        true
+                    }
+                }
+            };
+            let runs: Vec<_> = (0..4).map(|_| scope.spawn(each)).collect();
+            runs.into_iter()
+                .map(|run| run.join().expect("no panic"))
+                .collect()
+        });
+        assert!(wrote.contains(&true), "somebody gets through");
+        assert_eq!(names(dir.path()), ["a.mcap"]);
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_is_replaced_and_another_name_of_it_is_not_touched() -> Result<(), LogError> {
+    let dir = tempfile::tempdir().expect("a directory");
+    let (part, other) = (dir.path().join("a.mcap.part"), dir.path().join("evidence"));
+    fs::write(&part, "left by a killed run").expect("written");
+    fs::hard_link(&part, &other).expect("linked");
+    let mut log = LogWriter::create(dir.path().join("a.mcap"))?;
+    fill(&mut log, 1)?;
+    log.finish()?;
+    assert_eq!(names(dir.path()), ["a.mcap", "evidence"]);
+    assert_eq!(fs::read(&other).expect("readable"), b"left by a killed run");
+    Ok(())
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_at_the_part_s_name_is_refused_and_not_followed() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let victim = dir.path().join("victim");
+    fs::write(&victim, "precious").expect("written");
+    for target in [&victim, &dir.path().join("not there")] {
+        std::os::unix::fs::symlink(target, dir.path().join("a.mcap.part")).expect("linked");
+        let error = LogWriter::create(dir.path().join("a.mcap")).expect_err("a link");
+        assert!(
+            matches!(error, LogError::Create { .. }) && error.to_string().contains("a link"),
+            "{error}"
+        );
+        fs::remove_file(dir.path().join("a.mcap.part")).expect("the link is there still");
+    }
+    assert_eq!(fs::read(&victim).expect("readable"), b"precious");
+    assert_eq!(names(dir.path()), ["victim"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_log_whose_file_was_taken_away_is_an_error_and_what_stands_there_now_is_left() -> Result<(), LogError> {
+    let dir = tempfile::tempdir().expect("a directory");
+    let (path, part) = (dir.path().join("a.mcap"), dir.path().join("a.mcap.part"));
+    for finish in [true, false] {
+        let mut log = LogWriter::create(&path)?;
+        fill(&mut log, 1)?;
+        fs::remove_file(&part).expect("removed");
+        fs::write(&part, "somebody else's").expect("written");
+        if finish {
+            let error = log.finish().expect_err("it is not this log");
+            assert!(matches!(error, LogError::Rename { .. }), "{error}");
+        } else {
+            drop(log);
+        }
+        assert_eq!(fs::read(&part).expect("readable"), b"somebody else's");
+        assert!(!path.exists());
+        fs::remove_file(&part).expect("removed");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_stopped_run_s_log_has_every_message_until_then_and_is_not_whole() -> Result<(), LogError> {
+    let dir = tempfile::tempdir().expect("a directory");
+    let mut log = LogWriter::create(dir.path().join("a.mcap"))?;
+    fill(&mut log, 3)?;
+    let part = log.leave()?;
+    assert_eq!(part, dir.path().join("a.mcap.part"));
+    let bytes = fs::read(&part).expect("readable");
+    assert!(!bytes.ends_with(mcap::MAGIC));
+    assert_eq!(messages(&bytes, false).len(), 1 + 30);
+    drop(LogWriter::create(dir.path().join("a.mcap"))?); // and blocks nobody
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread};
 
+use super::bounds::{Gain, Gained, Lean, Runaway};
 use super::{Outcome, Verdict};
 use crate::config::{Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
@@ -28,6 +29,7 @@ const LIGHT: f64 = 0.01;
 
 /// Gathers an [`Outcome`].
 pub(crate) struct Meter {
+    wheel_model_valid: bool,
     obstacle: Option<Obstacle>,
     terrain: Terrain,
     reach_m: Vec<f64>,
@@ -42,6 +44,9 @@ pub(crate) struct Meter {
     heading: Heading,
     progress: Progress,
     tipped: bool,
+    runaway: Runaway,
+    lean: Lean,
+    gain: Gain,
     last: Last,
 }
 
@@ -103,6 +108,7 @@ impl Meter {
         let obstacle = scenario.terrain.obstacle();
         let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
         Self {
+            wheel_model_valid: scenario.beyond_balls().is_none(),
             obstacle,
             terrain: scenario.terrain.clone(),
             reach_m: vehicle.wheel.iter().map(reach).collect(),
@@ -124,6 +130,9 @@ impl Meter {
             },
             progress: Progress::default(),
             tipped: false,
+            runaway: Runaway::new(scenario),
+            lean: Lean::new(scenario),
+            gain: Gain::new(weight_n),
             last: Last::default(),
         }
     }
@@ -133,6 +142,9 @@ impl Meter {
         let [x, y, z, w] = seen.pose.rotation_xyzw;
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
+        self.runaway.push(sample, seen);
+        self.lean.push(seen);
+        self.gain.push(seen);
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         let [px, py, _] = seen.pose.position_m;
@@ -203,6 +215,16 @@ impl Meter {
         self.friction.push(seen);
     }
 
+    /// Has every wheel stood beyond the obstacle?
+    pub(crate) fn is_across(&self) -> bool {
+        self.phase == Phase::Climbed
+    }
+
+    /// Energy that the physics gained, where it is more than its error may be.
+    pub(crate) fn gained(&self) -> Option<Gained> {
+        self.gain.found()
+    }
+
     /// The figures so far; `failed` where the physics ended the run.
     pub(crate) fn outcome(&self, failed: bool) -> Outcome {
         let c = &self.crossing;
@@ -210,8 +232,14 @@ impl Meter {
         let climbed = self.phase == Phase::Climbed;
         let verdict = if failed {
             Verdict::Diverged
+        } else if self.gained().is_some() {
+            Verdict::GainedEnergy
         } else if self.tipped {
             Verdict::Tipped
+        } else if self.runaway.found() {
+            Verdict::RanAway
+        } else if self.lean.found() {
+            Verdict::Leaned
         } else if climbed {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
@@ -231,6 +259,7 @@ impl Meter {
         Outcome {
             verdict,
             climbed: verdict == Verdict::Climbed,
+            wheel_model_valid: self.wheel_model_valid,
             crossing_s: (verdict == Verdict::Climbed).then(|| {
                 let us = (self.period_s * 1e6).round() as u64;
                 (c.periods * us) as f64 / 1e6
@@ -246,7 +275,8 @@ impl Meter {
             heat_n2m2s: c.heat * measured,
             work_j: work_j * measured,
             cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
-            e_over_mgh: (climbed && gained_m > 0.0).then(|| work_j / (self.weight_n * gained_m)),
+            e_over_mgh: (verdict == Verdict::Climbed && gained_m > 0.0)
+                .then(|| work_j / (self.weight_n * gained_m)),
             required_friction: self.friction.percentile(0.95),
             energy_residual: self.last.residual,
         }

@@ -129,7 +129,7 @@ impl Batch {
     fn runs(&self, stop: &AtomicBool) -> Result<Vec<Run>, Error> {
         let going = || !stop.load(Ordering::Relaxed);
         let columns = Arc::new(self.columns.clone());
-        let read = |text: &String| Scenario::from_source(&Source::text("batch", text), &[]).map(Arc::new);
+        let read = |text: &String| Scenario::from_source(&Source::embedded("batch", text), &[]).map(Arc::new);
         let scenarios = self
             .scenarios
             .iter()

@@ -28,7 +28,11 @@ pub(super) fn columns(
                 .collect();
             return Err(refuse(
                 "map.figures",
-                format!("{figure:?}, allowed: {}", known.join(", ")),
+                format!(
+                    "{figure:?}{}, allowed: {}",
+                    crate::config::did_you_mean(figure, known.iter().copied()),
+                    known.join(", ")
+                ),
             ));
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Cell, Plan, Row};
+use crate::Verdict;
 
 /// What the runs of one combination of the axes' values amount to.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,10 @@ pub struct MapCell {
     pub runs: usize,
     /// Runs among them that failed.
     pub errors: usize,
+    /// Runs among them on balls that are not their wheels ([`Outcome::wheel_model_valid`](crate::Outcome::wheel_model_valid)).
+    pub beyond_balls: usize,
+    /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
+    pub unfinished: usize,
     /// Sum and count of each of the map's figures over the runs that did not fail and where it was measured; yes counts 1.
     pub figures: Vec<(f64, usize)>,
 }
@@ -42,6 +47,13 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
                 .position(|column| column.name == *name)
         })
         .collect();
+    let valid = plan
+        .columns()
+        .figures
+        .iter()
+        .position(|column| column.name == "wheel_model_valid");
+    let figures = &plan.columns().figures;
+    let verdict = figures.iter().position(|column| column.name == "verdict");
     let mut cells: Vec<MapCell> = Vec::new();
     let seeds = plan.study().seeds.list().len();
     for runs in plan.runs().chunks(seeds.max(1)) {
@@ -49,14 +61,21 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
             axes: runs.first().map_or_else(Vec::new, |run| run.axes.to_vec()),
             runs: 0,
             errors: 0,
+            beyond_balls: 0,
+            unfinished: 0,
             figures: vec![(0.0, 0); shown.len()],
         };
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
             cell.runs += 1;
+            let valid = valid.and_then(|i| row.figures.get(i));
+            cell.beyond_balls += usize::from(valid == Some(&Cell::Bool(false)));
             if row.error.is_some() {
                 cell.errors += 1;
                 continue;
             }
+            let unfinished =
+                |cell: &Cell| matches!(cell, Cell::Text(name) if name == Verdict::Unfinished.name());
+            cell.unfinished += usize::from(verdict.and_then(|i| row.figures.get(i)).is_some_and(unfinished));
             for (sum, figure) in cell.figures.iter_mut().zip(&shown) {
                 if let Some(number) = figure.and_then(|i| row.figures.get(i)).and_then(Cell::number) {
                     *sum = (sum.0 + number, sum.1 + 1);

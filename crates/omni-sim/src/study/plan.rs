@@ -43,6 +43,12 @@ impl Run {
         scenario.seed = self.seed;
         scenario
     }
+
+    /// Why its vehicle cannot be across in time, where that is so ([`Scenario::too_short`]).
+    #[must_use]
+    pub fn too_short(&self) -> Option<String> {
+        self.scenario.too_short()
+    }
 }
 
 /// The runs of a study, every scenario checked.
@@ -87,8 +93,47 @@ impl Plan {
                 scenario: point.scenario,
             })
         });
-        let points = points.collect::<Result<_, Error>>()?;
         Self::of(study, points, stop)
+    }
+
+    /// How many combinations a study has, each value of each axis checked alone and its scenario shown to `watch`:
+    /// [`Study::each_value`]. Takes time and memory for
+    /// the values, not for the combinations. What two values only break together [`Plan::new`] finds, before anything is run.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    ///
+    /// ```
+    /// use omni_sim::{config::Study, study::Plan};
+    /// let mut looked_at = 0;
+    /// assert_eq!(Plan::check(&Study::load("climb_map")?, |_| looked_at += 1)?, 4 * 4 * 4);
+    /// assert_eq!(looked_at, 1 + 3 * 3);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn check(study: &Study, mut watch: impl FnMut(&Scenario)) -> Result<usize, Error> {
+        let combinations = study.each_point(&[])?.len();
+        Self::check_size(study.file(), combinations, &study.seeds)?;
+        let first_seed = study.seeds.list().first().copied().unwrap_or_default();
+        let mut values: Vec<Vec<Option<Value>>> = vec![Vec::new(); study.axis.len()];
+        let mut known = BTreeMap::new();
+        for (p, point) in study.each_value(&[])?.enumerate() {
+            let point = point?;
+            let named = |values: &[Value]| study.named(values);
+            AnyController::new(&point.scenario)
+                .map_err(|error| refuse(study, &named(&point.values), error.to_string()))?;
+            let leaves = leaves(&point.scenario)?;
+            for (i, axis) in study.axis.iter().enumerate() {
+                values[i].push(typed(Some(&point.values[i]), leaves.get(&axis.key)));
+            }
+            if let Some(twin) = known.insert(digest(&text(&leaves), first_seed), p) {
+                let twin = study.each_value(&[])?.nth(twin).transpose()?;
+                let twin = twin.map_or_else(Vec::new, |point| point.values);
+                return Err(twins(study, "axis", &named(&twin), &named(&point.values)));
+            }
+            watch(&point.scenario);
+        }
+        columns(study, &values, &|key, message| refuse(study, key, message))?;
+        Ok(combinations)
     }
 
     /// Can so many points be run with these seeds? To be asked before many are made; `file` is what messages call the study.
@@ -202,71 +247,73 @@ impl Plan {
             Axis::new(key.as_str(), values)
         });
         let study = Study::of_points(name, scenario, axes.collect(), seeds)?;
-        Self::of(&study, planned, stop)
+        Self::of(&study, planned.into_iter().map(Ok), stop)
     }
 
-    fn of(study: &Study, points: Vec<Planned>, stop: &AtomicBool) -> Result<Self, Error> {
-        let refuse = |key: &str, message: String| {
-            Error::Config(config::Error::Key {
-                file: study.file().into(),
-                key: key.into(),
-                message,
-            })
-        };
-        let named = |i: usize| {
-            let given: Option<Vec<Value>> = points[i].values.iter().cloned().collect();
+    fn of(
+        study: &Study,
+        points: impl Iterator<Item = Result<Planned, Error>>,
+        stop: &AtomicBool,
+    ) -> Result<Self, Error> {
+        let named = |i: usize, values: &[Option<Value>]| {
+            let given: Option<Vec<Value>> = values.iter().cloned().collect();
             match given {
                 Some(values) if !study.lists_points() && !values.is_empty() => study.named(&values),
                 _ => format!("points[{i}]"),
             }
         };
         let seeds = study.seeds.list();
-        let first_seed = seeds.first().copied().unwrap_or_default();
-        let mut tables = Vec::with_capacity(points.len());
         let mut values: Vec<Vec<Option<Value>>> = vec![Vec::new(); study.axis.len()];
-        for (p, point) in points.iter().enumerate() {
-            going(stop)?;
-            AnyController::new(&point.scenario).map_err(|error| refuse(&named(p), error.to_string()))?;
-            let leaves = leaves(&point.scenario)?;
-            for (i, axis) in study.axis.iter().enumerate() {
-                values[i].push(typed(point.values[i].as_ref(), leaves.get(&axis.key)));
-            }
-            tables.push(leaves);
-        }
-        let columns = Arc::new(columns(study, &values, &refuse)?);
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        let mut runs = Vec::with_capacity(points.len() * seeds.len());
-        for (p, (point, leaves)) in points.iter().zip(&tables).enumerate() {
+        // Of each point no more is kept than its runs need: there may be many.
+        let mut kept: Vec<(Vec<String>, Arc<Scenario>)> = Vec::new();
+        let mut given: Vec<Vec<Option<Value>>> = Vec::new();
+        let (mut first, mut derives) = (BTreeMap::new(), false);
+        for (p, point) in points.enumerate() {
             going(stop)?;
-            let text = text(leaves);
-            if let Some(twin) = known.insert(digest(&text, first_seed), p) {
-                let key = if study.lists_points() { "points" } else { "axis" };
-                let message = format!(
-                    "{} and {} are the same run, allowed: each once",
-                    named(twin),
-                    named(p)
-                );
-                return Err(refuse(key, message));
+            let Planned {
+                values: own,
+                scenario,
+            } = point?;
+            AnyController::new(&scenario)
+                .map_err(|error| refuse(study, &named(p, &own), error.to_string()))?;
+            let leaves = leaves(&scenario)?;
+            for (i, axis) in study.axis.iter().enumerate() {
+                values[i].push(typed(own[i].as_ref(), leaves.get(&axis.key)));
             }
+            let text = text(&leaves);
+            let keys: Vec<String> = seeds.iter().map(|seed| digest(&text, *seed)).collect();
+            if let Some(twin) = keys.first().and_then(|key| known.insert(key.clone(), p)) {
+                let key = if study.lists_points() { "points" } else { "axis" };
+                return Err(twins(study, key, &named(twin, &given[twin]), &named(p, &own)));
+            }
+            // Gains that are not given follow what is, and with it the axes.
+            derives |= scenario.derived_gains().is_some();
+            if p == 0 {
+                first = leaves;
+            }
+            given.push(own);
+            kept.push((keys, Arc::new(scenario)));
+        }
+        let columns = Arc::new(columns(study, &values, &|key, message| {
+            refuse(study, key, message)
+        })?);
+        let mut runs = Vec::with_capacity(kept.len() * seeds.len());
+        for (p, (keys, scenario)) in kept.into_iter().enumerate() {
             let axes: Arc<[Cell]> = (0..study.axis.len())
                 .map(|i| match &values[i][p] {
                     Some(value) => fitting(Cell::of_toml(value), columns.axes[i].kind),
                     None => Cell::Missing,
                 })
                 .collect();
-            let scenario = Arc::new(point.scenario.clone());
-            runs.extend(seeds.iter().map(|seed| Run {
-                key: digest(&text, *seed),
+            runs.extend(keys.into_iter().zip(&seeds).map(|(key, seed)| Run {
+                key,
                 seed: *seed,
                 axes: axes.clone(),
                 columns: columns.clone(),
                 scenario: scenario.clone(),
             }));
         }
-        // Gains that are not given follow what is, and with it the axes.
-        let derives = points
-            .iter()
-            .any(|point| point.scenario.derived_gains().is_some());
         let varies = |key: &str| {
             if derives && key.starts_with("vehicle.gains.") {
                 return true;
@@ -277,7 +324,6 @@ impl Plan {
             };
             study.axis.iter().any(of)
         };
-        let first = tables.into_iter().next().unwrap_or_default();
         Ok(Self {
             study: study.clone(),
             columns,
@@ -319,6 +365,22 @@ impl Plan {
     pub(super) fn shared(&self) -> &Lines {
         &self.shared
     }
+}
+
+fn refuse(study: &Study, key: &str, message: String) -> Error {
+    Error::Config(config::Error::Key {
+        file: study.file().into(),
+        key: key.into(),
+        message,
+    })
+}
+
+fn twins(study: &Study, key: &str, one: &str, other: &str) -> Error {
+    refuse(
+        study,
+        key,
+        format!("{one} and {other} are the same run, allowed: each once"),
+    )
 }
 
 /// Is it still wanted?

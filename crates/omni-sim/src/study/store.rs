@@ -2,19 +2,49 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::key::{Lines, VERSION};
 use super::names::{GROWING, WHOLE, file_name, grows, io_error, named, unique, unless_gone};
+use super::seal::{self, Seal};
 use super::table::{self, Notes, Opened};
 use super::union::Union;
 use super::{Columns, Plan, Row};
 use crate::Error;
+use crate::config::open_regular;
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
+/// What is said of a part whose seal is broken, and of one without.
+const CHANGED: &str = "its bytes are not those that were written: its SHA-256 differs";
+const UNSEALED: &str = "it has no checksum: damaged, or written by an earlier build";
+
+/// What is wrong with the bytes of a part of some study, if anything; none for Parquet that is not of this program.
+///
+/// # Errors
+/// [`Error::Io`] where it cannot be read.
+///
+/// ```no_run
+/// assert_eq!(omni_sim::study::damage("out/climb_map/part-0011223344556677.parquet".as_ref())?, None);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
+    let mut file = open_regular(path).map_err(io_error(path))?;
+    Ok(match seal::check(&mut file).map_err(io_error(path))? {
+        Seal::Right => None,
+        Seal::Wrong => Some(CHANGED),
+        Seal::Missing => {
+            // What is no Parquet at all is for the reader to say.
+            let opened = table::open(file).ok();
+            opened
+                .filter(|opened| opened.note("omnistep.version").is_some())
+                .map(|_| UNSEALED)
+        }
+    })
+}
+
 /// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still
 /// grows is `part-*.growing`, each time whole.
 ///
@@ -101,7 +131,10 @@ impl Store {
     /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
     pub fn lock(&self) -> Result<File, Error> {
         let path = self.folder.join(LOCK);
-        let file = File::create(&path).map_err(io_error(&path))?;
+        // Whatever has the name is not emptied.
+        let mut options = File::options();
+        let file = options.write(true).create(true).truncate(false).open(&path);
+        let file = file.map_err(io_error(&path))?;
         // Not every file system has locks.
         if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
             return Err(self.refuse("it is being written by another program: wait for that one"));
@@ -206,8 +239,9 @@ impl Store {
             ("omnistep.study", self.study.clone()),
             ("omnistep.scenario", shared.collect()),
         ];
+        let bytes = table::written(&self.columns, &notes, rows).map_err(io::Error::other)?;
         let mut file = File::create_new(path)?;
-        table::write(&mut file, &self.columns, &notes, rows).map_err(io::Error::other)?;
+        file.write_all(&bytes)?;
         file.sync_all()
     }
 
@@ -330,16 +364,23 @@ impl Store {
 
     /// The rows of a part, or why it cannot be read; none where it is not there any more.
     fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
-        let file = match File::open(path) {
+        let mut file = match open_regular(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             file => file.map_err(io_error(path))?,
         };
+        // Before anything in it is believed.
+        let seal = seal::check(&mut file).map_err(io_error(path))?;
+        if seal == Seal::Wrong {
+            return Ok(Some(Err(CHANGED.into())));
+        }
         let opened = match table::open(file) {
             Ok(opened) => opened,
             Err(error) => return Ok(Some(Err(error.to_string()))),
         };
         self.check(&opened)?;
         match opened.difference(&self.columns) {
+            // Of this version and this study: only that may be told from one that is damaged.
+            Ok(None) if seal == Seal::Missing => Ok(Some(Err(UNSEALED.into()))),
             Ok(None) => Ok(Some(
                 opened.rows(&self.columns).map_err(|error| error.to_string()),
             )),

@@ -1,7 +1,6 @@
 //! Rows as a Parquet file and back: the only room that names parquet.
 
 use std::fs::File;
-use std::io::Write;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
@@ -15,18 +14,14 @@ use parquet::record::Field;
 use parquet::schema::types::Type;
 
 use super::key::VERSION;
+use super::seal;
 use super::{Cell, Column, Columns, Kind, Row};
 
 /// Texts that go with a file, by name.
 pub(super) type Notes = Vec<(&'static str, String)>;
 
-/// Writes rows as one file.
-pub(super) fn write(
-    file: &mut (impl Write + Send),
-    columns: &Columns,
-    notes: &Notes,
-    rows: &[Row],
-) -> Result<()> {
+/// Rows as the bytes of one file, sealed.
+pub(super) fn written(columns: &Columns, notes: &Notes, rows: &[Row]) -> Result<Vec<u8>> {
     let notes = notes
         .iter()
         .map(|(name, text)| KeyValue::new((*name).to_owned(), text.clone()));
@@ -35,7 +30,8 @@ pub(super) fn write(
         .set_created_by(format!("omnistep version {VERSION}"))
         .set_key_value_metadata(Some(notes.collect()))
         .build();
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema(columns)?), Arc::new(properties))?;
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema(columns)?), Arc::new(properties))?;
+    writer.write_all(&seal::empty())?;
     let mut group = writer.next_row_group()?;
     let all = columns.all();
     let cells: Vec<Vec<Cell>> = rows.iter().map(Row::cells).collect();
@@ -86,8 +82,9 @@ pub(super) fn write(
         out.close()?;
     }
     group.close()?;
-    writer.close()?;
-    Ok(())
+    let mut bytes = writer.into_inner()?;
+    seal::close(&mut bytes);
+    Ok(bytes)
 }
 
 /// A file that was opened and whose end is there.

@@ -198,12 +198,14 @@ impl VehicleBodies {
             vy_m_s: cos * v.y - sin * v.x,
             wz_rad_s: base.angvel().z,
         };
-        for (handle, pitch) in self.bodies.iter().zip(&mut observation.body_nose_up_rad) {
-            *pitch = libm::asin(
-                (physics.bodies[*handle].rotation() * Vector::X)
-                    .z
-                    .clamp(-1.0, 1.0),
-            );
+        let angles = observation
+            .body_nose_up_rad
+            .iter_mut()
+            .zip(&mut observation.body_lean_rad);
+        for (handle, (pitch, lean)) in self.bodies.iter().zip(angles) {
+            let rotation = physics.bodies[*handle].rotation();
+            *pitch = libm::asin((rotation * Vector::X).z.clamp(-1.0, 1.0));
+            *lean = libm::acos((rotation * Vector::Z).z.clamp(-1.0, 1.0));
         }
         for (hinge, seen) in self.hinges.iter().zip(&mut observation.hinges) {
             (seen.angle_rad, seen.rate_rad_s) = hinge.angle_and_rate(physics);

@@ -1,11 +1,16 @@
 //! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod balls;
 mod files;
 mod logs;
+mod others;
 mod refusals;
 mod results;
 mod rollers;
+mod side_by_side;
+mod stopped;
+mod told;
 
 use std::path::Path;
 use std::process::Output;

@@ -34,13 +34,13 @@ fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
         "s.toml",
         "height_m =",
         "hight_m =",
-        "terrain.hight_m: unknown field `hight_m`, expected one of",
+        "terrain.hight_m: unknown field `hight_m` (did you mean `height_m`?), expected one of",
     );
     refused_file(
         "v.toml",
         "\nradius_m = 0.066",
         "\nradios_m = 0.066",
-        "wheel[0].radios_m: unknown field `radios_m`, expected one of",
+        "wheel[0].radios_m: unknown field `radios_m` (did you mean `radius_m`?), expected one of",
     );
 }
 
@@ -62,7 +62,7 @@ fn a_wrong_type_is_named_with_its_key() {
         "s.toml",
         "kind = \"step\"",
         "kind = \"steps\"",
-        "unknown variant `steps`, expected one of `flat`, `step`,",
+        "unknown variant `steps` (did you mean `step`?), expected one of `flat`, `step`,",
     );
     refused_file("s.toml", "kind = \"step\"", "", "missing field `kind`");
     refused_file(
@@ -251,7 +251,7 @@ fn more_that_no_single_key_shows_is_named() {
         "s.toml",
         "v.toml",
         "chugo8",
-        "s.toml: vehicle: \"chugo8\", allowed: chugo7",
+        "s.toml: vehicle: \"chugo8\" (did you mean \"chugo7\"?), allowed: chugo7",
     );
 }
 
@@ -302,17 +302,17 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     let folder = tempfile::tempdir().unwrap();
     let said = refused(folder.path(), &["compare", "stairway"]);
     assert!(
-        said.contains("unknown scenario \"stairway\", allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, or the path"),
+        said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, or the path"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
     assert!(
-        said.contains("unknown policy \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("unknown policy \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
     assert!(
-        said.contains("control.policy: \"papier\", allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("control.policy: \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "missing.toml"]);

@@ -106,7 +106,7 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         (
             "\"slip_rms\"",
             "\"slip\"",
-            "small.toml: map.figures: \"slip\", allowed: climbed, ",
+            "small.toml: map.figures: \"slip\" (did you mean \"slip_rms\"?), allowed: climbed, ",
         ),
         (
             "[map]",
@@ -116,7 +116,7 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         (
             "[map]",
             "[maps]",
-            "small.toml: maps: unknown field `maps`, expected one of",
+            "small.toml: maps: unknown field `maps` (did you mean `map`?), expected one of",
         ),
     ] {
         assert!(SMALL.contains(from), "{from:?} is there");

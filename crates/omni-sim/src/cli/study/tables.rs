@@ -1,6 +1,6 @@
 //! The map of a study as text.
 
-use super::super::aligned;
+use super::super::{aligned, marked};
 
 use crate::study::{Cell, Kind, MapCell, Plan};
 
@@ -80,7 +80,8 @@ fn grouped<'a>(map: &[&'a MapCell], axes: &[usize]) -> Vec<(Vec<&'a Cell>, Vec<&
     groups
 }
 
-/// `22/24` for yes and no, the mean with four digits for a number, `-` where nothing was measured; failed runs aside.
+/// `22/24` for yes and no, the mean with four digits for a number, `-` where nothing was measured; failed runs aside, and beside who climbed those that
+/// had no time to.
 fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
     let name = &plan.study().map.figures[figure];
     let column = plan.columns().figures.iter().find(|column| column.name == *name);
@@ -90,10 +91,15 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
         (_, Some(mean)) => digits(mean),
         (_, None) => "-".into(),
     };
-    match cell.errors {
+    let text = match cell.unfinished {
+        some if some > 0 && name == "climbed" => format!("{text}, {some} unfinished"),
+        _ => text,
+    };
+    let text = match cell.errors {
         0 => text,
         errors => format!("{text} ({errors} failed)"),
-    }
+    };
+    marked(text, cell.beyond_balls == 0)
 }
 
 /// A number with four digits that count.

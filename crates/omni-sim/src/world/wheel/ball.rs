@@ -9,7 +9,8 @@
 //!
 //! A mecanum wheel pushes along the axis of the roller on the ground, at an angle gamma to its rolling direction. Its ball is
 //! driven about the horizontal axis across that push, and turns with cos(gamma) of the wheel's velocity: thrust, reaction
-//! (rolling moment included) and effective mass are the wheel's again.
+//! (rolling moment included) and effective mass are the wheel's again: on level ground. On an edge a ball spins about a normal that
+//! leans towards its driven axis instead of pushing: docs/physics.md says where a ball is the wheel, `config::Scenario::beyond_balls` where not.
 
 use rapier3d_f64::prelude::*;
 

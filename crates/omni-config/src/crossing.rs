@@ -1,0 +1,106 @@
+//! Whether a run can be long enough for its vehicle to get across.
+
+use crate::{Command, Scenario};
+
+impl Command {
+    /// The earliest time \[s\] at which a vehicle that does what it is told has gone `way_m` \[m\]; none where the command never takes it so far. On a
+    /// ramp between two directions it is taken to be as fast as on one between their speeds, which it never is: no vehicle is earlier.
+    ///
+    /// ```
+    /// let command = omni_config::Scenario::load("step", &[])?.command; // 0.3 m/s after a ramp of 0.3 s
+    /// assert!((command.earliest_s(1.0).unwrap() - (0.3 + (1.0 - 0.045) / 0.3)).abs() < 1e-12);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn earliest_s(&self, way_m: f64) -> Option<f64> {
+        let own = (0.0, self.vx_m_s.hypot(self.vy_m_s), self.ramp_s);
+        let later = self
+            .then
+            .iter()
+            .map(|then| (then.at_s, then.vx_m_s.hypot(then.vy_m_s), then.ramp_s));
+        let ends = self.then.iter().map(|then| then.at_s).chain([f64::INFINITY]);
+        let (mut left_m, mut speed) = (way_m, 0.0);
+        for ((from_s, whole, ramp_s), end_s) in std::iter::once(own).chain(later).zip(ends) {
+            let ramp = ramp_s.min(end_s - from_s);
+            if ramp > 0.0 {
+                let gain = (whole - speed) / ramp_s;
+                let gone_m = (speed + gain * ramp / 2.0) * ramp;
+                if gone_m >= left_m {
+                    // left = v t + a t^2 / 2, written so that a = 0 is no matter.
+                    let root = (speed * speed + 2.0 * gain * left_m).max(0.0).sqrt();
+                    return Some(from_s + 2.0 * left_m / (speed + root));
+                }
+                left_m -= gone_m;
+                speed += gain * ramp;
+            }
+            if ramp_s > end_s - from_s {
+                continue;
+            }
+            speed = whole;
+            if speed > 0.0 {
+                let needs_s = left_m / speed;
+                if from_s + ramp_s + needs_s <= end_s {
+                    return Some(from_s + ramp_s + needs_s);
+                }
+                left_m -= speed * (end_s - from_s - ramp_s);
+            }
+        }
+        None
+    }
+
+    /// Is it ever told to turn?
+    fn turns(&self) -> bool {
+        self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
+    }
+}
+
+impl Scenario {
+    /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all it is told would not have every wheel beyond the obstacle by then. One
+    /// line; none where it may suffice, and on flat ground.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let of = |duration_s| Scenario::load("step", &[Override::new("duration_s", duration_s)]).map(|scenario| scenario.too_short());
+    /// assert_eq!(of(3.5)?, None); // 1 m at 0.3 m/s, from rest: 3.48 s
+    /// assert!(of(3.4)?.is_some_and(|said| said.starts_with("duration_s = 3.4 cannot suffice: the rear wheels start 1.00 m before")));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn too_short(&self) -> Option<String> {
+        let obstacle = self.terrain.obstacle()?;
+        let ahead_m = self.rearmost_m() + self.start.x_m + self.perturbation.start_m;
+        let way_m = obstacle.to_m - ahead_m;
+        let earliest_s = self.command.earliest_s(way_m);
+        if earliest_s.is_some_and(|earliest_s| earliest_s <= self.duration_s) {
+            return None;
+        }
+        let takes = match earliest_s {
+            Some(seconds) => format!("at the speed commanded that takes {seconds:.2} s at least"),
+            None => "the command never takes them there".into(),
+        };
+        let duration_s = self.duration_s;
+        Some(format!(
+            "duration_s = {duration_s} cannot suffice: the rear wheels start {way_m:.2} m before the obstacle's far side, and {takes}"
+        ))
+    }
+
+    /// Place of the rearmost wheel along the way at the start, as far ahead as the perturbation may bring it, seen from the origin \[m\]. Where the vehicle
+    /// is told to turn, the mean of the wheels at its furthest ahead: whatever the heading, some wheel is no further ahead than that.
+    fn rearmost_m(&self) -> f64 {
+        let wheels = || self.vehicle().wheel.iter().map(|wheel| wheel.position_m);
+        let spread_rad = self.perturbation.yaw_rad;
+        if self.command.turns() || spread_rad > 0.5 {
+            let count = wheels().count() as f64;
+            let mean = |k: usize| wheels().map(|place| place[k]).sum::<f64>() / count;
+            return mean(0).hypot(mean(1));
+        }
+        let at = |heading_rad: f64| {
+            let (sin, cos) = (libm::sin(heading_rad), libm::cos(heading_rad));
+            wheels()
+                .map(|[x, y]| cos * x - sin * y)
+                .fold(f64::INFINITY, f64::min)
+        };
+        let headings = (-8..=8).map(|part| self.start.heading_rad + spread_rad * f64::from(part) / 8.0);
+        headings.map(at).fold(f64::NEG_INFINITY, f64::max)
+    }
+}

@@ -1,0 +1,121 @@
+//! Files from anywhere: only regular ones are opened, and none is read that is larger than its kind needs.
+
+use std::fs::{self, File, FileType};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// Largest TOML file \[bytes\]: a scenario with a picture of 4 million pixels inside has 11 million at most.
+pub const MOST_TOML_BYTES: u64 = 16_000_000;
+/// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits take, compressed or not.
+pub const MOST_PNG_BYTES: u64 = 64_000_000;
+
+/// Opens a file for reading, if it is a regular one: a pipe would be waited for, a device has no end.
+///
+/// # Errors
+/// The system's, or what it is instead, in a few words.
+///
+/// ```
+/// let error = omni_config::open_regular(std::env::temp_dir()).unwrap_err();
+/// assert_eq!(error.to_string(), "a directory, allowed: a regular file");
+/// ```
+pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
+    // Before it is opened: to open a pipe waits for somebody who writes.
+    regular(fs::metadata(&path)?.file_type())?;
+    let file = File::open(&path)?;
+    // What is there now, whatever was there before.
+    regular(file.metadata()?.file_type())?;
+    Ok(file)
+}
+
+/// The bytes of a regular file, if they are no more than `most`.
+///
+/// # Errors
+/// As [`open_regular`], and how large it is instead.
+///
+/// ```
+/// let path = std::env::temp_dir().join("omnistep-read-regular-example");
+/// std::fs::write(&path, "12345")?;
+/// assert_eq!(omni_config::read_regular(&path, 5)?, b"12345");
+/// let error = omni_config::read_regular(&path, 4).unwrap_err();
+/// assert_eq!(error.to_string(), "5 bytes, allowed: 4 at most");
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn read_regular(path: impl AsRef<Path>, most: u64) -> Result<Vec<u8>> {
+    let file = open_regular(path)?;
+    let too_large = |length: u64| {
+        let message = format!("{length} bytes, allowed: {most} at most");
+        Err(Error::new(ErrorKind::InvalidInput, message))
+    };
+    let length = file.metadata()?.len();
+    if length > most {
+        return too_large(length);
+    }
+    // Some regular files say that they are empty and are not, or grow.
+    let mut bytes = Vec::new();
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 {
+        length if length > most => too_large(length),
+        _ => Ok(bytes),
+    }
+}
+
+fn regular(kind: FileType) -> Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let found = if kind.is_dir() {
+        "a directory"
+    } else {
+        special(kind)
+    };
+    let message = format!("{found}, allowed: a regular file");
+    Err(Error::new(ErrorKind::InvalidInput, message))
+}
+
+#[cfg(unix)]
+fn special(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    if kind.is_fifo() {
+        "a pipe"
+    } else if kind.is_socket() {
+        "a socket"
+    } else {
+        "a device"
+    }
+}
+
+#[cfg(not(unix))]
+fn special(_: FileType) -> &'static str {
+    "a device"
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    fn said(path: &str, most: u64) -> String {
+        read_regular(path, most).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn what_has_no_end_or_waits_is_not_opened() {
+        assert_eq!(said("/dev/zero", 10), "a device, allowed: a regular file");
+        assert_eq!(said("/", 10), "a directory, allowed: a regular file");
+        let pipe = std::env::temp_dir().join(format!("omnistep-pipe-{}", std::process::id()));
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.expect("mkfifo is a program of every Unix").success());
+        // Nobody writes to it: opened, it would be waited for until the end of days.
+        let said = said(&pipe.display().to_string(), 10);
+        fs::remove_file(&pipe).expect("removable");
+        assert_eq!(said, "a pipe, allowed: a regular file");
+    }
+
+    #[test]
+    fn a_file_that_is_larger_than_it_says_is_read_no_further_than_allowed() {
+        // Regular, of 0 bytes by its metadata, and not empty.
+        let path = "/proc/self/status";
+        assert_eq!(fs::metadata(path).map(|m| m.len()).ok(), Some(0));
+        assert_eq!(said(path, 10), "11 bytes, allowed: 10 at most");
+    }
+}

@@ -1,0 +1,133 @@
+//! Messages no longer than somebody reads, whatever a file holds.
+
+use std::borrow::Cow;
+
+/// Most characters of a value, a key or a name in a message.
+const MOST: usize = 200;
+/// Most characters of what is allowed instead: this program's own words.
+const MOST_ALLOWED: usize = 400;
+/// Of a value that is cut this much is left at least.
+const LEAST: usize = 60;
+/// Where what is allowed begins, in our words and in serde's.
+const ALLOWED: [&str; 2] = [", allowed:", ", expected "];
+
+/// A message about a value, at most some 200 characters of it: where it says what is allowed that is kept and the value before
+/// it is cut, else its middle is left out. Control characters are written out: a message is one line.
+///
+/// ```
+/// use omni_config::shortened;
+/// assert_eq!(shortened("-1, allowed: 0 to 2"), "-1, allowed: 0 to 2");
+/// let long = format!("{:?}, allowed: 1 to 40 letters", "a".repeat(1_000_000));
+/// let short = shortened(&long);
+/// assert!(short.starts_with("\"aaaa") && short.ends_with("aaa..., allowed: 1 to 40 letters"));
+/// assert_eq!(short.len(), 200);
+/// ```
+#[must_use]
+pub fn shortened(message: &str) -> Cow<'_, str> {
+    if message.len() <= MOST && !message.contains(char::is_control) {
+        return message.into();
+    }
+    // Of a message of 100 MB neither end is looked at for long.
+    let allowed = ALLOWED.iter().filter_map(|word| last(message, word)).max();
+    let Some((value, allowed)) = allowed.and_then(|at| message.split_at_checked(at)) else {
+        let (head, tail) = (head(message, MOST), tail(message, LEAST));
+        if head.len() == message.len() {
+            return one_line(message).into();
+        }
+        let head = one_line(self::head(head, MOST - LEAST - 3));
+        return format!("{head}...{}", one_line(tail)).into();
+    };
+    // A list of what there is may be long, beside a value that is not.
+    let long = head(value, LEAST).len() < value.len();
+    let allowed = cut(allowed, if long { MOST - LEAST } else { MOST_ALLOWED });
+    let room = MOST.saturating_sub(allowed.chars().count()).max(LEAST);
+    format!("{}{allowed}", cut(value, room)).into()
+}
+
+/// A key: whole, or the beginning of what cannot be one.
+pub(crate) fn short_key(key: &str) -> String {
+    let fits = head(key, MOST).len() == key.len();
+    cut(key, if fits { MOST } else { LEAST })
+}
+
+/// Where the last `word` within reach of the end begins.
+fn last(message: &str, word: &str) -> Option<usize> {
+    // What is allowed is never longer in our own words; further up it is part of the value.
+    let reach = message.len() - tail(message, 4 * MOST_ALLOWED).len();
+    message[reach..].rfind(word).map(|at| reach + at)
+}
+
+/// At most so many characters, the last of them dots where some are left out.
+fn cut(text: &str, most: usize) -> String {
+    if head(text, most).len() == text.len() {
+        one_line(text)
+    } else {
+        format!("{}...", one_line(head(text, most - 3)))
+    }
+}
+
+fn head(text: &str, most: usize) -> &str {
+    text.char_indices().nth(most).map_or(text, |(at, _)| &text[..at])
+}
+
+fn tail(text: &str, most: usize) -> &str {
+    let from = text.char_indices().rev().nth(most.saturating_sub(1));
+    from.map_or(text, |(at, _)| &text[at..])
+}
+
+fn one_line(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| {
+            let written = if c.is_control() {
+                Some(c.escape_default())
+            } else {
+                None
+            };
+            let plain = if written.is_none() { Some(c) } else { None };
+            written.into_iter().flatten().chain(plain)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_of_any_length_is_cut_and_still_says_what_is_allowed() {
+        for length in [0, 10, 150, 199, 200, 201, 1_000, 10_000_000] {
+            let message = format!("{}, allowed: 0 to 2", "x".repeat(length));
+            let short = shortened(&message);
+            assert!(short.chars().count() <= MOST, "{length}");
+            assert!(
+                short.ends_with("x, allowed: 0 to 2")
+                    || short.ends_with("..., allowed: 0 to 2")
+                    || length == 0
+            );
+            assert_eq!(short == message, message.len() <= MOST, "{length}");
+            let plain = "y".repeat(length);
+            assert!(shortened(&plain).chars().count() <= MOST, "{length}");
+        }
+    }
+
+    #[test]
+    fn a_list_of_what_is_allowed_is_kept_where_it_is_ours_and_cut_where_it_cannot_be() {
+        let list = format!(
+            "unknown field `hight_m`, expected one of {}",
+            "`height_m`, ".repeat(20)
+        );
+        assert_eq!(shortened(&list), list);
+        let list = format!(
+            "unknown field `hight_m`, expected one of {}",
+            "`height_m`, ".repeat(1000)
+        );
+        assert!(shortened(&list).len() <= LEAST + MOST_ALLOWED);
+    }
+
+    #[test]
+    fn letters_of_any_alphabet_are_cut_between_and_lines_are_joined() {
+        let message = "äß漢🦀".repeat(1000);
+        assert_eq!(shortened(&message).chars().count(), MOST);
+        assert_eq!(shortened("two\nlines\u{1b}[31m"), "two\\nlines\\u{1b}[31m");
+    }
+}

@@ -1,0 +1,279 @@
+//! What tells a drive from a runaway, a lean and physics that gain energy, gathered while a run goes on.
+
+use crate::config::{Scenario, Vehicle};
+use crate::controller::ControlSample;
+use crate::observation::Observation;
+
+/// A vehicle runs away where it is so much faster than it is told: half as fast again. Loops hold a speed within some per cent, and
+/// what an edge or a slope adds is braked.
+const FASTER: f64 = 1.5;
+/// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is told to creep, or to stand.
+const SHAKEN_M_S: f64 = 0.1;
+/// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
+const SUSTAINED_S: f64 = 0.5;
+/// A vehicle that is told to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
+const BRAKING_M_S2: f64 = 0.5;
+
+/// Is a vehicle faster than it is told?
+pub(super) struct Runaway {
+    /// From the origin to the farthest wheel: what a yaw rate is as a speed.
+    reach_m: f64,
+    period_s: f64,
+    /// What it may still have of the largest speed commanded \[m/s\].
+    told_m_s: f64,
+    over_s: f64,
+    found: bool,
+}
+
+impl Runaway {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let wheels = &scenario.vehicle().wheel;
+        let far = |reach: f64, wheel: &crate::config::WheelSpec| {
+            reach.max(wheel.position_m[0].hypot(wheel.position_m[1]))
+        };
+        Self {
+            reach_m: wheels.iter().fold(0.0, far),
+            period_s: scenario.period_s(),
+            told_m_s: 0.0,
+            over_s: 0.0,
+            found: false,
+        }
+    }
+
+    pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+        let fastest = |twist: &omni_core::BodyTwist<f64>| {
+            twist.vx_m_s.hypot(twist.vy_m_s) + twist.wz_rad_s.abs() * self.reach_m
+        };
+        let slowed_m_s = self.told_m_s - BRAKING_M_S2 * self.period_s;
+        self.told_m_s = slowed_m_s.max(fastest(&sample.command));
+        if fastest(&seen.twist) > FASTER * self.told_m_s + SHAKEN_M_S {
+            self.over_s += self.period_s;
+        } else {
+            self.over_s = 0.0;
+        }
+        self.found |= self.over_s >= SUSTAINED_S;
+    }
+
+    pub(super) fn found(&self) -> bool {
+        self.found
+    }
+}
+
+/// How much further than the ground asks a body may lean \[rad\]: 30 degrees. What built-in runs have of it, from drops off edges and from frames
+/// that swing, is 8 degrees; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
+const SWING_RAD: f64 = core::f64::consts::FRAC_PI_6;
+
+/// Does a body lean further than the ground asks?
+pub(super) struct Lean {
+    most_rad: f64,
+    allowed_rad: f64,
+}
+
+impl Lean {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let span_m = shortest_span_m(scenario.vehicle());
+        let part = scenario.terrain.relief_m(span_m) / span_m;
+        Self {
+            most_rad: 0.0,
+            // Two rows of wheels, or two tracks, stand on heights that differ by that.
+            allowed_rad: libm::asin(part.min(1.0)) + SWING_RAD,
+        }
+    }
+
+    pub(super) fn push(&mut self, seen: &Observation) {
+        self.most_rad = seen
+            .body_lean_rad
+            .iter()
+            .fold(self.most_rad, |most, lean| most.max(*lean));
+    }
+
+    pub(super) fn found(&self) -> bool {
+        self.most_rad > self.allowed_rad
+    }
+}
+
+/// The shortest way between neighbouring rows or tracks of wheels \[m\]: over it a step in the ground turns a body furthest.
+fn shortest_span_m(vehicle: &Vehicle) -> f64 {
+    let along = |k: usize| {
+        let mut places: Vec<f64> = vehicle.wheel.iter().map(|wheel| wheel.position_m[k]).collect();
+        places.sort_by(f64::total_cmp);
+        let gaps = places.windows(2).map(|pair| pair[1] - pair[0]);
+        gaps.filter(|gap| *gap >= ABREAST_M).fold(f64::INFINITY, f64::min)
+    };
+    along(0).min(along(1))
+}
+
+/// Wheels closer than that are side by side, as [`Vehicle::rows`] has it \[m\].
+const ABREAST_M: f64 = 0.02;
+
+/// Part of the energy that went through a run which finite steps may gain: ten times what they miss of it in any built-in run.
+const GAINED_PART: f64 = 0.1;
+/// And so much \[m\] times the weight: what contacts give under a vehicle that is put down.
+const GAINED_M: f64 = 1e-3;
+
+/// Does the physics give back more than was put in?
+pub(super) struct Gain {
+    weight_n: f64,
+    released_j: f64,
+    worst: f64,
+    gained: Gained,
+}
+
+/// Energy out of nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Gained {
+    /// So much of it \[J\].
+    pub(crate) gained_j: f64,
+    /// While so much went through the vehicle \[J\].
+    pub(crate) through_j: f64,
+}
+
+impl Gain {
+    pub(super) fn new(weight_n: f64) -> Self {
+        Self {
+            weight_n,
+            released_j: 0.0,
+            worst: 0.0,
+            gained: Gained::default(),
+        }
+    }
+
+    pub(super) fn push(&mut self, seen: &Observation) {
+        let energy = &seen.energy;
+        // A vehicle that falls has what it falls too.
+        self.released_j = self.released_j.max(-energy.potential_j);
+        let through_j = energy.turnover_j + self.released_j;
+        let gained_j = -energy.residual_j();
+        let worst = gained_j / (GAINED_PART * through_j + GAINED_M * self.weight_n);
+        if worst > self.worst {
+            self.worst = worst;
+            self.gained = Gained { gained_j, through_j };
+        }
+    }
+
+    pub(super) fn found(&self) -> Option<Gained> {
+        (self.worst > 1.0).then_some(self.gained)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+    use omni_core::BodyTwist;
+
+    use super::*;
+    use crate::Simulation;
+    use crate::config::Override;
+
+    fn scenario(name: &str, keys: &[&str]) -> Scenario {
+        let keys: Vec<_> = keys.iter().map(|key| Override::parse(key).unwrap()).collect();
+        Scenario::load(name, &keys).unwrap()
+    }
+
+    /// What a period shows where a vehicle has one twist and was told another.
+    fn period(scenario: &Scenario) -> (ControlSample, Observation) {
+        let simulation = Simulation::new(scenario).unwrap();
+        (simulation.sample().clone(), simulation.observation().clone())
+    }
+
+    /// Is a vehicle, told and moving like that for so many periods of 1 ms one after the other, running away?
+    fn runs_away(stages: &[(u32, [f64; 3], [f64; 3])]) -> bool {
+        let scenario = scenario("flat", &[]);
+        let (mut sample, mut seen) = period(&scenario);
+        let mut runaway = Runaway::new(&scenario);
+        for (periods, told, moving) in stages {
+            (sample.command, seen.twist) = (BodyTwist::from_array(*told), BodyTwist::from_array(*moving));
+            (0..*periods).for_each(|_| runaway.push(&sample, &seen));
+        }
+        runaway.found()
+    }
+
+    #[test]
+    fn half_as_fast_again_and_a_tenth_of_a_metre_per_second_for_half_a_second_is_running_away() {
+        let told = [0.3, 0.0, 0.0];
+        let forward = |vx| [vx, 0.0, 0.0];
+        assert!(!runs_away(&[(10_000, told, forward(0.549))]));
+        assert!(runs_away(&[(501, told, forward(0.551))]));
+        assert!(runs_away(&[(501, told, forward(-0.551))]), "the wrong way too");
+        assert!(runs_away(&[(501, told, [0.0, 0.551, 0.0])]), "and sideways");
+        // 64 counts a turn: asked 0.3 m/s, drove 2.6.
+        assert!(runs_away(&[(501, told, forward(2.6))]));
+        // A break of one period begins anew: drops and bumps.
+        assert!(!runs_away(&[
+            (499, told, forward(2.0)),
+            (1, told, forward(0.3)),
+            (499, told, forward(2.0))
+        ]));
+        // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
+        assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
+        assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
+    }
+
+    #[test]
+    fn a_stop_may_take_what_wet_ice_takes_and_no_more() {
+        let braking = |m_s2: f64| -> Vec<(u32, [f64; 3], [f64; 3])> {
+            let slowing = (0..3000_u32).map(|k| {
+                (
+                    1,
+                    [0.0; 3],
+                    [(1.0 - m_s2 * f64::from(k) * 1e-3).max(0.0), 0.0, 0.0],
+                )
+            });
+            std::iter::once((1000, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]))
+                .chain(slowing)
+                .collect()
+        };
+        assert!(!runs_away(&braking(0.5)));
+        // At 0.05 m/s^2 it still has 0.9 m/s when it should have stood.
+        assert!(runs_away(&braking(0.05)));
+        // Told to stand for good, and never stopping: 39 of 144 runs of an attack.
+        assert!(runs_away(&[
+            (1000, [0.3, 0.0, 0.0], [0.3, 0.0, 0.0]),
+            (2000, [0.0; 3], [0.3, 0.0, 0.0])
+        ]));
+    }
+
+    fn leans(scenario: &Scenario, degrees: f64) -> bool {
+        let (_, mut seen) = period(scenario);
+        let mut lean = Lean::new(scenario);
+        *seen.body_lean_rad.last_mut().unwrap() = degrees.to_radians();
+        lean.push(&seen);
+        lean.found()
+    }
+
+    #[test]
+    fn a_lean_is_measured_against_what_the_ground_asks() {
+        // Flat: 30 degrees. Neighbouring tracks of chugo7 are 0.23 m apart: a step of 5 cm turns a frame by 12.6 degrees at most.
+        let flat = scenario("flat", &[]);
+        assert!(!leans(&flat, 29.0) && leans(&flat, 30.5) && leans(&flat, 52.0));
+        let step = scenario("step", &[]);
+        assert!(!leans(&step, 42.0) && leans(&step, 43.0));
+        // Half a metre stands a frame upright: what tips is another verdict.
+        assert!(!leans(&scenario("step", &["terrain.height_m=0.5"]), 89.0));
+        let ramp = scenario("ramp", &["terrain.slope_rad=0.5"]);
+        assert!(!leans(&ramp, 0.5_f64.to_degrees() + 29.0));
+    }
+
+    #[test]
+    fn a_tenth_above_what_went_through_is_a_gain_and_losses_are_none() {
+        let scenario = scenario("flat", &[]);
+        let gained = |residual_j: f64, turnover_j: f64, potential_j: f64| {
+            let (_, mut seen) = period(&scenario);
+            // Work that is nowhere in the book is a positive residual, energy from nowhere a negative one.
+            seen.energy.turnover_j = turnover_j;
+            seen.energy.potential_j = potential_j;
+            seen.energy.work_in_j = potential_j + residual_j;
+            let mut gain = Gain::new(200.0);
+            gain.push(&seen);
+            gain.found()
+        };
+        // 0.2 J for 1 mm of 200 N, and a tenth of 5 J.
+        assert_eq!(gained(-0.69, 5.0, 0.0), None);
+        let found = gained(-15.0, 5.0, 0.0).unwrap();
+        assert!((found.gained_j - 15.0).abs() < 1e-9 && found.through_j == 5.0);
+        assert_eq!(gained(15.0, 5.0, 0.0), None, "lost work is no gain");
+        assert_eq!(gained(-1.0, 5.0, -10.0), None, "10 J came of falling");
+        assert!(gained(-1.0, 5.0, 10.0).is_some());
+    }
+}

@@ -1,0 +1,149 @@
+//! Runs that a signal or a quota ends, and folders whose names are no text.
+#![cfg(unix)]
+
+use std::ffi::OsStr;
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+use std::process::{Command as Program, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use omni_sim::log::{LogMessage, read_log};
+
+/// Starts a run of an hour, sends a signal when its log has grown to a megabyte, and waits for its end.
+fn signalled(folder: &Path, args: &[&str], part: &Path, signal: &str) -> Output {
+    let run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
+        .current_dir(folder)
+        .args(args)
+        .args(["step", "--set", "duration_s=3600"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while fs::metadata(part).map_or(0, |file| file.len()) < 1_000_000 {
+        assert!(begun.elapsed() < Duration::from_secs(120), "the log grows");
+        std::thread::sleep(Duration::from_millis(3));
+    }
+    let id = run.id().to_string();
+    assert!(
+        Program::new("kill")
+            .args([signal, &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    run.wait_with_output().unwrap()
+}
+
+#[test]
+fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_until_then() {
+    let folder = tempfile::tempdir().unwrap();
+    for (args, policy, signal, code) in [
+        (&["run", "--quiet"][..], "synchronised", "-INT", 130),
+        (&["run", "--json"], "synchronised", "-TERM", 143),
+        (&["compare"], "independent", "-INT", 130),
+    ] {
+        let part = format!("out/step-{policy}.mcap.part");
+        let output = signalled(folder.path(), args, &folder.path().join(&part), signal);
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        assert!(output.stdout.is_empty(), "{output:?}");
+        let mut times = Vec::new();
+        let file = read_log(folder.path().join(&part), |time_ns, message| {
+            if let LogMessage::VehicleState(_) = message {
+                times.push(time_ns);
+            }
+            Ok(())
+        })
+        .unwrap();
+        assert!(!file.complete && file.outcome.is_none());
+        let every: Vec<u64> = (1..=times.len() as u64).map(|k| k * 1_000_000).collect();
+        assert_eq!(times, every, "every period until then");
+        let end_s = times.len() as f64 / 1e3;
+        assert_eq!(
+            String::from_utf8(output.stderr).unwrap(),
+            format!("stopped: the run ended at {end_s:.2} s of 3600 s; its log until then is {part}\n")
+        );
+        fs::remove_file(folder.path().join(part)).unwrap();
+    }
+}
+
+/// Runs a line of `bash` in a folder.
+fn bash(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let line = line.replace("omnistep", env!("CARGO_BIN_EXE_omnistep"));
+    let output = Program::new("bash")
+        .current_dir(folder)
+        .args(["-c", &line])
+        .output()
+        .unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
+    let folder = tempfile::tempdir().unwrap();
+    // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends whoever does not
+    // handle it.
+    let (code, said) = bash(folder.path(), "ulimit -f 400; exec omnistep run step --quiet");
+    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(
+        said.contains("out/step-synchronised.mcap: ") && said.contains("too large"),
+        "{said}"
+    );
+    assert_eq!(
+        fs::read_dir(folder.path().join("out")).unwrap().count(),
+        0,
+        "no half log"
+    );
+
+    let line = "ulimit -f 1; exec omnistep study ensemble --quiet --jobs 1 --seeds 1 --set duration_s=0.05";
+    let (code, said) = bash(folder.path(), line);
+    assert_eq!(code, Some(2), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(
+        said.contains("out/ensemble/part-") && said.contains("too large"),
+        "{said}"
+    );
+    let left = fs::read_dir(folder.path().join("out/ensemble")).unwrap();
+    let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, [".lock"], "no half part");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_have_to_name_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |more: &[&str]| {
+        Program::new(env!("CARGO_BIN_EXE_omnistep"))
+            .current_dir(folder.path())
+            .args(["run", "flat", "--quiet", "--set", "duration_s=0.1", "--out"])
+            .arg(OsStr::from_bytes(b"b\xff"))
+            .args(more)
+            .output()
+            .unwrap()
+    };
+    let refused = run(&["--json"]);
+    assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0));
+    assert_eq!(
+        String::from_utf8(refused.stderr).unwrap(),
+        "error: --out = \"b\\xFF\", allowed: with --json a folder whose name is UTF-8, as JSON is\n"
+    );
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "before anything is written"
+    );
+
+    let done = run(&[]);
+    assert!(done.status.success(), "{done:?}");
+    assert!(
+        done.stdout.ends_with(b"\nb\xff/flat-synchronised.mcap\n"),
+        "{done:?}"
+    );
+    let log = folder
+        .path()
+        .join(OsStr::from_bytes(b"b\xff/flat-synchronised.mcap"));
+    assert!(read_log(log, |_, _| Ok(())).unwrap().complete);
+}

@@ -1,0 +1,106 @@
+"""One simulation, many threads: their calls wait for each other, none is refused, none is lost."""
+
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+
+import omnistep
+
+COMMAND = (0.2, 0.0, 0.0)
+
+
+def together(threads, work):
+    """Do the same on several threads at once; what each of them raised or returned."""
+    gate, done = threading.Barrier(threads), [None] * threads
+
+    def one(number):
+        gate.wait()
+        try:
+            done[number] = work(number)
+        except BaseException as error:
+            done[number] = error
+
+    each = [threading.Thread(target=one, args=(number,)) for number in range(threads)]
+    for thread in each:
+        thread.start()
+    for thread in each:
+        thread.join()
+    return done
+
+
+def test_steps_of_eight_threads_on_one_simulation_queue_and_are_those_of_one_thread():
+    shared, alone = omnistep.Simulation("flat"), omnistep.Simulation("flat")
+    done = together(8, lambda _: [shared.step(COMMAND).time_s for _ in range(100)])
+    assert all(isinstance(times, list) for times in done), done
+    # Each of the 800 periods was somebody's, once.
+    np.testing.assert_allclose(
+        sorted(time_s for times in done for time_s in times), np.arange(1, 801) * 1e-3, rtol=0.0, atol=1e-12
+    )
+    for _ in range(800):
+        last = alone.step(COMMAND)
+    # The same command every time: it does not matter who gave it.
+    assert shared.time_s == alone.time_s == 0.8
+    np.testing.assert_array_equal(shared.measured_rad_s, alone.measured_rad_s)
+    np.testing.assert_array_equal(shared.step(COMMAND).applied_n_m, alone.step(COMMAND).applied_n_m)
+    assert last.time_s == 0.8
+
+
+def test_reading_stepping_and_showing_at_once_is_refused_nobody():
+    simulation = omnistep.Simulation("flat")
+
+    def work(number):
+        for _ in range(50):
+            if number % 4 == 0:
+                simulation.step_torques(np.zeros(7))
+            elif number % 4 == 1:
+                assert simulation.measured_rad_s.shape == (7,)
+            elif number % 4 == 2:
+                assert 0.0 <= simulation.time_s <= 0.1 + 1e-12
+                assert repr(simulation).startswith("<omnistep.Simulation of flat")
+            else:
+                assert simulation.command_at(1.0) == (0.3, 0.0, 0.0)
+
+    assert together(8, work) == [None] * 8
+    assert simulation.time_s == 0.1
+
+
+def test_bad_input_of_one_thread_is_an_error_there_and_the_others_go_on():
+    simulation = omnistep.Simulation("flat")
+    done = together(8, lambda number: simulation.step((np.nan, 0.0, 0.0) if number == 3 else COMMAND).time_s)
+    assert isinstance(done[3], omnistep.errors.ConfigError)
+    assert sorted(done[:3] + done[4:]) == [k * 1e-3 for k in range(1, 8)]
+
+
+STUCK = """
+import sys, threading
+import omnistep
+simulation = omnistep.Simulation("flat")
+ended = threading.Event()
+def work():
+    while not ended.is_set():
+        simulation.step((0.2, 0.0, 0.0))
+threads = [threading.Thread(target=work) for _ in range(7)]
+for thread in threads:
+    thread.start()
+try:
+    print("going", flush=True)
+    while True:
+        simulation.step((0.2, 0.0, 0.0))
+except KeyboardInterrupt:
+    ended.set()
+    for thread in threads:
+        thread.join()
+    print("stopped", flush=True)
+    sys.exit(130)
+"""
+
+
+def test_ctrl_c_reaches_a_thread_that_waits_for_others():
+    process = subprocess.Popen([sys.executable, "-c", STUCK], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "going\n"
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=60.0)
+    assert (process.returncode, said) == (130, "stopped\n")
