@@ -127,11 +127,11 @@ fn main() -> ! {
     }
     let pushing = torque_after_a_stop();
     let rests = if pushing == 0.0 {
-        "as it should be"
+        "none"
     } else {
-        "NOT at rest"
+        "they still push"
     };
-    say!("torque of blocked wheels after a stop: {} N.m, {}", pushing, rests);
+    say!("torque of blocked wheels after a stop: {}", rests);
     let mut memory = Memory::new();
     let command = BodyTwist {
         vx_m_s: 0.3,

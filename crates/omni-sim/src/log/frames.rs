@@ -112,7 +112,7 @@ mod tests {
 
     fn message(links: &[(&str, &str)]) -> TfMessage {
         let link = |(parent, child): &(&str, &str)| TransformStamped {
-            header: Header::new(0, parent),
+            header: Header::new(0, *parent),
             child_frame_id: (*child).to_owned(),
             ..TransformStamped::default()
         };
