@@ -1,6 +1,5 @@
 //! From a name, a path or a text to a checked value.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use garde::Validate;

@@ -118,27 +118,31 @@ fn described(study: &Study, combinations: usize) -> String {
 /// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
 /// wheels; warns of the first that ends before its vehicle can be across.
 pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
-    let (mut looked_at, mut beyond, mut first) = (0, 0, None);
-    let mut short = None;
+    let mut looked_at = 0;
+    let (mut beyond, mut short) = (Vec::new(), Vec::new());
     let combinations = Plan::check(study, |scenario| {
         looked_at += 1;
-        short = short.take().or_else(|| scenario.too_short());
-        if let Some(why) = super::beyond_balls(scenario) {
-            beyond += 1;
-            first.get_or_insert(why);
-        }
+        beyond.extend(super::beyond_balls(scenario));
+        short.extend(scenario.too_short());
     })?;
-    if let Some(short) = short {
-        warn(&format!("{}: {short}", study.name));
-    }
     let seeds = study.seeds.list().len();
-    let warning = first.map(|first| {
+    let some = |count: usize| {
         if looked_at == combinations {
-            format!("{} of {} runs: {first}", seeds * beyond, seeds * combinations)
+            format!("{} of {} runs", seeds * count, seeds * combinations)
         } else {
-            format!("{beyond} of the {looked_at} combinations looked at: {first}")
+            format!("{count} of the {looked_at} combinations looked at")
         }
-    });
+    };
+    if let Some(first) = short.first() {
+        warn(&format!(
+            "{}: {} cannot get across in time; the first: {first}",
+            study.name,
+            some(short.len())
+        ));
+    }
+    let warning = beyond
+        .first()
+        .map(|first| format!("{}: {first}", some(beyond.len())));
     Ok((described(study, combinations), warning))
 }
 
