@@ -42,6 +42,13 @@ typedef struct {
   float last_measured_rad_s[3];
   // There was a step before.
   bool started[3];
+  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
+  // keeps integrals from winding up waits for 8.
+  int8_t overload_periods[3];
+  // Periods since every reference became 0, counted as far as `Rest` asks.
+  uint32_t rest_periods;
+  // Heat of holding since then [N^2.m^2.s].
+  float rest_heat_n2m2s;
 } omni3_state;
 
 // Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
@@ -259,11 +266,20 @@ typedef struct {
   omni_integral integral;
 } omni_coordination;
 
+// `Rest` in control periods.
+typedef struct {
+  uint32_t bleed_periods;
+  uint32_t hold_periods;
+  float hold_heat;
+  float period_s;
+} omni_rest_rule;
+
 // PID loops of `N` wheels with a coordination policy, without a vehicle around them.
 typedef struct {
   omni_pid pid;
   omni3_torque_limits limits;
   omni_coordination coordination;
+  omni_rest_rule rest;
 } omni3_loops;
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
@@ -286,6 +302,13 @@ typedef struct {
   float last_measured_rad_s[4];
   // There was a step before.
   bool started[4];
+  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
+  // keeps integrals from winding up waits for 8.
+  int8_t overload_periods[4];
+  // Periods since every reference became 0, counted as far as `Rest` asks.
+  uint32_t rest_periods;
+  // Heat of holding since then [N^2.m^2.s].
+  float rest_heat_n2m2s;
 } omni4_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -369,6 +392,7 @@ typedef struct {
   omni_pid pid;
   omni4_torque_limits limits;
   omni_coordination coordination;
+  omni_rest_rule rest;
 } omni4_loops;
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
@@ -391,6 +415,13 @@ typedef struct {
   float last_measured_rad_s[7];
   // There was a step before.
   bool started[7];
+  // Periods in a row, counted to 8, in which a wheel asked for more than its upper limit (+) or its lower one (-): what
+  // keeps integrals from winding up waits for 8.
+  int8_t overload_periods[7];
+  // Periods since every reference became 0, counted as far as `Rest` asks.
+  uint32_t rest_periods;
+  // Heat of holding since then [N^2.m^2.s].
+  float rest_heat_n2m2s;
 } omni7_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -474,6 +505,7 @@ typedef struct {
   omni_pid pid;
   omni7_torque_limits limits;
   omni_coordination coordination;
+  omni_rest_rule rest;
 } omni7_loops;
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.

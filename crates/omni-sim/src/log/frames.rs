@@ -9,6 +9,8 @@ use crate::description::{BASE_LINK, WORLD_LINK, link_name, wheel_link};
 
 /// A pose: x, y, z \[m\] and the unit quaternion x, y, z, w.
 pub(super) type Pose = [f64; 7];
+/// Poses of frames by name, one a message.
+type Poses = BTreeMap<String, Vec<Pose>>;
 
 /// Most frames of a vehicle: 16 bodies and 8 wheels.
 const MOST_FRAMES: usize = 24;
@@ -73,7 +75,7 @@ impl Frames {
     }
 
     /// Times \[s\] and poses by name, if they are the vehicle's; nothing where no message was there.
-    pub(super) fn of(self, vehicle: &Vehicle) -> Result<(Vec<f64>, BTreeMap<String, Vec<Pose>>), String> {
+    pub(super) fn of(self, vehicle: &Vehicle) -> Result<(Vec<f64>, Poses), String> {
         let wheels = vehicle.wheel.iter().map(|wheel| wheel_link(&wheel.name));
         let bodies = vehicle
             .hinge
