@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs supply-chain
+.PHONY: run test test-full bench lint coverage embedded instructions firmware viewers docs supply-chain attack attack-long
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -36,3 +36,9 @@ docs:           ## the documentation site in out/site, warnings as errors
 
 supply-chain:   ## licences, sources and duplicates of Rust dependencies, known vulnerabilities where reachable
 	scripts/supply-chain.sh
+
+attack:         ## mutants, random bits, lies, live clients, loss, leaks: under three minutes after `make test`
+	scripts/attack.sh
+
+attack-long:    ## the same ten to twenty times from another seed, then the fuzzer, five minutes a target
+	scripts/attack.sh --long

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 /// Most characters of a value, a key or a name in a message.
 const MOST: usize = 200;
-/// Most characters of what is allowed instead: this program's own words.
-const MOST_ALLOWED: usize = 400;
+/// Most characters of what is allowed instead, this program's own words: with the names of a file and of a key no more than 300.
+const MOST_ALLOWED: usize = 220;
 /// Of a value that is cut this much is left at least.
 const LEAST: usize = 60;
 /// Where what is allowed begins, in our words and in serde's.
@@ -39,7 +39,13 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
     };
     // A list of what there is may be long, beside a value that is not.
     let long = head(value, LEAST).len() < value.len();
-    let allowed = cut(allowed, if long { MOST - LEAST } else { MOST_ALLOWED });
+    let most = if long { MOST - LEAST } else { MOST_ALLOWED };
+    let allowed = if head(allowed, most).len() < allowed.len() {
+        // Every name without its quotes says more than half of the names with them.
+        cut(&allowed.replace('`', ""), most)
+    } else {
+        one_line(allowed)
+    };
     let room = MOST.saturating_sub(allowed.chars().count()).max(LEAST);
     format!("{}{allowed}", cut(value, room)).into()
 }
@@ -116,7 +122,11 @@ mod tests {
             "unknown field `hight_m`, expected one of {}",
             "`height_m`, ".repeat(20)
         );
-        assert_eq!(shortened(&list), list);
+        let plain = format!(
+            "unknown field `hight_m`, expected one of {}",
+            "height_m, ".repeat(20)
+        );
+        assert_eq!(shortened(&list), plain); // 259 characters are 219
         let list = format!(
             "unknown field `hight_m`, expected one of {}",
             "`height_m`, ".repeat(1000)

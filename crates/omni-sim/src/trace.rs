@@ -94,6 +94,7 @@ const WHEEL: [WheelColumn; 27] = [
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Unchecked")]
 pub struct Trace {
     #[serde(with = "crate::outcome::as_json")]
     outcome: Outcome,
@@ -103,6 +104,44 @@ pub struct Trace {
     wheel_names: Vec<String>,
     signals: Vec<String>,
     first_wheel_column: usize,
+}
+
+/// A trace as it was written; whoever wrote it.
+#[derive(Deserialize)]
+struct Unchecked {
+    #[serde(with = "crate::outcome::as_json")]
+    outcome: Outcome,
+    names: Vec<String>,
+    rows: usize,
+    data: Vec<f64>,
+    wheel_names: Vec<String>,
+    signals: Vec<String>,
+    first_wheel_column: usize,
+}
+
+impl TryFrom<Unchecked> for Trace {
+    type Error = &'static str;
+
+    /// Every column has its numbers: what asks for one need not look.
+    fn try_from(read: Unchecked) -> Result<Self, Self::Error> {
+        let columns = read.names.len();
+        let of_wheels = read.signals.len().checked_mul(read.wheel_names.len());
+        if of_wheels.and_then(|of_wheels| of_wheels.checked_add(read.first_wheel_column)) != Some(columns) {
+            return Err("columns without a name, or names without a column");
+        }
+        if columns.checked_mul(read.rows) != Some(read.data.len()) {
+            return Err("not as many numbers as columns times rows");
+        }
+        Ok(Self {
+            outcome: read.outcome,
+            names: read.names,
+            rows: read.rows,
+            data: read.data,
+            wheel_names: read.wheel_names,
+            signals: read.signals,
+            first_wheel_column: read.first_wheel_column,
+        })
+    }
 }
 
 /// Equal columns; a figure of the outcome that was not measured, NaN, does not count.
@@ -288,5 +327,40 @@ impl TraceBuilder {
 
     pub(crate) fn finish(self, outcome: Outcome) -> Trace {
         self.0.finish(outcome)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{Override, Scenario};
+
+    #[test]
+    fn a_trace_whose_columns_and_numbers_disagree_is_refused_not_read_beyond_its_end() {
+        let overrides = [
+            Override::new("duration_s", 0.01),
+            Override::new("vehicle", "omni3"),
+        ];
+        let scenario = Scenario::load("flat", &overrides).expect("a scenario");
+        let trace = crate::run(&scenario).expect("a run");
+        let read = |changed: &Trace| {
+            let bytes = postcard::to_allocvec(changed).expect("plain numbers and names");
+            postcard::from_bytes::<Trace>(&bytes)
+        };
+        assert_eq!(read(&trace), Ok(trace.clone()));
+        for rows in [0, 9, 11, usize::MAX, 1 << 62] {
+            let changed = Trace {
+                rows,
+                ..trace.clone()
+            };
+            assert!(read(&changed).is_err(), "{rows} rows");
+        }
+        for first_wheel_column in [0, trace.first_wheel_column + 1, usize::MAX] {
+            let changed = Trace {
+                first_wheel_column,
+                ..trace.clone()
+            };
+            assert!(read(&changed).is_err(), "wheels from {first_wheel_column}");
+        }
     }
 }

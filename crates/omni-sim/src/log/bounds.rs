@@ -7,6 +7,8 @@ use mcap::records::op;
 const MOST_RATIO: u64 = 200;
 /// What the smallest of logs may unpack to \[bytes\]: some thousand control periods.
 const LEAST_UNPACKED: u64 = 1 << 24;
+/// Kind and length of a record, before what it holds.
+pub(super) const HEAD_BYTES: u64 = 9;
 /// Records larger than any that we write are damage.
 const LARGEST_RECORD: u64 = 1 << 28;
 
@@ -38,6 +40,8 @@ fn pieces(opcode: u8) -> &'static [Piece] {
         op::HEADER => &[Block, Block],
         op::SCHEMA => &[Plain(2), Block, Block, Block],
         op::CHANNEL => &[Plain(4), Block, Block, Blocks],
+        // Not unpacked by the reader: a chunk within a chunk, which no writer makes. Then the length of its records.
+        op::CHUNK => &[Plain(28), Block, Plain(8)],
         // Then the length of its data and, behind the data, a checksum.
         op::ATTACHMENT => &[Plain(16), Block, Block, Plain(12)],
         op::CHUNK_INDEX => &[Plain(32), Block, Plain(8), Block],
@@ -104,6 +108,7 @@ mod tests {
                 [plain(4), text("/tf"), text("cdr"), map.clone()].concat(),
                 vec![4, 11, 18, 22, 29],
             ),
+            (op::CHUNK, [plain(28), text("zstd"), plain(8)].concat(), vec![28]),
             (
                 op::ATTACHMENT,
                 [plain(16), text("a"), text("b"), plain(12)].concat(),

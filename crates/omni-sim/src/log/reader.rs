@@ -155,7 +155,8 @@ pub(super) fn read_log_watched(
                 if opcode == mcap::records::op::FOOTER {
                     footer_bytes = data.len();
                 }
-                unpacked += data.len() as u64;
+                // Records of nothing are work too.
+                unpacked += bounds::HEAD_BYTES + data.len() as u64;
                 if unpacked > bounds::most_unpacked(length) {
                     return Err(damaged(format!("{length} bytes that unpack to {unpacked} and more")).into());
                 }

@@ -205,8 +205,10 @@ fn a_length_in_a_record_asks_for_no_memory_that_the_file_has_not() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let far = u32::MAX.to_le_bytes().to_vec();
-    // Metadata, a channel, a schema, an attachment and the header itself, whose texts are said to be 4 GB long; an attachment
-    // that ends before its checksum; a record and a chunk that are said to be 200 MB long.
+    // Metadata, a channel, a schema, an attachment, the header itself and a chunk within a chunk, whose texts are said to be 4 GB
+    // long; an attachment that ends before its checksum; a record and a chunk that are said to be 200 MB long.
+    let inner = record(0x06, &[vec![0; 28], far.clone(), vec![0; 30]].concat());
+    let length = (inner.len() as u64).to_le_bytes().to_vec();
     for records in [
         record(0x0c, &[far.clone(), vec![0; 30]].concat()),
         record(0x04, &[vec![0; 4], far.clone(), vec![0; 30]].concat()),
@@ -214,6 +216,10 @@ fn a_length_in_a_record_asks_for_no_memory_that_the_file_has_not() {
         record(0x09, &[vec![0; 16], far.clone(), vec![0; 30]].concat()),
         record(0x09, &[vec![0; 16], text("a"), text("b"), vec![0; 8]].concat()),
         record(0x01, &far),
+        record(
+            0x06,
+            &[vec![0; 16], length.clone(), vec![0; 4], text(""), length, inner].concat(),
+        ),
         [&[0x0c][..], &200_000_000_u64.to_le_bytes()].concat(),
         record(
             0x06,
@@ -385,6 +391,26 @@ fn a_small_file_unpacks_to_no_more_than_200_times_its_bytes() {
     );
     let bytes = fs::metadata(&path).unwrap().len();
     assert!(bytes < 400_000, "{bytes}");
+    let said = refused_small(folder.path(), "inspect x.mcap");
+    assert!(
+        said.starts_with(&format!("error: x.mcap: damaged: {bytes} bytes that unpack to ")),
+        "{said}"
+    );
+}
+
+#[test]
+fn records_of_nothing_count_as_what_a_file_unpacks_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mcap");
+    let mut writer = mcap::Writer::new(BufWriter::new(File::create(&path).unwrap())).unwrap();
+    // 9 bytes each, 22 MB: the smallest of files may unpack to 16.
+    for _ in 0..2_500_000 {
+        let within = mcap::write::PrivateRecordOptions::IncludeInChunks;
+        writer.write_private_record(0x80, &[], within.into()).unwrap();
+    }
+    writer.finish().unwrap();
+    let bytes = fs::metadata(&path).unwrap().len();
+    assert!(bytes < 80_000, "{bytes}");
     let said = refused_small(folder.path(), "inspect x.mcap");
     assert!(
         said.starts_with(&format!("error: x.mcap: damaged: {bytes} bytes that unpack to ")),

@@ -1,0 +1,225 @@
+//! Configurations of loops and drives out of bytes, most of them accepted.
+
+use arbitrary::Unstructured;
+use omni_core::{
+    AntiWindup, AxisLimits, Coordination, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig,
+    FeedForward, ForwardMap, Integral, IntegrationOrder, MotionLimits, OdometryNoise, PidConfig, PidGains,
+    Real, Rest, Saturation, ShapingConfig, SlipConfig, SpeedLimits, TorqueLimit, TwistLimits, Wheel,
+    WheelControlConfig, WheelLayout,
+};
+
+use super::numbers::{bits, byte, limit, none_or, one_in, signed, within};
+
+/// A configuration, most of the time one that is accepted, and the limits of its motors.
+pub(super) fn drive<R: Real, const N: usize>(
+    u: &mut Unstructured<'_>,
+) -> Option<(DriveConfig<R, N>, [TorqueLimit<R>; N])> {
+    let (layout, control) = (layout::<R, N>(u)?, control::<R, N>(u)?);
+    let limits = control.limits;
+    let speed_limits = one_in(u, 2).then(|| {
+        let gives_way = [
+            Desaturation::Uniform,
+            Desaturation::YawFirst,
+            Desaturation::TranslationFirst,
+        ];
+        SpeedLimits::new(
+            std::array::from_fn(|_| within(u, 1e-3, 1e6)),
+            gives_way[usize::from(byte(u) % 3)],
+        )
+        .ok()
+    });
+    let slip = one_in(u, 2).then(|| {
+        let enter_rad_s = limit::<R>(u, 1e-9, 1e3);
+        let share = within(u, 1e-3, 1.0);
+        let leave_rad_s = if enter_rad_s.is_finite_real() {
+            enter_rad_s * share
+        } else {
+            share
+        };
+        SlipConfig {
+            enter_rad_s,
+            leave_rad_s,
+            enter_periods: periods(u),
+            leave_periods: periods(u),
+        }
+    });
+    let faults = one_in(u, 2).then(|| FaultConfig {
+        jump_rad_s: limit(u, 1e-9, 1e3),
+        jump_periods: periods(u),
+        stuck_rad_s: limit(u, 1e-9, 1e3),
+        stuck_torque_n_m: limit(u, 1e-9, 1e3),
+        stuck_periods: periods(u).max(2),
+        silent_periods: periods(u),
+        recovery_periods: periods(u),
+    });
+    let noise = one_in(u, 2).then(|| OdometryNoise {
+        wheel_rad_per_sqrt_rad: none_or(u, 1e-6, 1.0),
+        residual_gain: none_or(u, 1e-6, 10.0),
+    });
+    let rest = Rest {
+        bleed_s: none_or(u, 1e-3, 10.0),
+        hold_s: none_or(u, 1e-3, 3600.0),
+        hold_heat_n2m2s: none_or(u, 1e-3, 1e9),
+    };
+    // Any bits: what is accepted has to work.
+    let command_point_m = if one_in(u, 4) {
+        [bits(u), bits(u)]
+    } else {
+        [signed(u, 1e-3, 10.0), signed(u, 1e-3, 10.0)]
+    };
+    let config = DriveConfig {
+        forward: if one_in(u, 4) {
+            ForwardMap::PaperAverage
+        } else {
+            ForwardMap::LeastSquares
+        },
+        shaping: shaping(u),
+        command_point_m,
+        discretize: one_in(u, 2),
+        blind_periods: periods(u),
+        speed_limits: speed_limits.flatten(),
+        slip,
+        faults,
+        noise,
+        rest,
+        ..DriveConfig::new(layout, control)
+    };
+    Some((config, limits))
+}
+
+/// A few periods most of the time, up to 65535.
+fn periods(u: &mut Unstructured<'_>) -> u16 {
+    if one_in(u, 8) {
+        u.arbitrary::<u16>().unwrap_or_default().max(1)
+    } else {
+        1 + u16::from(byte(u) % 20)
+    }
+}
+
+pub(super) fn layout<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Option<WheelLayout<R, N>> {
+    let regular = one_in(u, 2);
+    let size: R = within(u, 0.01, 100.0);
+    let radius_m: R = within(u, 1e-3, 1.0);
+    let layout = if regular {
+        WheelLayout::omni(size, signed(u, 0.1, 3.0), radius_m)
+    } else {
+        let wheels = std::array::from_fn(|_| Wheel {
+            position_m: [signed::<R>(u, 0.1, 1.0) * size, signed::<R>(u, 0.1, 1.0) * size],
+            rolling_direction: [signed(u, 0.1, 10.0), signed(u, 0.1, 10.0)],
+            roller_angle_rad: signed(u, 0.1, 1.5),
+            radius_m: within(u, 1e-3, 1.0),
+            gear: within(u, 1e-2, 100.0),
+            reversed: one_in(u, 2),
+        });
+        WheelLayout::new(wheels)
+    };
+    match layout.ok() {
+        None => WheelLayout::omni(R::of(0.3), R::zero(), R::of(0.05)).ok(),
+        layout => layout,
+    }
+}
+
+/// Gains over the whole of their range, 0 to 1e6.
+pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Option<WheelControlConfig<R, N>> {
+    let top = if one_in(u, 8) { 1e6 } else { 30.0 };
+    let gains = PidGains {
+        kp_n_m_s_rad: none_or(u, 1e-6, top),
+        ki_n_m_rad: none_or(u, 1e-6, top),
+        kd_n_m_s2_rad: none_or(u, 1e-9, top / 1e3),
+    };
+    let period_s: R = within(u, 1e-6, 10.0);
+    let anti_windup = match byte(u) % 5 {
+        0 => AntiWindup::None,
+        1 => AntiWindup::Clamp {
+            limit_n_m: none_or(u, 1e-3, 1e9),
+        },
+        2 => AntiWindup::Conditional,
+        3 => AntiWindup::BackCalculation {
+            tracking_time_s: period_s * within(u, 1.0, 1e4),
+        },
+        _ => AntiWindup::Conditioned,
+    };
+    let pid = PidConfig {
+        proportional_weight: none_or(u, 1e-3, 1.0),
+        derivative_weight: none_or(u, 1e-3, 1.0),
+        derivative_filter_s: none_or(u, 1e-6, 1e3),
+        feed_forward: FeedForward {
+            static_n_m: none_or(u, 1e-6, top),
+            velocity_n_m_s_rad: none_or(u, 1e-6, top),
+            acceleration_n_m_s2_rad: none_or(u, 1e-6, top),
+        },
+        order: if one_in(u, 3) {
+            IntegrationOrder::AfterOutput
+        } else {
+            IntegrationOrder::BeforeOutput
+        },
+        anti_windup,
+        ..PidConfig::new(gains, period_s)
+    };
+    let saturation = match byte(u) % 4 {
+        0 => Saturation::Clip,
+        1 => Saturation::ScaleTorques,
+        _ => Saturation::ScaleReference {
+            floor: none_or(u, 1e-3, 1.0),
+        },
+    };
+    let integral = if one_in(u, 3) {
+        Integral::Shared
+    } else {
+        Integral::PerWheel
+    };
+    let mut limits = [TorqueLimit::constant(R::one()).ok()?; N];
+    for limit in &mut limits {
+        let stall = within(u, 1e-3, 1e3);
+        *limit = TorqueLimit::line(stall, none_or(u, 1e-3, 10.0)).ok()?;
+        if one_in(u, 3) {
+            *limit = limit.capped(within(u, 1e-3, 1e3)).ok()?;
+        }
+    }
+    Some(WheelControlConfig {
+        pid,
+        limits,
+        coordination: Coordination { saturation, integral },
+    })
+}
+
+fn shaping<R: Real>(u: &mut Unstructured<'_>) -> ShapingConfig<R> {
+    ShapingConfig {
+        limits: twist_limits(u),
+        timeout_s: one_in(u, 2).then(|| none_or(u, 1e-4, 10.0)),
+        emergency_deceleration: one_in(u, 2).then(|| EmergencyDeceleration {
+            linear_m_s2: limit(u, 1e-6, 1e6),
+            yaw_rad_s2: limit(u, 1e-6, 1e6),
+        }),
+    }
+}
+
+pub(super) fn twist_limits<R: Real>(u: &mut Unstructured<'_>) -> TwistLimits<R> {
+    if one_in(u, 2) {
+        let mut motion = || MotionLimits {
+            velocity: limit(u, 1e-3, 100.0),
+            acceleration: limit(u, 1e-3, 1e3),
+            deceleration: limit(u, 1e-3, 1e3),
+            jerk: limit(u, 1e-3, 1e4),
+        };
+        TwistLimits::AlongMotion {
+            linear: motion(),
+            yaw: motion(),
+        }
+    } else {
+        let mut axis = || AxisLimits {
+            min_velocity: -limit::<R>(u, 1e-3, 100.0),
+            max_velocity: limit(u, 1e-3, 100.0),
+            acceleration: limit(u, 1e-3, 1e3),
+            deceleration: limit(u, 1e-3, 1e3),
+            reverse_acceleration: limit(u, 1e-3, 1e3),
+            reverse_deceleration: limit(u, 1e-3, 1e3),
+            jerk: limit(u, 1e-3, 1e4),
+        };
+        TwistLimits::PerAxis {
+            vx: axis(),
+            vy: axis(),
+            wz: axis(),
+        }
+    }
+}
