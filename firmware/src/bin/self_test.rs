@@ -126,11 +126,7 @@ fn main() -> ! {
         None => say!("no timer to count instructions with"),
     }
     let pushing = torque_after_a_stop();
-    let rests = if pushing == 0.0 {
-        "none"
-    } else {
-        "they still push"
-    };
+    let rests = if pushing == 0.0 { "none" } else { "they still push" };
     say!("torque of blocked wheels after a stop: {}", rests);
     let mut memory = Memory::new();
     let command = BodyTwist {
