@@ -403,10 +403,13 @@ fn records_of_nothing_count_as_what_a_file_unpacks_to() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let mut writer = mcap::Writer::new(BufWriter::new(File::create(&path).unwrap())).unwrap();
-    // 9 bytes each, 22 MB: the smallest of files may unpack to 16.
-    for _ in 0..2_500_000 {
-        let within = mcap::write::PrivateRecordOptions::IncludeInChunks;
-        writer.write_private_record(0x80, &[], within.into()).unwrap();
+    // 9 bytes each, 22 MB in chunks of 4.5: the smallest of files may unpack to 16.
+    for _ in 0..5 {
+        for _ in 0..500_000 {
+            let within = mcap::write::PrivateRecordOptions::IncludeInChunks;
+            writer.write_private_record(0x80, &[], within.into()).unwrap();
+        }
+        writer.flush().unwrap();
     }
     writer.finish().unwrap();
     let bytes = fs::metadata(&path).unwrap().len();
