@@ -151,12 +151,12 @@ def _draw(
         if failed[row, column]:
             text += f"\n{failed[row, column]} failed"
         dark = known[row, column] > 0 and share[row, column] < 0.5
-        place, style = (column + 0.5, row + 0.5), {"color": "white" if dark else "black"}
+        label = ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize="small")
+        label.set_color("white" if dark else "black")
         if unfinished[row, column]:
             _hatch(ax, row, column, unfinished[row, column] / counted[row, column])
-            paper = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 1.0}
-            style = {"color": "black", "bbox": paper}
-        ax.text(*place, text, ha="center", va="center", fontsize="small", **style)
+            label.set_color("black")
+            label.set_bbox({"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 1.0})
 
 
 def _hatch(ax: Axes, row: int, column: int, part: float) -> None:

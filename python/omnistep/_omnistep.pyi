@@ -1102,7 +1102,10 @@ class Outcome:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
     def wheel_model_valid(self) -> bool:
-        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels)."""
+        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
+
+        docs/physics.md, Wheels.
+        """
     @property
     def crossing_s(self) -> float | None:
         """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""

@@ -69,8 +69,10 @@ class StudyResult:
 
     @property
     def cells(self) -> list[dict[str, Any]]:
-        """The map: a dictionary for each combination of values with ``runs``, ``errors`` and means over the seeds.
+        """The map: a dictionary for each combination of values with counts and means over the seeds.
 
+        ``runs`` is how many there are, ``errors`` how many of them failed, ``unfinished`` how many of the others
+        ``duration_s`` cut off on their way, ``beyond_balls`` how many had ``wheel_model_valid`` false.
         Means are of the figures that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not
         fail; yes counts 1; None where nothing was measured.
         """

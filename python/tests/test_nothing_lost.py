@@ -99,7 +99,8 @@ def test_results_with_a_flipped_bit_are_not_shown(tmp_path, place):
     omnistep.sweep(grid, scenario="flat", overrides={"duration_s": 0.1}, out=tmp_path, progress=False)
     (part,) = tmp_path.glob("part-*.parquet")
     assert damage(part) is None
-    assert columns(tmp_path, {"terrain_friction": "x"}) == {"terrain_friction": [0.5, 0.9]}
+    # As runs end, so their rows stand.
+    assert sorted(columns(tmp_path, {"terrain_friction": "x"})["terrain_friction"]) == [0.5, 0.9]
     whole = part.read_bytes()
     bad = bytearray(whole)
     bad[place] ^= 1

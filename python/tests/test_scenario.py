@@ -209,13 +209,16 @@ def test_a_pickle_names_no_file_of_this_machine(tmp_path, monkeypatch, name):
     ):
         table = toml_of(bad)
         for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, b"")):
-            with pytest.raises(omnistep.ConfigError, match="a scenario in a log or a pickle names no other file") as caught:
+            with pytest.raises(
+                omnistep.ConfigError, match="a scenario in a log or a pickle names no other file"
+            ) as caught:
                 call(table)
             assert caught.value.key == key and caught.value.file == "pickle"
 
 
 def toml_of(keys):
     """Plain tables as TOML: every value is one that JSON writes the same, inline tables but for their sign."""
+
     def value(given):
         if isinstance(given, dict):
             return "{" + ", ".join(f"{json.dumps(k)} = {value(v)}" for k, v in given.items()) + "}"

@@ -45,7 +45,9 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
     (tmp_path / "grid.toml").write_text(STUDY)
     command = [sys.executable, "-m", "omnistep", "study", "grid.toml", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    (said,) = done.stderr.splitlines()
+    assert said.startswith("warning: grid: 24 of 24 runs cannot get across in time; "), said
     cells = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(cells) == 3 * 2 * 2
 

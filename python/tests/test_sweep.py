@@ -222,7 +222,7 @@ def test_any_data_frame_takes_the_rows_with_their_types(tmp_path):
     ("points", "more", "expected", "key"),
     [
         ([{}, {FRICTION: -1}], {}, r"points\[1\]: built-in flat: terrain\.friction: -1, allowed", FRICTION),
-        ({"terrain.frictoin": [1]}, {}, "unknown field `frictoin`, expected", "terrain.frictoin"),
+        ({"terrain.frictoin": [1]}, {}, "unknown field `frictoin` .did you mean `friction`", "terrain.frictoin"),
         ([{FRICTION: 0.5}, {FRICTION: 0.5}], {}, r"points\[0\] and points\[1\] are the same run", "points"),
         ([{"seed": 1}], {}, "seeds are given by `seeds`", "points"),
         ([], {}, "none, allowed: one or more", "points"),

@@ -118,7 +118,11 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {KP: (-1.0, 1.0)}}, r"kp_n_m_s_rad: -1, allowed: ", "gains.kp_n_m_s_rad"),
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
         ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is given elsewhere too", "duration_s"),
-        ({"space": {"control.policy": ["paper", "papers", "independent"]}}, '"papers", allowed: ', "control.policy"),
+        (
+            {"space": {"control.policy": ["paper", "papers", "independent"]}},
+            '"papers" .did you mean "paper"',
+            "control.policy",
+        ),
         ({"points": {}}, "none, allowed: one or more", "points"),
         ({"overrides": {"seed": 3}}, "overrides: seed, allowed", "seed"),
         ({"objective": "speed"}, "objective = 'speed', allowed: a function, or climbed, ", "objective"),

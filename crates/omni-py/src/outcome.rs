@@ -59,7 +59,9 @@ impl Outcome {
         self.inner.climbed
     }
 
-    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there (docs/physics.md, Wheels).
+    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
+    ///
+    /// docs/physics.md, Wheels.
     #[getter]
     fn wheel_model_valid(&self) -> bool {
         self.inner.wheel_model_valid

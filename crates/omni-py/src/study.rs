@@ -346,6 +346,8 @@ impl Rows {
             }
             dict.set_item("runs", cell.runs)?;
             dict.set_item("errors", cell.errors)?;
+            dict.set_item("unfinished", cell.unfinished)?;
+            dict.set_item("beyond_balls", cell.beyond_balls)?;
             for (i, figure) in plan.study().map.figures.iter().enumerate() {
                 dict.set_item(figure, cell.mean(i))?;
             }
