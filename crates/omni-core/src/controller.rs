@@ -7,8 +7,7 @@ mod tests;
 
 use crate::constants::constant_struct;
 use crate::error::ConfigError;
-use crate::pid::is_plausible;
-use crate::wheel_loops::LoopInputs;
+use crate::wheel_loops::{LoopInputs, all_plausible};
 use crate::{
     BodyTwist, ControlState, ForwardMap, Kinematics, PathFactors, Real, Rest, WheelControlConfig,
     WheelController, WheelLayout, WheelSample, WheelVelocities,
@@ -250,7 +249,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
         measured: &WheelVelocities<R, N>,
         sample: &mut ControlSample<R, N>,
     ) {
-        let usable = command.to_array().iter().all(|&c| is_plausible(c));
+        let usable = all_plausible(&command.to_array());
         sample.command = if usable { *command } else { BodyTwist::zero() };
         let reference = self.kinematics.inverse(&sample.command);
         let inputs = LoopInputs {

@@ -303,9 +303,11 @@ pub struct RateLimiter<R> {
     jerk_step: R,
     /// Velocity limits only: every target is reached in one period.
     at_once: bool,
+    /// The jerk is limited.
+    smooth: bool,
 }
 
-constant_struct!(RateLimiter<R> { min: R, max: R, forward: Steps<R>, backward: Steps<R>, jerk_step: R, at_once: bool });
+constant_struct!(RateLimiter<R> { min: R, max: R, forward: Steps<R>, backward: Steps<R>, jerk_step: R, at_once: bool, smooth: bool });
 
 impl<R: Real> RateLimiter<R> {
     /// A limiter that is stepped every `period_s` \[s\], 1e-6 to 10.
@@ -336,6 +338,7 @@ impl<R: Real> RateLimiter<R> {
         ];
         Ok(Self {
             at_once: changes.iter().all(|limit| !limit.is_finite_real()),
+            smooth: limits.jerk.is_finite_real(),
             min: if limits.min_velocity <= R::zero() {
                 limits.min_velocity
             } else {
@@ -391,17 +394,26 @@ impl<R: Real> RateLimiter<R> {
         } else {
             velocity
         };
-        if self.jerk_step.is_finite_real() {
-            self.step_smoothly(state, target);
-            // Rounding must not leave the range either: a range from 0 means never backwards.
-            let next = state.velocity.total;
-            if (next > self.max && velocity <= self.max) || (next < self.min && velocity >= self.min) {
-                state.velocity = Sum::of(next.limited(self.min, self.max));
-            }
-        } else if target > velocity {
+        if self.smooth {
+            // As the last thing here, so that ramps without jerk limits need not save anything for this call.
+            return self.step_smoothly_within(state, target);
+        }
+        if target > velocity {
             *state = RateLimiterState::at(self.forward.next(velocity, target));
         } else if target < velocity {
             *state = RateLimiterState::at(-self.backward.next(-velocity, -target));
+        }
+        state.velocity.total
+    }
+
+    #[inline(never)]
+    fn step_smoothly_within(&self, state: &mut RateLimiterState<R>, target: R) -> R {
+        let velocity = state.velocity.total;
+        self.step_smoothly(state, target);
+        // Rounding must not leave the range either: a range from 0 means never backwards.
+        let next = state.velocity.total;
+        if (next > self.max && velocity <= self.max) || (next < self.min && velocity >= self.min) {
+            state.velocity = Sum::of(next.limited(self.min, self.max));
         }
         state.velocity.total
     }

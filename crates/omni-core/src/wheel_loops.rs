@@ -258,7 +258,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out.active = [true; N];
         out.common_factor = R::one();
         self.limits.ranges(&out.measured.rad_s, &mut out.range);
-        if inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s) {
+        let some_let_go = inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s);
+        if some_let_go {
             let_go(inputs.dropped, state, out);
         }
         if let Some(within) = inputs.within {
@@ -271,7 +272,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         if let Some(share) = &share {
             taken_in = share(&taken_in);
-            keep(&mut taken_in, &out.active);
+            if some_let_go {
+                keep(&mut taken_in, &out.active);
+            }
         }
         self.write_terms(state, &taken_in, out);
         // Wheel i is bit i.
@@ -351,9 +354,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             return;
         }
         let (mut last_reference, mut last_measured) = (state.last_reference_rad_s, state.last_measured_rad_s);
-        for i in 0..N {
-            if !state.started[i] {
-                (last_reference[i], last_measured[i]) = (out.reference.rad_s[i], out.measured.rad_s[i]);
+        if !state.all_started() {
+            for i in 0..N {
+                if !state.started[i] {
+                    (last_reference[i], last_measured[i]) = (out.reference.rad_s[i], out.measured.rad_s[i]);
+                }
             }
         }
         for i in 0..N {
@@ -373,7 +378,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
 /// Every number is something a sensor or a command can mean.
 #[inline]
-fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
+pub(crate) fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
     let mut all = true;
     for &value in values {
         all &= is_plausible(value);

@@ -1,8 +1,8 @@
 //! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
 
 use super::{ControlState, WheelController, WheelSample};
-use crate::coordination::{Saturation, reference_factors, torque_factor};
-use crate::{AntiWindup, Real};
+use crate::coordination::{Saturation, reference_factor, torque_factor};
+use crate::{AntiWindup, Real, TorqueRanges};
 
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
@@ -17,7 +17,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
-        let mut realised = out.reference.rad_s;
+        if self.pid.remembers() {
+            state.last_reference_rad_s = out.reference.rad_s;
+        }
         let overloaded = state.overload.step(beyond, &out.requested.n_m);
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
@@ -31,73 +33,88 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             }
             Saturation::ScaleReference { floor } => {
                 // Every term is affine in the reference; what is compared with moves along in a wheel's first step.
-                let fresh = self.pid.remembers() && state.started.contains(&false);
+                let fresh = self.pid.remembers() && !state.all_started();
                 let later = self.pid.term_slopes(true);
-                let slope = |i: usize| {
-                    if fresh {
-                        self.pid.term_slopes(state.started[i])
-                    } else {
-                        later
-                    }
-                };
                 let mut slopes = out.reference.rad_s;
                 for i in 0..N {
-                    slopes[i] *= slope(i).sum();
+                    slopes[i] *= later.sum();
                 }
-                let (factor, lasting) =
-                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, overloaded);
+                if fresh {
+                    for i in 0..N {
+                        slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
+                    }
+                }
+                let factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
                 out.common_factor = factor;
                 let less = R::one() - factor;
-                let less_for_long = R::one() - lasting;
+                let mut removed = out.reference.rad_s;
                 for i in 0..N {
-                    let removed = less * out.reference.rad_s[i];
-                    taken_in[i] -= less_for_long * out.reference.rad_s[i];
+                    removed[i] *= less;
                     asked[i] -= less * slopes[i];
                     // Neither of them differs in a first step.
-                    out.p_n_m[i] -= later.p_n_m * removed;
-                    out.i_n_m[i] -= later.i_n_m * removed;
+                    out.p_n_m[i] -= later.p_n_m * removed[i];
+                    out.i_n_m[i] -= later.i_n_m * removed[i];
                 }
-                if self.pid.remembers() {
+                if fresh {
                     for i in 0..N {
-                        let removed = less * out.reference.rad_s[i];
-                        realised[i] -= removed;
-                        out.d_n_m[i] -= slope(i).d_n_m * removed;
-                        out.ff_n_m[i] -= slope(i).ff_n_m * removed;
+                        let slope = self.pid.term_slopes(state.started[i]);
+                        out.d_n_m[i] -= slope.d_n_m * removed[i];
+                        state.last_reference_rad_s[i] -= removed[i];
+                        out.ff_n_m[i] -= slope.ff_n_m * removed[i];
                     }
+                } else if self.pid.remembers() {
+                    for i in 0..N {
+                        out.d_n_m[i] -= later.d_n_m * removed[i];
+                        state.last_reference_rad_s[i] -= removed[i];
+                    }
+                    if self.pid.feeds_forward() {
+                        for i in 0..N {
+                            out.ff_n_m[i] -= later.ff_n_m * removed[i];
+                        }
+                    }
+                }
+                // Only wheels beyond a limit have a say in the factor.
+                if overloaded != beyond {
+                    let requested = &out.requested.n_m;
+                    let lasting = lasting_factor(requested, &slopes, &out.range, floor, overloaded);
+                    removed = out.reference.rad_s.map(|r| r * (R::one() - lasting));
+                }
+                for i in 0..N {
+                    taken_in[i] -= removed[i];
                 }
                 out.applied.n_m = asked;
             }
         }
         if self.pid.remembers() {
-            (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, realised);
+            state.derivative_n_m = out.d_n_m;
+        }
+        let mut changed = false;
+        for i in 0..N {
+            let applied = out.range.clip(i, out.applied.n_m[i]);
+            out.applied.n_m[i] = applied;
+            changed |= applied != asked[i];
+        }
+        if overloaded == 0 || !changed {
+            return false;
         }
         // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
         let law = match self.coordination.saturation {
             Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
             _ => self.pid.anti_windup(),
         };
-        if let Some(gain) = self.pid.plain_gain(law) {
-            for i in 0..N {
-                let applied = out.range.clip(i, out.applied.n_m[i]);
-                out.applied.n_m[i] = applied;
-                if overloaded & (1 << i) != 0 {
-                    correction[i] = (applied - asked[i]) * gain;
-                }
-            }
-            return overloaded != 0;
-        }
-        let mut excess = [R::zero(); N];
+        let mut excess = out.applied.n_m;
         for i in 0..N {
-            let applied = out.range.clip(i, out.applied.n_m[i]);
-            out.applied.n_m[i] = applied;
-            if overloaded & (1 << i) != 0 {
-                excess[i] = applied - asked[i];
-            }
+            excess[i] -= asked[i];
         }
-        if overloaded != 0 {
+        if overloaded != beyond {
+            keep_lasting(&mut excess, overloaded);
+        }
+        if let Some(gain) = self.pid.plain_gain(law) {
+            *correction = excess.map(|excess| excess * gain);
+        } else {
             self.condition(law, state, taken_in, &excess, &out.active, correction);
         }
-        overloaded != 0
+        true
     }
 
     /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with the derivative and reference
@@ -158,6 +175,30 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         if fullest > limit_n_m {
             state.integral_n_m = state.integral_n_m.map(|i| i * (limit_n_m / fullest));
+        }
+    }
+}
+
+/// [`reference_factor`] of the `overloaded` wheels alone: wheel i is bit i.
+#[inline(never)]
+fn lasting_factor<R: Real, const N: usize>(
+    requested_n_m: &[R; N],
+    slopes_n_m: &[R; N],
+    ranges: &TorqueRanges<R, N>,
+    floor: R,
+    overloaded: u32,
+) -> R {
+    let mut slopes = *slopes_n_m;
+    // Without a slope a wheel has no say.
+    keep_lasting(&mut slopes, overloaded);
+    reference_factor(requested_n_m, &slopes, ranges, floor)
+}
+
+/// Zero where a wheel is not overloaded.
+fn keep_lasting<R: Real, const N: usize>(values: &mut [R; N], overloaded: u32) {
+    for (i, value) in values.iter_mut().enumerate() {
+        if overloaded & (1 << i) == 0 {
+            *value = R::zero();
         }
     }
 }

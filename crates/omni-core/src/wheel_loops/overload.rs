@@ -71,6 +71,9 @@ impl Overload {
         for i in 0..N {
             above |= u32::from(requested[i] > R::zero()) << i;
         }
+        if (beyond, above) == (self.beyond, self.above) && beyond == self.wheels() {
+            return beyond; // as before, and it cannot count further
+        }
         let again = beyond & self.beyond & !(above ^ self.above);
         let [ones, twos, fours] = self.count;
         let more = again & !(ones & twos & fours);

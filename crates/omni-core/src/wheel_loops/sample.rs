@@ -109,6 +109,16 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             bled_periods: R::ZERO,
         }
     }
+
+    /// Every wheel has a step behind it.
+    #[inline]
+    pub(super) fn all_started(&self) -> bool {
+        let mut all = true;
+        for started in self.started {
+            all &= started;
+        }
+        all
+    }
 }
 
 /// Every signal of one control step, per wheel in the layout's order. Velocities \[rad/s\] and torques \[N.m\] are the
