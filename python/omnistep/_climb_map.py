@@ -155,7 +155,7 @@ def _draw(
         label.set_color("white" if dark else "black")
         if unfinished[row, column]:
             _hatch(ax, row, column, unfinished[row, column] / counted[row, column])
-            label.set_color("black")
+            label.set(color="black", fontsize="x-small")
             label.set_bbox({"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 1.0})
 
 

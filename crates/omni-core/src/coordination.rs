@@ -469,7 +469,31 @@ pub fn reference_factor<R: Real, const N: usize>(
     ranges: &TorqueRanges<R, N>,
     floor: R,
 ) -> R {
-    let mut factor = R::one();
+    factors(requested_n_m, slopes_n_m, ranges, floor, |_| false).0
+}
+
+/// [`reference_factor`] of all wheels, and of the `overloaded` ones alone: wheel i is bit i.
+#[inline]
+pub(crate) fn reference_factors<R: Real, const N: usize>(
+    requested_n_m: &[R; N],
+    slopes_n_m: &[R; N],
+    ranges: &TorqueRanges<R, N>,
+    floor: R,
+    overloaded: u32,
+) -> (R, R) {
+    let lasts = |i: usize| overloaded & (1 << i) != 0;
+    factors(requested_n_m, slopes_n_m, ranges, floor, lasts)
+}
+
+#[inline]
+fn factors<R: Real, const N: usize>(
+    requested_n_m: &[R; N],
+    slopes_n_m: &[R; N],
+    ranges: &TorqueRanges<R, N>,
+    floor: R,
+    lasts: impl Fn(usize) -> bool,
+) -> (R, R) {
+    let (mut factor, mut lasting) = (R::one(), R::one());
     for i in 0..N {
         let (requested, slope) = (requested_n_m[i], slopes_n_m[i]);
         let limit = if slope > R::zero() {
@@ -482,7 +506,11 @@ pub fn reference_factor<R: Real, const N: usize>(
         if over * slope > R::zero() {
             let u = R::one() - over / slope;
             factor = if u < factor { u } else { factor };
+            if lasts(i) {
+                lasting = if u < lasting { u } else { lasting };
+            }
         }
     }
-    if factor < floor { floor } else { factor }
+    let raised = |factor| if factor < floor { floor } else { factor };
+    (raised(factor), raised(lasting))
 }

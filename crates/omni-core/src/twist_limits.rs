@@ -433,6 +433,7 @@ impl<R: Real> Group<R> {
     }
 }
 
+#[inline(never)]
 fn step_along<R: Real>(
     linear: &Group<R>,
     yaw: &Group<R>,

@@ -555,6 +555,8 @@ typedef struct {
   float jerk_step;
   // Velocity limits only: every target is reached in one period.
   bool at_once;
+  // The jerk is limited.
+  bool smooth;
 } omni_rate_limiter;
 
 // Limits of one group in velocity steps a period.

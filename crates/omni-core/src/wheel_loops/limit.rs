@@ -1,8 +1,8 @@
 //! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
 
 use super::{ControlState, WheelController, WheelSample};
-use crate::coordination::{Saturation, reference_factor, torque_factor};
-use crate::{AntiWindup, Real, TorqueRanges};
+use crate::coordination::{Saturation, reference_factor, reference_factors, torque_factor};
+use crate::{AntiWindup, Real};
 
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
@@ -17,9 +17,6 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
-        if self.pid.remembers() {
-            state.last_reference_rad_s = out.reference.rad_s;
-        }
         let overloaded = state.overload.step(beyond, &out.requested.n_m);
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
@@ -44,51 +41,54 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                         slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
                     }
                 }
-                let factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
+                // Only wheels beyond a limit have a say in the factor.
+                let (factor, lasting) = if overloaded == beyond {
+                    let factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
+                    (factor, factor)
+                } else {
+                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, overloaded)
+                };
                 out.common_factor = factor;
-                let less = R::one() - factor;
-                let mut removed = out.reference.rad_s;
+                let (less, less_for_long) = (R::one() - factor, R::one() - lasting);
                 for i in 0..N {
-                    removed[i] *= less;
+                    let removed = less * out.reference.rad_s[i];
+                    taken_in[i] -= less_for_long * out.reference.rad_s[i];
                     asked[i] -= less * slopes[i];
                     // Neither of them differs in a first step.
-                    out.p_n_m[i] -= later.p_n_m * removed[i];
-                    out.i_n_m[i] -= later.i_n_m * removed[i];
+                    out.p_n_m[i] -= later.p_n_m * removed;
+                    out.i_n_m[i] -= later.i_n_m * removed;
                 }
                 if fresh {
                     for i in 0..N {
                         let slope = self.pid.term_slopes(state.started[i]);
-                        out.d_n_m[i] -= slope.d_n_m * removed[i];
-                        state.last_reference_rad_s[i] -= removed[i];
-                        out.ff_n_m[i] -= slope.ff_n_m * removed[i];
+                        let removed = less * out.reference.rad_s[i];
+                        out.d_n_m[i] -= slope.d_n_m * removed;
+                        out.ff_n_m[i] -= slope.ff_n_m * removed;
+                        state.last_reference_rad_s[i] = out.reference.rad_s[i] - removed;
                     }
                 } else if self.pid.remembers() {
                     for i in 0..N {
-                        out.d_n_m[i] -= later.d_n_m * removed[i];
-                        state.last_reference_rad_s[i] -= removed[i];
+                        let removed = less * out.reference.rad_s[i];
+                        out.d_n_m[i] -= later.d_n_m * removed;
+                        state.last_reference_rad_s[i] = out.reference.rad_s[i] - removed;
                     }
                     if self.pid.feeds_forward() {
                         for i in 0..N {
-                            out.ff_n_m[i] -= later.ff_n_m * removed[i];
+                            out.ff_n_m[i] -= later.ff_n_m * (less * out.reference.rad_s[i]);
                         }
                     }
-                }
-                // Only wheels beyond a limit have a say in the factor.
-                if overloaded != beyond {
-                    let requested = &out.requested.n_m;
-                    let lasting = lasting_factor(requested, &slopes, &out.range, floor, overloaded);
-                    removed = out.reference.rad_s.map(|r| r * (R::one() - lasting));
-                }
-                for i in 0..N {
-                    taken_in[i] -= removed[i];
                 }
                 out.applied.n_m = asked;
             }
         }
         if self.pid.remembers() {
             state.derivative_n_m = out.d_n_m;
+            if !matches!(self.coordination.saturation, Saturation::ScaleReference { .. }) {
+                state.last_reference_rad_s = out.reference.rad_s;
+            }
         }
-        let mut changed = false;
+        // To look whether anything changed pays only where an excess costs more than a product.
+        let mut changed = !self.pid.remembers();
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);
             out.applied.n_m[i] = applied;
@@ -102,33 +102,33 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
             _ => self.pid.anti_windup(),
         };
-        let mut excess = out.applied.n_m;
+        let plain_gain = self.pid.plain_gain(law);
+        let gain = plain_gain.unwrap_or(R::one());
         for i in 0..N {
-            excess[i] -= asked[i];
+            correction[i] = (out.applied.n_m[i] - asked[i]) * gain;
         }
         if overloaded != beyond {
-            keep_lasting(&mut excess, overloaded);
+            keep_lasting(correction, overloaded);
         }
-        if let Some(gain) = self.pid.plain_gain(law) {
-            *correction = excess.map(|excess| excess * gain);
-        } else {
-            self.condition(law, state, taken_in, &excess, &out.active, correction);
+        if plain_gain.is_none() {
+            self.condition(law, state, taken_in, &out.active, correction);
         }
         true
     }
 
-    /// Anti-windup for torques that were changed by `excess`: what to add to the integrals, with the derivative and reference
-    /// of `state` brought to what was realised.
+    /// Anti-windup for torques that were changed by `correction`: put in its place what to add to the integrals, with the
+    /// derivative and reference of `state` brought to what was realised.
     #[inline(never)]
     fn condition(
         &self,
         law: AntiWindup<R>,
         state: &mut ControlState<R, N>,
         taken_in: &[R; N],
-        excess: &[R; N],
         active: &[bool; N],
         correction: &mut [R; N],
     ) {
+        let excess = *correction;
+        *correction = [R::zero(); N];
         if law == AntiWindup::Conditional && self.shares_integral() {
             // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel and projected, most of
             // what was stopped would come back.
@@ -177,21 +177,6 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             state.integral_n_m = state.integral_n_m.map(|i| i * (limit_n_m / fullest));
         }
     }
-}
-
-/// [`reference_factor`] of the `overloaded` wheels alone: wheel i is bit i.
-#[inline(never)]
-fn lasting_factor<R: Real, const N: usize>(
-    requested_n_m: &[R; N],
-    slopes_n_m: &[R; N],
-    ranges: &TorqueRanges<R, N>,
-    floor: R,
-    overloaded: u32,
-) -> R {
-    let mut slopes = *slopes_n_m;
-    // Without a slope a wheel has no say.
-    keep_lasting(&mut slopes, overloaded);
-    reference_factor(requested_n_m, &slopes, ranges, floor)
 }
 
 /// Zero where a wheel is not overloaded.
