@@ -30,7 +30,8 @@ pub struct HeadingHoldConfig<R> {
 
 /// Adds to a commanded twist the yaw rate that keeps the heading, by a gyro. Goes before the limits of the twist.
 ///
-/// A command of rest is left as it is, so that stops end without torque; the error is kept for the way on.
+/// A command of rest is left as it is, so that stops end without torque. The error is kept for the way on as it is: the bias of a gyro
+/// would fill it while the vehicle stands. What turns the vehicle during that time is not turned back.
 ///
 /// ```
 /// use omni_core::{BodyTwist, HeadingHold, HeadingHoldConfig, HeadingHoldState};
@@ -126,15 +127,17 @@ impl<R: Real> HeadingHold<R> {
             limit_rad_s,
             period_s,
         } = self.config;
+        if *command == BodyTwist::ZERO {
+            // A vehicle that is blocked would be pushed for as long as it stands, and the bias of the gyro would be all there is
+            // to integrate.
+            return *command;
+        }
         let error = state.error.plus((command.wz_rad_s - gyro_rad_s) * period_s);
         if error.is_finite() {
             state.error = error;
         }
         let asked = gain_per_s * state.error.total;
-        let correction = if *command == BodyTwist::ZERO {
-            // A vehicle that is blocked would be pushed for as long as it stands.
-            R::zero()
-        } else if asked > limit_rad_s {
+        let correction = if asked > limit_rad_s {
             limit_rad_s
         } else if asked < -limit_rad_s {
             -limit_rad_s
@@ -210,8 +213,9 @@ mod tests {
     fn a_command_of_rest_is_not_corrected_and_the_error_is_kept() {
         let (hold, mut state) = (hold(2.0, 1.0), HeadingHoldState::default());
         hold.step(&mut state, &AHEAD, -100.0);
-        for _ in 0..100 {
-            assert_eq!(hold.step(&mut state, &BodyTwist::ZERO, 0.0), BodyTwist::ZERO);
+        for _ in 0..60_000 {
+            // A minute of a biased gyro.
+            assert_eq!(hold.step(&mut state, &BodyTwist::ZERO, 0.02), BodyTwist::ZERO);
         }
         assert_eq!(hold.step(&mut state, &AHEAD, 0.0).wz_rad_s, 0.2);
     }

@@ -335,7 +335,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if is_rest(inputs.reference) {
             self.rest.step(state, &out.applied.n_m);
         } else {
-            (state.held_periods, state.held_heat_n2m2s, state.bled_periods) = (0, R::zero(), R::zero());
+            self.rest.drive(state);
         }
     }
 

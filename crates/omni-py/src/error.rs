@@ -35,7 +35,8 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Log(error) => ("LogError", None, log_path(error).to_str()),
         _ => ("SimulationError", None, None),
     };
-    raised(py, class, &error.to_string(), key, file)
+    let line = error.to_string();
+    raised(py, class, &omni_sim::config::shortened_line(&line), key, file)
 }
 
 /// An argument, by its name, that is not usable; `message` is the one line that says so, however long the value in it.

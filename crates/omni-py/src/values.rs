@@ -100,6 +100,9 @@ fn value_at(file: &str, key: &str, value: &Bound<'_, PyAny>, deeper: usize) -> P
         })?;
         return Ok(Value::Integer(integer));
     }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
     if value.is_instance_of::<PyString>() {
         return Ok(Value::String(value.extract()?));
     }
@@ -108,15 +111,16 @@ fn value_at(file: &str, key: &str, value: &Bound<'_, PyAny>, deeper: usize) -> P
         let items = items.map(|(i, item)| value_at(file, &format!("{key}[{i}]"), &item?, deeper));
         return items.collect::<PyResult<_>>().map(Value::Array);
     }
-    if let Ok(mapping) = value.cast::<PyMapping>() {
-        return tables(file, key, mapping, deeper).map(Value::Table);
-    }
     // NumPy's arrays and scalars know what they are in Python: an int64 stays an integer.
     let numpy = value.py().import("numpy")?;
     if value.is_instance(&numpy.getattr("ndarray")?)? || value.is_instance(&numpy.getattr("generic")?)? {
         return value_at(file, key, &value.call_method0("tolist")?, deeper);
     }
-    if value.is_instance_of::<PyFloat>() || value.hasattr("__float__")? {
+    // Last, since it asks in Python: a Ctrl-C that comes meanwhile is lost there.
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        return tables(file, key, mapping, deeper).map(Value::Table);
+    }
+    if value.hasattr("__float__")? {
         return Ok(Value::Float(value.extract()?));
     }
     let found = value.get_type();

@@ -2,6 +2,7 @@
 
 use super::Overload;
 use crate::coordination::{Coordination, TorqueRanges};
+use crate::sum::Sum;
 use crate::{PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
 /// Everything that the loops of `N` wheels need to know; checked by
@@ -72,12 +73,12 @@ pub struct ControlState<R, const N: usize> {
     pub started: [bool; N],
     /// Which wheels are overloaded, and for how long the others have been beyond a limit.
     pub overload: Overload,
-    /// Periods that the integrals were held since every reference became 0.
-    pub held_periods: u32,
+    /// Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
+    pub(super) held: u32,
     /// Heat of that \[N^2.m^2.s\].
-    pub held_heat_n2m2s: R,
+    pub(super) held_heat_n2m2s: Sum<R>,
     /// Periods that they fell since then.
-    pub bled_periods: R,
+    pub(super) bled_periods: R,
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
@@ -104,8 +105,8 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             last_measured_rad_s: zero,
             started: [false; N],
             overload: Overload::new(),
-            held_periods: 0,
-            held_heat_n2m2s: R::ZERO,
+            held: 0,
+            held_heat_n2m2s: Sum::of(R::ZERO),
             bled_periods: R::ZERO,
         }
     }
