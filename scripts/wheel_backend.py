@@ -6,6 +6,7 @@ which the compiler is told to call otherwise; and the list of parts (CycloneDX) 
 
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -52,20 +53,48 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*os.environ["RUSTFLAGS"].split(), *flags])
     else:
         config = f"build.rustflags={json.dumps(flags)}"  # a JSON list of strings is one of TOML
-        os.environ["MATURIN_PEP517_ARGS"] = shlex.join(
-            [*shlex.split(os.environ.get("MATURIN_PEP517_ARGS", "")), "--config", config]
-        )
+        config_settings = with_arguments(config_settings, ["--config", config])
     name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
     trim(Path(wheel_directory) / name)
     return name
 
 
+def with_arguments(config_settings, arguments):
+    """The settings with more arguments for maturin, which reads its variable only where they hold none."""
+    settings = dict(config_settings or {})
+    # In front, because what follows a `--` is for the compiler.
+    for key in ("maturin.build-args", "build-args"):
+        if (given := settings.get(key)) is not None:
+            settings[key] = [*arguments, *(shlex.split(given) if isinstance(given, str) else given)]
+            return settings
+    given = shlex.split(os.environ.get("MATURIN_PEP517_ARGS", ""))
+    os.environ["MATURIN_PEP517_ARGS"] = shlex.join([*arguments, *given])
+    return config_settings
+
+
+def named_in(library: bytes) -> str | None:
+    """The innermost folder of this machine that a library names."""
+    for path in reversed(places()):
+        # A folder of one name, such as /src, is also the end of others.
+        edge = rb"(?<![\w.-])" if len(Path(path).parts) == 2 else b""
+        if re.search(edge + re.escape(f"{path}{os.sep}".encode()), library):
+            return path
+    return None
+
+
 def trim(wheel: Path) -> None:
-    """Rewrite the lists of parts in a wheel: no path of this machine."""
+    """Rewrite the lists of parts in a wheel: no path of this machine. Refuse one whose library names any."""
     with tempfile.TemporaryDirectory() as folder:
         tool = [sys.executable, "-m", "wheel"]
         subprocess.run([*tool, "unpack", "--dest", folder, str(wheel)], check=True, stdout=subprocess.DEVNULL)
         (unpacked,) = Path(folder).iterdir()
+        for library in (path for end in ("so", "pyd", "dylib") for path in unpacked.rglob(f"*.{end}")):
+            if path := named_in(library.read_bytes()):
+                wheel.unlink()
+                sys.exit(
+                    f"{library.name} names {path}: the compiler was not told to rename it, as where Cargo's "
+                    "configuration has target.*.rustflags; set RUSTFLAGS to those flags instead and build again"
+                )
         for parts in unpacked.glob("*.dist-info/sboms/*.json"):
             text = parts.read_text(encoding="utf-8")
             for path, name in reversed(places().items()):

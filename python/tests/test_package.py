@@ -98,10 +98,16 @@ def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and
     assert not [name for name in names if "test" in name or "baseline" in name]
 
 
-def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel):
+@pytest.fixture(scope="module")
+def backend():
+    """What pip builds the wheel with."""
     spec = importlib.util.spec_from_file_location("wheel_backend", ROOT / "scripts" / "wheel_backend.py")
-    backend = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(backend)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, backend):
     named = [path.encode() for path in backend.places()]
     assert str(ROOT).encode() in named and str(Path.home()).encode() in named
     with zipfile.ZipFile(wheel) as archive:
@@ -112,6 +118,34 @@ def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel):
             if path + b"/" in archive.read(name)
         }
     assert not found
+
+
+@pytest.mark.parametrize("key", [None, "build-args", "maturin.build-args"])
+def test_the_compiler_is_told_to_rename_paths_wherever_maturin_takes_its_arguments_from(key, backend, monkeypatch):
+    import maturin
+
+    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nobody")
+    settings = backend.with_arguments(key and {key: "--locked -- -v"}, ["--config", "a b"])
+    assert maturin.get_maturin_pep517_args(settings) == ["--config", "a b", "--locked", "--", "-v"]
+
+
+def test_a_wheel_whose_library_names_a_path_of_this_machine_is_refused_in_one_line(tmp_path, backend):
+    about = tmp_path / "x-1" / "x-1.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: x\nVersion: 1\n")
+    (about / "WHEEL").write_text("Wheel-Version: 1.0\nRoot-Is-Purelib: false\nTag: py3-none-any\n")
+    (about / "RECORD").write_text("")
+    wheel = tmp_path / "x-1-py3-none-any.whl"
+    for inside, refused in ((b"/omnistep/crates/x.rs", False), (f"\0{ROOT}/crates/x.rs".encode(), True)):
+        (tmp_path / "x-1" / "x.so").write_bytes(inside)
+        packed = command(sys.executable, "-m", "wheel", "pack", "--dest-dir", str(tmp_path), str(tmp_path / "x-1"))
+        assert packed.returncode == 0, packed.stderr
+        if refused:
+            with pytest.raises(SystemExit, match=rf"^x\.so names {re.escape(str(ROOT))}: .* set RUSTFLAGS .*$"):
+                backend.trim(wheel)
+        else:
+            backend.trim(wheel)
+        assert wheel.exists() != refused
 
 
 def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the_lock_file(wheel):

@@ -41,11 +41,13 @@ def in_rust(setting: Setting, attack: Path) -> list[Campaign]:
     for words in [*(["corpus", folder.name] for folder in sorted((TOP / "fuzz/corpus").iterdir())), ["random"]]:
         table = setting.work / f"{'-'.join(words)}.jsonl"
         arguments = ["--seed", setting.seed, "--times", 20 if setting.long else 1, "--table", table, *words]
+        running = setting.keep / "running"
+        running.unlink(missing_ok=True)
         # 1: some of it failed, and the table says what.
         ended = run([attack, *arguments], TOP, seconds=7200 if setting.long else 600)
         if ended.code not in (0, 1):
-            running = (setting.keep / "running").read_text()
-            wrong = f"{'; '.join(faults(ended))}: {running}: {ended.command}"
+            inputs = running.read_text() if running.exists() else "before the first input"
+            wrong = f"{'; '.join(faults(ended))}: {inputs}: {ended.command}"
             campaigns.append(Campaign(": ".join(words), 1, "runs", [wrong]))
             continue
         said = ended.out.splitlines()

@@ -21,6 +21,8 @@ from campaign import MEMORY_KIB, Campaign, Setting, limited, run
 HANDSHAKE_S = 15
 # A command holds for 0.5 s after the last; the vehicle's own ramp and a busy machine are slower.
 COMMAND_LOST_S = 3
+# What a run says that may open no more files.
+WAITS = re.compile(r"live: connections wait until others end: .+")
 
 
 @dataclass
@@ -159,7 +161,6 @@ def is_served(port: int) -> bool:
 def idle(setting: Setting) -> str | None:
     """50 sockets that say nothing, where 40 files may be open: a viewer is served again, or the run says why not."""
     with serving(setting, limits="ulimit -n 40;") as (process, port, said):
-        before = said.read_bytes()
         sockets = []
         for _ in range(50):
             try:
@@ -169,12 +170,21 @@ def idle(setting: Setting) -> str | None:
         time.sleep(0.5)
         for one in sockets:
             one.close()
-        until = time.monotonic() + HANDSHAKE_S
-        while time.monotonic() < until:
-            if process.poll() is not None or said.read_bytes() != before or is_served(port):
-                return None
+        until, fine = time.monotonic() + HANDSHAKE_S, False
+        while not fine and process.poll() is None and time.monotonic() < until:
+            fine = any(map(WAITS.fullmatch, since(said))) or is_served(port)
             time.sleep(0.5)
-        return "50 idle sockets under `ulimit -n 40` closed the port for good, and nothing is said"
+        if other := [line for line in since(said) if not WAITS.fullmatch(line)]:
+            return f"50 idle sockets under `ulimit -n 40`: the run says {other[0]}"
+        if process.poll() is not None:
+            return f"50 idle sockets under `ulimit -n 40`: the run ended with {process.returncode}"
+        return None if fine else "50 idle sockets under `ulimit -n 40` closed the port for good, and nothing is said"
+
+
+def since(said: Path) -> list[str]:
+    """Whole lines that a live run said after that of its port."""
+    _, _, rest = said.read_text(errors="replace").partition("serving ws://")
+    return [line.rstrip("\n") for line in rest.splitlines(keepends=True)[1:] if line.endswith("\n")]
 
 
 def half_open(setting: Setting) -> str | None:
@@ -294,11 +304,14 @@ def not_asked(setting: Setting) -> str | None:
             if process.poll() is not None:
                 break
         out, _ = process.communicate(timeout=20)
-    figures = [{**json.loads(text), "log": None} for text in (alone.out, out.decode())]
-    if figures[0] == figures[1]:
-        return None
-    work = " J, ".join(str(one.get("work_j")) for one in figures)
-    return f"steered without --steer: the work of a run alone and of this one is {work} J"
+    figures, seen = json.loads(alone.out), json.loads(out)
+    # The run alone also tells its policy, its speed and its log.
+    if missing := seen.keys() - figures.keys():
+        return f"a run alone does not tell {', '.join(sorted(missing))}"
+    if "work_j" not in seen:
+        return "a live run does not tell its work"
+    other = [f"{key} {figures[key]} alone, {value} live" for key, value in seen.items() if figures[key] != value]
+    return f"steered without --steer: {'; '.join(other)}" if other else None
 
 
 def lost(setting: Setting) -> str | None:

@@ -5,6 +5,7 @@
 //! cargo test --test attack -- --times 20 --seed 7       # twenty times as many steps, other random bits
 //! cargo test --test attack -- corpus log                # the corpus of one target; `random` for the rest
 //! cargo test --test attack -- drive out/attack/x.bin    # an input that failed, again
+//! cargo test --test attack -- --seed 7 random drive 5 8 # random inputs 5 and 8 of a seed, one by one
 //! ```
 //!
 //! Started as `qemu-system-arm` it is a firmware that lies. The last lines are a table; where anything failed the exit code is 1, and each failure names the file that fails again.
@@ -14,6 +15,7 @@
 mod firmware;
 mod targets;
 
+use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -80,6 +82,15 @@ fn main() -> ExitCode {
             .chain(randoms(times, seed))
             .collect(),
         ["random"] => randoms(times, seed).into(),
+        ["random", target, inputs @ ..] => {
+            let inputs = inputs.iter().map(|input| input.parse().expect("a number"));
+            let files = inputs.map(|input| keep_random(target, seed, input, &random_bytes(seed, input)));
+            vec![of_files(
+                &format!("{target} again"),
+                named(target),
+                files.collect(),
+            )]
+        }
         ["corpus", target] => vec![corpus(named(target))],
         [target, files @ ..] => {
             let files = files.iter().map(PathBuf::from).collect();
@@ -139,8 +150,7 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
     quietly(|| {
         let failures = files.iter().filter_map(|input| {
             let data = std::fs::read(input).unwrap_or_else(|error| panic!("{}: {error}", input.display()));
-            // What ends the whole process can be found there.
-            keep("running", input.display().to_string().as_bytes());
+            running(&input.display().to_string());
             let why = attempt(target, &data).err()?;
             Some(Failure {
                 input: input.clone(),
@@ -160,18 +170,29 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
 fn random(campaign: &str, target: &str, unit: &'static str, enough: usize, seed: u64) -> Row {
     let target = named(target);
     let (next, done, failures) = (AtomicUsize::new(0), AtomicUsize::new(0), Mutex::new(Vec::new()));
+    // One of each core: an input that hangs stays in it while other cores go on.
+    let at_work = Mutex::new(BTreeSet::new());
     let work = || {
-        let mut data = vec![0; BYTES];
         while done.load(Ordering::Relaxed) < enough && failures.lock().unwrap().len() < ENOUGH {
             let input = next.fetch_add(1, Ordering::Relaxed);
-            ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32).wrapping_add(input as u64))
-                .fill_bytes(&mut data);
+            let data = random_bytes(seed, input);
+            {
+                // Under the lock, so that no older list is written after a newer one.
+                let mut at_work = at_work.lock().unwrap();
+                at_work.insert(input);
+                let inputs: Vec<_> = at_work.iter().map(usize::to_string).collect();
+                let (target, inputs) = (target.0, inputs.join(" "));
+                running(&format!(
+                    "{campaign}: cargo test --test attack -- --seed {seed} random {target} {inputs}"
+                ));
+            }
             match attempt(target, &data) {
                 Ok(steps) => {
                     done.fetch_add(steps, Ordering::Relaxed);
                 }
-                Err(why) => failures.lock().unwrap().push((input, data.clone(), why)),
+                Err(why) => failures.lock().unwrap().push((input, data, why)),
             }
+            at_work.lock().unwrap().remove(&input);
         }
     };
     quietly(|| {
@@ -184,7 +205,7 @@ fn random(campaign: &str, target: &str, unit: &'static str, enough: usize, seed:
     let mut failures = failures.into_inner().unwrap();
     failures.sort_by_key(|(input, ..)| *input);
     let kept = failures.into_iter().map(|(input, data, why)| Failure {
-        input: keep(&format!("{}-{seed}-{input}.bin", target.0), &data),
+        input: keep_random(target.0, seed, input, &data),
         why,
     });
     Row {
@@ -195,6 +216,13 @@ fn random(campaign: &str, target: &str, unit: &'static str, enough: usize, seed:
     }
 }
 
+/// Random input k of a seed.
+fn random_bytes(seed: u64, input: usize) -> Vec<u8> {
+    let mut data = vec![0; BYTES];
+    ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32).wrapping_add(input as u64)).fill_bytes(&mut data);
+    data
+}
+
 /// Without the panics' own words: they are in the table.
 fn quietly<T>(work: impl FnOnce() -> T) -> T {
     let hook = std::panic::take_hook();
@@ -202,6 +230,17 @@ fn quietly<T>(work: impl FnOnce() -> T) -> T {
     let result = catch_unwind(AssertUnwindSafe(work));
     std::panic::set_hook(hook);
     result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Says what is being run, where it can be read after a hang or when the whole process has ended; never half of it.
+fn running(what: &str) {
+    let new = keep("running.new", what.as_bytes());
+    std::fs::rename(&new, new.with_extension("")).unwrap();
+}
+
+/// Writes a random input to where it can be run again.
+fn keep_random(target: &str, seed: u64, input: usize, data: &[u8]) -> PathBuf {
+    keep(&format!("{target}-{seed}-{input}.bin"), data)
 }
 
 /// Writes an input to where it can be run again.

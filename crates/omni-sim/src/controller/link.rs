@@ -230,6 +230,8 @@ pub(super) struct Linked<const N: usize> {
     /// What each wheel's motor gives, by the wheel's name.
     motors: [(String, TorqueLimit<f32>); N],
     guard: Guard,
+    /// Largest amount of each component of the commands so far: a limiter does not go beyond.
+    asked: [f32; 3],
     /// Start the loops afresh: until the controller says that it has.
     restart: bool,
     last: Answer<N>,
@@ -260,6 +262,7 @@ impl<const N: usize> Linked<N> {
             here,
             motors,
             guard,
+            asked: [0.0; 3],
             restart: true,
             last: Answer::stopped(),
             period_s: scenario.period_s(),
@@ -277,6 +280,9 @@ impl<const N: usize> Linked<N> {
             command: scalar(command),
             measured_rad_s: velocities::<f32, N>(measured).rad_s,
         };
+        for (most, asked) in self.asked.iter_mut().zip(request.command.to_array()) {
+            *most = most.max(asked.abs());
+        }
         self.link.send(&ToController::Request(request))?;
         let mut undue = Undue(0);
         let until = Instant::now() + self.link.time_out;
@@ -310,7 +316,11 @@ impl<const N: usize> Linked<N> {
     /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
     /// make of it.
     fn believable(&self, answer: &Answer<N>, measured_rad_s: &[f32; N]) -> Result<(), String> {
-        if answer.action != Action::Step {
+        if answer.action == Action::Hold {
+            return Ok(()); // none of its signals is used
+        }
+        plausible(answer, measured_rad_s, &self.asked)?;
+        if answer.action == Action::Stop {
             return Ok(()); // its torques are not used
         }
         let torques = answer.sample.wheels.applied.n_m;
@@ -394,6 +404,60 @@ impl<const N: usize> Linked<N> {
             requests: self.last.counters,
         }
     }
+}
+
+/// Are the signals of an answer those of a controller that was told what was sent? They go into logs and figures.
+fn plausible<const N: usize>(
+    answer: &Answer<N>,
+    measured_rad_s: &[f32; N],
+    asked: &[f32; 3],
+) -> Result<(), String> {
+    let wheels = &answer.sample.wheels;
+    let of_wheels = [
+        ("reference", &wheels.reference.rad_s),
+        ("measured velocity", &wheels.measured.rad_s),
+        ("proportional term", &wheels.p_n_m),
+        ("integral term", &wheels.i_n_m),
+        ("derivative term", &wheels.d_n_m),
+        ("feed-forward", &wheels.ff_n_m),
+        ("requested torque", &wheels.requested.n_m),
+        ("lower limit", &wheels.range.lower_n_m),
+        ("upper limit", &wheels.range.upper_n_m),
+        ("residual", &answer.residual.rad_s),
+    ];
+    for (signal, values) in of_wheels {
+        if let Some((i, value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+            return Err(format!(
+                "the firmware answers {value} as {signal} of wheel {}, allowed: finite",
+                i + 1
+            ));
+        }
+    }
+    let (command, estimated) = (answer.sample.command.to_array(), answer.estimated.to_array());
+    let of_vehicle = estimated.iter().chain(&command).chain([&wheels.common_factor]);
+    if let Some(value) = of_vehicle.into_iter().find(|value| !value.is_finite()) {
+        return Err(format!(
+            "the firmware answers {value} as a twist or common factor, allowed: finite"
+        ));
+    }
+    // A controller that has stopped repeats its last period; a wheel that is let go has 0.
+    let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
+    for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
+        if said != sent && *said != 0.0 {
+            return Err(format!(
+                "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent}, which was sent, or 0",
+                i + 1
+            ));
+        }
+    }
+    for (said, most) in command.iter().zip(asked) {
+        if said.abs() > most * (1.0 + ROUNDING as f32) {
+            return Err(format!(
+                "the firmware answers {said} as part of its command, allowed: -{most} to {most}, the most that it was ever sent"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Who is there? Asks again where the question or its answer is lost.

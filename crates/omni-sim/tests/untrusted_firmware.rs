@@ -149,6 +149,51 @@ fn every_torque_ten_or_a_thousand_times_too_large_is_noticed_where_a_motor_has_n
     }
 }
 
+/// One signal of an answer, changed.
+type Change = fn(&mut Answer<N>);
+
+#[test]
+fn signals_that_no_controller_has_stop_the_run_before_they_are_logged() {
+    let lies: [(Change, &str); 6] = [
+        (|a| a.estimated.vx_m_s = f32::NAN, "NaN as a twist"),
+        (
+            |a| a.residual.rad_s[2] = f32::INFINITY,
+            "inf as residual of wheel 3",
+        ),
+        (
+            |a| a.sample.wheels.i_n_m[0] = f32::NAN,
+            "NaN as integral term of wheel 1",
+        ),
+        (
+            |a| a.sample.wheels.measured.rad_s[6] += 1.0,
+            "as measured velocity of wheel 7",
+        ),
+        // The command is a ramp: 0.029 m/s by then. Else it could run away unnoticed.
+        (
+            |a| a.sample.command.vx_m_s = 10.0,
+            "10 as part of its command, allowed: -0.029",
+        ),
+        (
+            |a| a.sample.wheels.common_factor = f32::NAN,
+            "NaN as a twist or common factor",
+        ),
+    ];
+    for (lie, expected) in lies {
+        let scenario = scenario(&[]);
+        let link = liar(&scenario, move |mut said, to| {
+            if let FromController::Answer(answer) = &mut said
+                && answer.sequence >= LIE
+            {
+                lie(answer);
+            }
+            let _ = to.write_all(&frame(&said)); // nobody may listen any more
+        });
+        let (error, periods) = ended(scenario, link);
+        assert!(line(&error).contains(expected), "{error}");
+        assert_eq!(periods, u64::from(LIE) - 1);
+    }
+}
+
 #[test]
 fn the_range_is_that_of_the_motor_at_the_velocity_that_was_sent() {
     // 2 N.m at rest, 0.2 less for each rad/s: at the 4.5 rad/s of 0.3 m/s the motor drives with 1.1 N.m and brakes with 2.
