@@ -30,6 +30,18 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
 
+/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the 2 rad/s it is told is more.
+#[test]
+fn a_vehicle_that_is_told_to_turn_and_slides_off_ran_away() {
+    let faults: Vec<_> = (1..=7)
+        .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 4.0 }}"))
+        .collect();
+    let faults = format!("fault=[{}]", faults.join(", "));
+    let turn = "command.then=[{ at_s = 4.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 2.0 }]";
+    let sliding = outcome("ramp", &["terrain.length_m=4.0", &faults, turn]);
+    assert_eq!(sliding.verdict, Verdict::RanAway, "{sliding:?}");
+}
+
 #[test]
 fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
     // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under load_sharing.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::nearest::did_you_mean;
 use crate::shortened;
 use crate::shortened::short_key;
@@ -43,7 +43,7 @@ pub enum Error {
         known: String,
     },
     /// A file is no text in UTF-8.
-    #[error("{file}: {reason}")]
+    #[error("{}: {reason}", shortened(file))]
     NotText {
         /// The file.
         file: String,
@@ -51,7 +51,7 @@ pub enum Error {
         reason: String,
     },
     /// A file describes something else.
-    #[error("{file}: this is {}, not {}: {}", found.called(file), wanted.called(""), found.how_to(command, file))]
+    #[error("{}: this is {}, not {}: {}", shortened(file), found.called(file), wanted.called(""), found.how_to(command, or_file(file)))]
     OtherKind {
         /// The file.
         file: String,
@@ -78,6 +78,18 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+}
+
+/// Most characters of a path that is said a second time.
+const MOST_AGAIN: usize = 60;
+
+/// A file as it is to be typed, where that is not long: it was said in full before.
+fn or_file(file: &str) -> &str {
+    if file.chars().nth(MOST_AGAIN).is_none() {
+        file
+    } else {
+        "FILE"
+    }
 }
 
 impl Error {

@@ -6,7 +6,7 @@ use garde::Validate;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::nearest::with_nearest;
 use crate::regular::{MOST_TOML_BYTES, read_regular};
 use crate::tagged::INNER_KEY;
@@ -47,6 +47,49 @@ pub(crate) const STUDIES: Builtin = &[
         include_str!("../assets/studies/wheel_models.toml"),
     ),
 ];
+
+impl FileKind {
+    /// What messages call built-in things of this kind, and what there is.
+    fn builtin(self) -> (&'static str, Builtin) {
+        match self {
+            Self::Vehicle => ("vehicle", VEHICLES),
+            Self::Scenario => ("scenario", SCENARIOS),
+            Self::Experiment => ("wheels experiment", EXPERIMENTS),
+            Self::Study => ("study", STUDIES),
+        }
+    }
+
+    /// The built-in text of that name: what a file of one's own starts from.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    ///
+    /// ```
+    /// let text = omni_config::FileKind::Vehicle.template("omni3")?;
+    /// assert!(text.starts_with("# Three omni wheels") && text.contains("name = \"omni3\""));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn template(self, name: &str) -> Result<&'static str, Error> {
+        let (kind, builtin) = self.builtin();
+        let found = builtin.iter().find(|(known, _)| *known == name);
+        found.map(|(_, text)| *text).ok_or_else(|| Error::UnknownName {
+            kind,
+            name: name.into(),
+            known: builtin
+                .iter()
+                .map(|(name, _)| *name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
+    }
+}
+
+/// The kind that has a built-in thing of this name.
+fn kind_of_builtin(name: &str) -> Option<FileKind> {
+    use FileKind::{Experiment, Scenario, Study, Vehicle};
+    let has = |kind: &FileKind| kind.builtin().1.iter().any(|(known, _)| *known == name);
+    [Scenario, Vehicle, Study, Experiment].into_iter().find(has)
+}
 
 /// Names of the built-in vehicles.
 #[must_use]
@@ -210,7 +253,7 @@ impl Source {
         if path.exists() || name.ends_with(".toml") {
             return Self::read(path);
         }
-        if let Some(found) = FileKind::of_builtin(name) {
+        if let Some(found) = kind_of_builtin(name) {
             return Err(Error::OtherKind {
                 file: name.into(),
                 found,
@@ -241,6 +284,19 @@ impl Source {
                 message: one_line(error.message()),
             }
         })
+    }
+
+    /// Refuses a table that clearly describes something else.
+    pub(crate) fn expect(&self, wanted: FileKind, table: &Table) -> Result<(), Error> {
+        match FileKind::of(table) {
+            Some(found) if found != wanted => Err(Error::OtherKind {
+                file: self.file.clone(),
+                found,
+                wanted,
+                command: "run",
+            }),
+            _ => Ok(()),
+        }
     }
 
     pub(crate) fn refuse(&self, key: impl Into<String>, message: impl Into<String>) -> Error {

@@ -13,7 +13,7 @@ use crate::check::{
     DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
 };
 use crate::command::{Command, Start};
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
@@ -227,7 +227,7 @@ impl Scenario {
     /// As [`Scenario::load`].
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let mut table = source.table()?;
-        FileKind::Scenario.expect(source, &table)?;
+        source.expect(FileKind::Scenario, &table)?;
         let (mut for_vehicle, mut own) = (Vec::new(), Vec::new());
         for each in overrides {
             match each.of_vehicle() {

@@ -50,6 +50,38 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
     format!("{}{allowed}", cut(value, room)).into()
 }
 
+/// Most characters of a line on standard error.
+const MOST_OF_LINE: usize = 300;
+/// Characters of its end that are kept: what is allowed, or what to type.
+const END_OF_LINE: usize = 150;
+
+/// A finished line, at most 300 characters of it: its middle is left out. What stands in it is short, each alone; a path, a key and a
+/// list together may not be.
+///
+/// ```
+/// use omni_config::shortened_line;
+/// assert_eq!(shortened_line("error: short"), "error: short");
+/// let line = shortened_line(&format!("error: {}, allowed: 0 to 2", "key".repeat(1000))).into_owned();
+/// assert!(line.starts_with("error: keykey") && line.ends_with("key, allowed: 0 to 2"));
+/// assert_eq!(line.len(), 300);
+/// ```
+#[must_use]
+pub fn shortened_line(line: &str) -> Cow<'_, str> {
+    if head(line, MOST_OF_LINE).len() == line.len() && !line.contains(char::is_control) {
+        return line.into();
+    }
+    // Written out they may be six times as long; of a line of 100 MB neither end is looked at for long.
+    let (begin, end) = (
+        one_line(head(line, MOST_OF_LINE)),
+        one_line(tail(line, MOST_OF_LINE)),
+    );
+    if head(line, MOST_OF_LINE).len() == line.len() && head(&begin, MOST_OF_LINE).len() == begin.len() {
+        return begin.into();
+    }
+    let begin = head(&begin, MOST_OF_LINE - END_OF_LINE - 3);
+    format!("{begin}...{}", tail(&end, END_OF_LINE)).into()
+}
+
 /// A key: whole, or the beginning of what cannot be one.
 pub(crate) fn short_key(key: &str) -> String {
     let fits = head(key, MOST).len() == key.len();
@@ -132,6 +164,21 @@ mod tests {
             "`height_m`, ".repeat(1000)
         );
         assert!(shortened(&list).len() <= LEAST + MOST_ALLOWED);
+    }
+
+    #[test]
+    fn a_finished_line_has_at_most_300_characters_and_keeps_its_beginning_and_its_end() {
+        for length in [0, 250, 280, 281, 282, 300, 301, 10_000_000] {
+            for letter in ["x", "ä", "\n"] {
+                let line = format!("error: {}, allowed: 1", letter.repeat(length));
+                let short = shortened_line(&line);
+                assert!(short.chars().count() <= MOST_OF_LINE, "{length}");
+                assert!(short.starts_with("error: ") && short.ends_with(", allowed: 1"));
+                let whole = line.chars().count() <= MOST_OF_LINE && !line.contains('\n');
+                assert_eq!(short == line, whole, "{length}");
+                assert!(!short.contains('\n'));
+            }
+        }
     }
 
     #[test]

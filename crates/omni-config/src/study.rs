@@ -12,7 +12,7 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::check::{NAME, is_name};
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::load::{Override, Source, dotted, read};
 use crate::nearest::did_you_mean;
 pub use points::Point;
@@ -214,7 +214,7 @@ impl Study {
     /// As [`Study::load`].
     pub fn from_source(source: &Source) -> Result<Self, Error> {
         let table = source.table()?;
-        FileKind::Study.expect(source, &table)?;
+        source.expect(FileKind::Study, &table)?;
         let mut study: Self = read(source, table)?;
         study.origin = Origin {
             file: source.file.clone(),

@@ -16,7 +16,7 @@ use crate::check::{
     MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD,
     WIDTH_M, counted, direction, is_name, within,
 };
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
 use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
 use crate::tagged::deserialize_by_kind;
@@ -371,7 +371,7 @@ impl Vehicle {
     /// What is wrong with it, in one line.
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let table = source.table()?;
-        FileKind::Vehicle.expect(source, &table)?;
+        source.expect(FileKind::Vehicle, &table)?;
         Self::from_table(source, table, overrides)
     }
 

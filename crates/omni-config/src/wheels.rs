@@ -9,7 +9,7 @@ use crate::check::{
     DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name,
     within,
 };
-use crate::file::FileKind;
+use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
 use crate::vehicle::Gains;
 
@@ -102,7 +102,7 @@ impl WheelsExperiment {
     /// As [`WheelsExperiment::load`].
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let mut table = source.table()?;
-        FileKind::Experiment.expect(source, &table)?;
+        source.expect(FileKind::Experiment, &table)?;
         for each in overrides {
             each.apply(source, &mut table)?;
         }

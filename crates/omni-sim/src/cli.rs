@@ -23,7 +23,7 @@ use omni_core::Coordination;
 use crate::Error;
 use crate::config::{
     DerivedGains, Language, Override, Scenario, WheelModel, builtin_scenarios, builtin_studies,
-    builtin_vehicles,
+    builtin_vehicles, shortened_line,
 };
 use crate::controller::{DEFAULT_FIRMWARE, Firmware};
 
@@ -326,17 +326,22 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     match run(cli, &mut out) {
         Ok(code) => code,
         Err(error @ (Error::Interrupted { .. } | Error::RunInterrupted { .. })) => {
-            let _ = writeln!(std::io::stderr(), "stopped: {error}");
+            say(&format!("stopped: {error}"));
             signals::exit_code()
         }
         Err(error) => say_error(&error),
     }
 }
 
+/// A line on standard error, no longer than somebody reads it: every one goes through here.
+fn say(line: &str) {
+    // Nobody listening is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "{}", shortened_line(line));
+}
+
 /// Says what went wrong, in one line; the exit code.
 fn say_error(error: &Error) -> u8 {
-    // Nobody listening is no reason to fail.
-    let _ = writeln!(std::io::stderr(), "error: {error}");
+    say(&format!("error: {error}"));
     if error.is_bad_input() { 2 } else { 1 }
 }
 
@@ -348,16 +353,30 @@ fn each<T>(files: &[T], mut look: impl FnMut(&T) -> Result<(), Error>) -> u8 {
 
 /// What is doubtful but no error, in one line on standard error.
 fn warn(text: &str) {
-    // Nobody listening is no reason to fail.
-    let _ = writeln!(std::io::stderr(), "warning: {text}");
+    say(&format!("warning: {text}"));
 }
 
 /// Warns of a scenario that ends before its vehicle can be across, and of encoders of which one count is more than the motor has.
 fn warn_of(scenario: &Scenario) {
-    let coarse = scenario.coarse_encoder().ok().flatten();
-    for text in scenario.too_short().into_iter().chain(coarse) {
+    for text in scenario.too_short().into_iter().chain(coarse(scenario)) {
         warn(&format!("{}: {text}", scenario.name));
     }
+}
+
+/// Why a scenario's encoders are too coarse, where they are.
+fn coarse(scenario: &Scenario) -> Option<String> {
+    scenario.coarse_encoder().ok().flatten()
+}
+
+/// What is said of a scenario before it is run: gains that its vehicle got, and all that is doubtful.
+fn announce(scenario: &Scenario) {
+    announce_gains(
+        &scenario.vehicle().name,
+        scenario.period_s(),
+        scenario.derived_gains(),
+    );
+    announce_beyond_balls(scenario);
+    warn_of(scenario);
 }
 
 /// The error that a scenario's file gave, as the answer to a subcommand.
@@ -489,11 +508,9 @@ fn in_python(command: &'static str) -> Error {
 fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) {
     if let Some(derived) = derived {
         let period_ms = 1e3 * period_s;
-        // Nobody listening is no reason to fail.
-        let _ = writeln!(
-            std::io::stderr(),
+        say(&format!(
             "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
-        );
+        ));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Everything that can go wrong, each with the file and key concerned, in one line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::config::shortened;
 
@@ -75,14 +75,14 @@ pub enum Error {
         folder: PathBuf,
     },
     /// A signal such as Ctrl-C ended a run before its end.
-    #[error("the run ended at {time_s:.2} s of {duration_s} s; its log until then is {}", part.display())]
+    #[error("the run ended at {time_s:.2} s of {duration_s} s{}", its_log(part.as_deref()))]
     RunInterrupted {
         /// Simulated time \[s\].
         time_s: f64,
         /// Simulated time that it would have had \[s\].
         duration_s: f64,
-        /// The unfinished log.
-        part: PathBuf,
+        /// The unfinished log; a live run has none.
+        part: Option<PathBuf>,
     },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
@@ -145,6 +145,13 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+}
+
+/// Where the log of a run that was stopped is, if it has one.
+fn its_log(part: Option<&Path>) -> String {
+    part.map_or_else(String::new, |part| {
+        format!("; its log until then is {}", part.display())
+    })
 }
 
 impl Error {

@@ -43,12 +43,13 @@ pub struct Live {
 const SLOWEST: f64 = 1e-3;
 /// How far ahead of the clock a run may be before it waits.
 const AHEAD: Duration = Duration::from_millis(2);
-/// Time between two looks for the first client.
+/// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Runs a scenario in step with the clock and serves it on 127.0.0.1. `started` is told the address, as `ws://127.0.0.1:8765`,
 /// before the first period; `warn`, on any thread and at most 21 times, of connections that were refused; `watch` is called after
-/// every control period with the part done.
+/// every control period with the part done, every 20 ms while the run waits for the clock, and, without a simulation, while it
+/// waits for the first client: its error ends the run.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine and of
 /// [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A handshake may take 10 s, and 16
@@ -68,7 +69,7 @@ pub fn run_live<E: From<Error>>(
     live: &Live,
     started: impl FnOnce(&str),
     warn: impl Fn(&str) + Send + Sync + 'static,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+    mut watch: impl FnMut(Option<&Simulation>, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
     if live.speed.is_nan() || live.speed < SLOWEST {
         return Err(E::from(Error::Argument {
@@ -103,6 +104,10 @@ pub fn run_live<E: From<Error>>(
     };
     started(&format!("ws://127.0.0.1:{}", server.port));
     while live.wait && !desk.take_subscribed() {
+        if let Err(error) = watch(None, 0.0) {
+            server.stop();
+            return Err(error);
+        }
         std::thread::sleep(LOOK);
     }
     // Sending cannot fail: who is too slow misses messages.
@@ -130,11 +135,15 @@ pub fn run_live<E: From<Error>>(
         }
         let _ = messages.push(simulation.sample(), simulation.observation(), &mut served);
         let due = Duration::try_from_secs_f64(simulation.time_ns() as f64 * 1e-9 / live.speed);
-        let ahead = due.unwrap_or(Duration::MAX).saturating_sub(start.elapsed());
-        if ahead > AHEAD {
-            std::thread::sleep(ahead);
+        let due = due.unwrap_or(Duration::MAX);
+        loop {
+            watch(Some(simulation), part)?;
+            let ahead = due.saturating_sub(start.elapsed());
+            if ahead <= AHEAD {
+                return Ok(());
+            }
+            std::thread::sleep(ahead.min(LOOK));
         }
-        watch(simulation, part)
     });
     server.stop();
     ended

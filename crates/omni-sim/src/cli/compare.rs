@@ -10,9 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::signals::stop_flag;
-use super::{
-    BEYOND_BALLS, RunArgs, aligned, announce_beyond_balls, announce_gains, marked, print, print_path, warn_of,
-};
+use super::{BEYOND_BALLS, RunArgs, aligned, announce, marked, print, print_path, say};
+#[cfg(feature = "live")]
+use crate::Simulation;
 use crate::config::{Override, Precision, Scenario};
 use crate::controller::{AnyController, Firmware, LinkCounters};
 use crate::log::{FinishedLog, RunLog};
@@ -46,13 +46,7 @@ pub(super) fn compare(
         in_f32(args, &mut scenario)?;
     }
     let names = LogNames::new(args, &overrides)?;
-    announce_gains(
-        &scenario.vehicle().name,
-        scenario.period_s(),
-        scenario.derived_gains(),
-    );
-    announce_beyond_balls(&scenario);
-    warn_of(&scenario);
+    announce(&scenario);
     let runs = policies.iter().map(|policy| match policy {
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),
@@ -83,10 +77,20 @@ pub(super) fn compare(
         bar.set_message(run.control.policy.clone());
         let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
         let ran = one(run, firmware, &names.of(run), stop, told);
-        let (row, link, ended) = ran.inspect_err(|_| bar.finish_and_clear())?;
+        let (row, link, ended) = match ran {
+            Ok(ran) => ran,
+            Err(error) => {
+                bar.finish_and_clear();
+                if !args.json && !rows.is_empty() {
+                    // What is done stands; why the rest is not there is said last, also where nobody reads the table.
+                    let _ = show(&scenario, &rows, out);
+                }
+                return Err(error);
+            }
+        };
         if let Some(link) = link.filter(|link| !link.is_zero()) {
             // The figures stand, but they are not those of an undisturbed run.
-            let _ = bar.suspend(|| writeln!(std::io::stderr(), "not received on the link: {link}"));
+            bar.suspend(|| say(&format!("not received on the link: {link}")));
         }
         if args.json {
             // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
@@ -98,16 +102,19 @@ pub(super) fn compare(
     }
     bar.finish_and_clear();
     if !args.json {
-        print(out, &format!("{}\n{}\n", headline(&scenario), table(&rows)))?;
-        if scenario.beyond_balls().is_some() {
-            print(out, &format!("{BEYOND_BALLS}\n"))?;
-        }
-        for row in &rows {
-            print_path(out, &row.mcap)?;
-        }
+        show(&scenario, &rows, out)?;
     }
     // The table and the logs show how far a run came; that its physics failed is an error all the same.
     failed.map_or(Ok(()), Err)
+}
+
+/// Prints the table of what was run, and where the logs are.
+fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Error> {
+    print(out, &format!("{}\n{}\n", headline(scenario), table(rows)))?;
+    if scenario.beyond_balls().is_some() {
+        print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
+    rows.iter().try_for_each(|row| print_path(out, &row.mcap))
 }
 
 /// Runs the scenario in step with the clock, served to viewers, and prints its row.
@@ -122,18 +129,25 @@ pub(super) fn live(
     if let Some(policy) = policy {
         scenario = scenario.with_policy(policy)?;
     }
-    announce_beyond_balls(&scenario);
+    announce(&scenario);
     let started = |address: &str| {
-        // Nobody listening is no reason to fail.
-        let _ = writeln!(
-            std::io::stderr(),
+        say(&format!(
             "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends it"
-        );
+        ));
     };
-    let warn = |line: &str| {
-        let _ = writeln!(std::io::stderr(), "live: {line}");
+    let warn = |line: &str| say(&format!("live: {line}"));
+    let stop = stop_flag();
+    let watch = |simulation: Option<&Simulation>, _| {
+        if !stop.load(Ordering::SeqCst) {
+            return Ok(());
+        }
+        Err(Error::RunInterrupted {
+            time_s: simulation.map_or(0.0, |simulation| simulation.time_ns() as f64 * 1e-9),
+            duration_s: scenario.duration_s,
+            part: None,
+        })
     };
-    let (outcome, ended) = crate::run_live::<Error>(&scenario, live, started, warn, |_, _| Ok(()))?;
+    let (outcome, ended) = crate::run_live(&scenario, live, started, warn, watch)?;
     if args.json {
         // Serialising plain numbers and strings cannot fail.
         print(
@@ -237,7 +251,7 @@ fn one(
             return Err(Error::RunInterrupted {
                 time_s: simulated,
                 duration_s: scenario.duration_s,
-                part: log.leave()?,
+                part: Some(log.leave()?),
             });
         }
         record => record?,

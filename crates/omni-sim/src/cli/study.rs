@@ -10,9 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
 use super::signals::stop_flag;
-use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print, warn, whole};
+use super::{BEYOND_BALLS, StudyArgs, parse_overrides, print, say, warn, whole};
 use crate::Error;
-use crate::config::{Override, Seeds, Study};
+use crate::config::{Override, Scenario, Seeds, Study};
 use crate::study::{MapCell, Plan, Store, cells, compute};
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
@@ -29,8 +29,8 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     if let Some(short) = too_short(&plan) {
         warn(&short);
     }
-    if let Some(why) = beyond_balls(&plan) {
-        warn(&why);
+    for why in [super::beyond_balls, super::coarse].map(|why| of_runs(&plan, why)) {
+        why.iter().for_each(|why| warn(why));
     }
     let folder = args
         .out
@@ -43,11 +43,10 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     }
     let found = store.read()?;
     for (path, reason) in &found.damaged {
-        let _ = writeln!(
-            std::io::stderr(),
+        say(&format!(
             "{}: cannot be read ({reason}): set aside as .damaged, its runs are run again",
             path.display()
-        );
+        ));
     }
     let missing = plan.missing(&found);
     let stop = stop_flag();
@@ -116,14 +115,15 @@ fn described(study: &Study, combinations: usize) -> String {
 }
 
 /// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
-/// wheels; warns of the first that ends before its vehicle can be across.
+/// wheels; warns of the first that ends before its vehicle can be across, and of the first whose encoders are too coarse.
 pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
     let mut looked_at = 0;
-    let (mut beyond, mut short) = (Vec::new(), Vec::new());
+    let (mut beyond, mut short, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
     let combinations = Plan::check(study, |scenario| {
         looked_at += 1;
         beyond.extend(super::beyond_balls(scenario));
         short.extend(scenario.too_short());
+        coarse.extend(super::coarse(scenario));
     })?;
     let seeds = study.seeds.list().len();
     let some = |count: usize| {
@@ -140,18 +140,21 @@ pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> 
             some(short.len())
         ));
     }
+    if let Some(first) = coarse.first() {
+        warn(&format!("{}: {}: {first}", study.name, some(coarse.len())));
+    }
     let warning = beyond
         .first()
         .map(|first| format!("{}: {first}", some(beyond.len())));
     Ok((described(study, combinations), warning))
 }
 
-/// How many runs are on balls that are not their wheels, and why the first of them is; nothing where none is.
-fn beyond_balls(plan: &Plan) -> Option<String> {
+/// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what of the first; nothing where there are none.
+fn of_runs(plan: &Plan, why: fn(&Scenario) -> Option<String>) -> Option<String> {
     let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
     let mut whys = runs
         .chunks(seeds)
-        .filter_map(|same| super::beyond_balls(&same.first()?.scenario()));
+        .filter_map(|same| why(&same.first()?.scenario()));
     let first = whys.next()?;
     Some(format!(
         "{} of {} runs: {first}",

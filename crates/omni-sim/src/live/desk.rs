@@ -1,6 +1,6 @@
 //! What clients ask for, and what the run takes from it.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use byteorder::LittleEndian;
@@ -25,10 +25,14 @@ pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
 pub(super) type ClientId = u64;
 
 /// Where the threads of clients leave what the run's thread takes.
-pub(super) struct Desk(Mutex<Papers>);
+pub(super) struct Desk {
+    papers: Mutex<Papers>,
+    /// Held by who changes the scenario, never by the run: checking one with a picture of a ground inside takes longer than a period.
+    setting: Mutex<()>,
+}
 
 struct Papers {
-    scenario: Scenario,
+    scenario: Arc<Scenario>,
     command: Command,
     changed: bool,
     subscribed: bool,
@@ -46,17 +50,21 @@ enum Command {
 
 impl Desk {
     pub(super) fn new(scenario: &Scenario) -> Self {
-        Self(Mutex::new(Papers {
-            scenario: scenario.clone(),
+        let papers = Papers {
+            scenario: Arc::new(scenario.clone()),
             command: Command::Scenario,
             changed: false,
             subscribed: false,
-        }))
+        };
+        Self {
+            papers: Mutex::new(papers),
+            setting: Mutex::new(()),
+        }
     }
 
     /// Nobody panics while writing; if somebody did, what is there is still whole.
     fn papers(&self) -> MutexGuard<'_, Papers> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.papers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The twist that clients want; none: the scenario's.
@@ -88,7 +96,7 @@ impl Desk {
     }
 
     /// The scenario with what was changed since the last time.
-    pub(super) fn take_changed(&self) -> Option<Scenario> {
+    pub(super) fn take_changed(&self) -> Option<Arc<Scenario>> {
         let mut papers = self.papers();
         std::mem::take(&mut papers.changed).then(|| papers.scenario.clone())
     }
@@ -110,9 +118,49 @@ impl Desk {
 
     /// Sets what is allowed of a client's parameters; why not the rest.
     pub(super) fn set(&self, who: ClientId, parameters: &[Parameter], now: Instant) -> Vec<String> {
-        let mut papers = self.papers();
-        let set = parameters.iter().map(|parameter| papers.set(who, parameter, now));
+        let _alone = self.setting.lock().unwrap_or_else(PoisonError::into_inner);
+        let set = parameters
+            .iter()
+            .map(|parameter| self.set_one(who, parameter, now));
         set.filter_map(Result::err).collect()
+    }
+
+    /// Sets a parameter, or says why not. Checked without the papers, which the run looks at every period.
+    fn set_one(&self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
+        let name = parameter.name.as_str();
+        let number = || match parameter.value {
+            Some(ParameterValue::Float64(value)) if value.is_finite() => Ok(value),
+            Some(ParameterValue::Integer(value)) => Ok(value as f64),
+            ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
+        };
+        let (scenario, twist) = {
+            let papers = self.papers();
+            (papers.scenario.clone(), papers.twist())
+        };
+        let with = match name {
+            VX | VY | WZ => {
+                let mut twist = twist.to_array();
+                twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
+                let twist = allowed(&scenario, twist)?;
+                self.papers().command = Command::Client(who, now, twist);
+                return Ok(());
+            }
+            POLICY => match &parameter.value {
+                Some(ParameterValue::String(policy)) => Override::new(POLICY, policy.as_str()),
+                other => return Err(format!("{name}: {other:?}, allowed: the name of a policy")),
+            },
+            TORQUE => Override::new(TORQUE, number()?),
+            _ => {
+                return Err(format!(
+                    "{name}: no such parameter, allowed: {VX}, {VY}, {WZ}, {POLICY}, {TORQUE}"
+                ));
+            }
+        };
+        let changed = Arc::new(checked(&scenario, &[with])?);
+        let mut papers = self.papers();
+        papers.scenario = changed;
+        papers.changed = true;
+        Ok(())
     }
 
     /// Takes a twist that a client published on `/cmd_vel`, as teleoperation panels do, or says why not.
@@ -155,39 +203,6 @@ impl Papers {
             Parameter::string(POLICY, self.scenario.control.policy.as_str()),
             Parameter::float64(TORQUE, self.scenario.vehicle().motor.stall_torque_n_m),
         ]
-    }
-
-    /// Sets a parameter, or says why not.
-    fn set(&mut self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
-        let name = parameter.name.as_str();
-        let number = || match parameter.value {
-            Some(ParameterValue::Float64(value)) if value.is_finite() => Ok(value),
-            Some(ParameterValue::Integer(value)) => Ok(value as f64),
-            ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
-        };
-        match name {
-            VX | VY | WZ => {
-                let mut twist = self.twist().to_array();
-                twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
-                self.command = Command::Client(who, now, allowed(&self.scenario, twist)?);
-                Ok(())
-            }
-            POLICY => match &parameter.value {
-                Some(ParameterValue::String(policy)) => self.change(Override::new(POLICY, policy.as_str())),
-                other => Err(format!("{name}: {other:?}, allowed: the name of a policy")),
-            },
-            TORQUE => self.change(Override::new(TORQUE, number()?)),
-            _ => Err(format!(
-                "{name}: no such parameter, allowed: {VX}, {VY}, {WZ}, {POLICY}, {TORQUE}"
-            )),
-        }
-    }
-
-    /// Another value of the scenario from now on.
-    fn change(&mut self, with: Override) -> Result<(), String> {
-        self.scenario = checked(&self.scenario, &[with])?;
-        self.changed = true;
-        Ok(())
     }
 }
 
@@ -236,6 +251,8 @@ fn twist(published: &Published, payload: &[u8]) -> Result<[f64; 3], String> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use super::*;
 
     const AHEAD: &[u8] = br#"{"linear":{"x":-0.3,"y":0,"z":0},"angular":{"x":0,"y":0,"z":0}}"#;
@@ -299,6 +316,29 @@ mod tests {
                 .is_empty()
         );
         assert!(desk.time_out(start + Duration::from_millis(501)));
+    }
+
+    #[test]
+    fn a_setting_is_checked_while_the_run_goes_on_taking_its_command() {
+        // Its picture is read anew for every setting.
+        let scenario = Scenario::load("height_map", &[]).expect("built-in");
+        let desk = Desk::new(&scenario);
+        let (done, mut looks, mut held) = (AtomicBool::new(false), 0, 0);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for k in 0..100 {
+                    let torque = Parameter::float64(TORQUE, 1.0 + f64::from(k) / 100.0);
+                    assert!(desk.set(1, &[torque], Instant::now()).is_empty());
+                }
+                done.store(true, Ordering::SeqCst);
+            });
+            while !done.load(Ordering::SeqCst) {
+                (looks, held) = (looks + 1, held + u32::from(desk.papers.try_lock().is_err()));
+                std::thread::yield_now();
+            }
+        });
+        // All of the time, were it held while the scenario is checked; now for as long as it takes to put a pointer.
+        assert!(looks > 100 && held < looks / 10, "{held} of {looks}");
     }
 
     #[test]

@@ -135,6 +135,11 @@ pub(super) fn read_log_watched(
     let mut unpacked = 0;
     // What is wrong with it if it is one of ours, which its scenario shows: that may come later.
     let mut doubt = None;
+    let scenario_of = |text: &str| {
+        let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
+        Scenario::from_source(&source, &[])
+    };
+    let mut scenario = None;
     let complete = loop {
         match reader.next_event() {
             None => break true,
@@ -167,7 +172,13 @@ pub(super) fn read_log_watched(
                 }
                 match seen.take(record) {
                     Ok(Some((time, message))) => on(time, message)?,
-                    Ok(None) => {}
+                    Ok(None) => {
+                        if let (Some(text), None) = (&seen.scenario, &scenario) {
+                            let first = scenario_of(text);
+                            seen.expected_wheels = first.as_ref().ok().map(|s| s.vehicle().wheel.len());
+                            scenario = Some(first);
+                        }
+                    }
                     Err(reason) if seen.scenario.is_some() => return Err(damaged(reason).into()),
                     Err(reason) => doubt = doubt.or(Some(reason)),
                 }
@@ -198,8 +209,15 @@ pub(super) fn read_log_watched(
     if complete {
         seen.agrees_with_its_statistics().map_err(damaged)?;
     }
-    let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
-    let scenario = Scenario::from_source(&source, &[])?;
+    let scenario = match scenario {
+        Some(first) if seen.scenarios == 1 => first,
+        _ => scenario_of(&text),
+    };
+    let scenario = scenario?;
+    // Where the scenario came behind its states.
+    if let Some(found) = seen.wheels {
+        fitting_wheels(found, scenario.vehicle().wheel.len()).map_err(damaged)?;
+    }
     // It follows from the scenario, also for logs that do not say it.
     let wheel_model_valid = scenario.beyond_balls().is_none();
     Ok(LogFile {
@@ -232,6 +250,24 @@ struct Seen {
     /// Did this program write it?
     ours: bool,
     statistics: Option<Statistics>,
+    /// Attachments of a scenario.
+    scenarios: u64,
+    /// Wheels of the vehicle, once the scenario is there.
+    expected_wheels: Option<usize>,
+    /// Wheels of every state so far.
+    wheels: Option<usize>,
+}
+
+/// A state has as many wheels as the vehicle: one of fewer would be columns out of nothing.
+fn fitting_wheels(found: usize, expected: usize) -> Result<(), String> {
+    if found == expected {
+        Ok(())
+    } else {
+        let topic = topic::VEHICLE_STATE;
+        Err(format!(
+            "{topic}: a message of {found} wheels, expected {expected}"
+        ))
+    }
 }
 
 impl Seen {
@@ -271,6 +307,7 @@ impl Seen {
             Record::Header(header) => self.ours = header.library.starts_with("omnistep "),
             Record::Statistics(statistics) => self.statistics = Some(statistics),
             Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+                self.scenarios += 1;
                 let text = String::from_utf8(data.into_owned());
                 let wrong = text.as_ref().err().map(|error| format!("{SCENARIO}: {error}"));
                 self.scenario = Some(text.unwrap_or_default());
@@ -303,7 +340,13 @@ impl Seen {
             ));
         };
         let message = match name.as_str() {
-            topic::VEHICLE_STATE => LogMessage::VehicleState(decode(data)?),
+            topic::VEHICLE_STATE => {
+                let state: VehicleState = decode(data)?;
+                let found = state.wheels.len();
+                fitting_wheels(found, self.expected_wheels.or(self.wheels).unwrap_or(found))?;
+                self.wheels = Some(found);
+                LogMessage::VehicleState(state)
+            }
             topic::TF => LogMessage::Tf(decode(data)?),
             topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
             topic::ODOM => LogMessage::Odom(Box::new(decode(data)?)),

@@ -10,6 +10,9 @@ use crate::observation::Observation;
 const FASTER: f64 = 1.5;
 /// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is told to creep, or to stand.
 const SHAKEN_M_S: f64 = 0.1;
+/// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to
+/// 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
+const TURNED_M_S: f64 = 0.25;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
 const SUSTAINED_S: f64 = 0.5;
 /// A vehicle that is told to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
@@ -20,8 +23,8 @@ pub(super) struct Runaway {
     /// From the origin to the farthest wheel: what a yaw rate is as a speed.
     reach_m: f64,
     period_s: f64,
-    /// What it may still have of the largest speed commanded \[m/s\].
-    told_m_s: f64,
+    /// What it may still have of the largest speed commanded over the ground, and about \[m/s\].
+    told_m_s: [f64; 2],
     over_s: f64,
     found: bool,
 }
@@ -35,7 +38,7 @@ impl Runaway {
         Self {
             reach_m: wheels.iter().fold(0.0, far),
             period_s: scenario.period_s(),
-            told_m_s: 0.0,
+            told_m_s: [0.0; 2],
             over_s: 0.0,
             found: false,
         }
@@ -44,14 +47,17 @@ impl Runaway {
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
         let parts = |twist: &omni_core::BodyTwist<f64>| {
             let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
-            (twist.vx_m_s.hypot(twist.vy_m_s), turning_m_s)
+            [twist.vx_m_s.hypot(twist.vy_m_s), turning_m_s]
         };
-        let slowed_m_s = self.told_m_s - BRAKING_M_S2 * self.period_s;
-        let (going, turning) = parts(&sample.command);
-        self.told_m_s = slowed_m_s.max(going + turning);
-        // Each alone: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to 0.46 rad/s.
-        let (going, turning) = parts(&seen.twist);
-        if going.max(turning) > FASTER * self.told_m_s + SHAKEN_M_S {
+        let (told, moving) = (parts(&sample.command), parts(&seen.twist));
+        let mut over = false;
+        // Each alone: who is told to turn is not told to go.
+        for (k, allowed_m_s) in [SHAKEN_M_S, TURNED_M_S].into_iter().enumerate() {
+            let slowed_m_s = self.told_m_s[k] - BRAKING_M_S2 * self.period_s;
+            self.told_m_s[k] = slowed_m_s.max(told[k]);
+            over |= moving[k] > FASTER * self.told_m_s[k] + allowed_m_s;
+        }
+        if over {
             self.over_s += self.period_s;
         } else {
             self.over_s = 0.0;
@@ -214,6 +220,22 @@ mod tests {
         // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
         assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
         assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
+    }
+
+    #[test]
+    fn a_command_to_turn_is_none_to_go_and_a_command_to_go_none_to_turn() {
+        let turn = [0.0, 0.0, 3.0];
+        // Sliding off at 1.7 m/s: half as much again as 3 rad/s have the farthest wheel, and yet nobody told it to go.
+        assert!(runs_away(&[(501, turn, [1.7, 0.0, 3.0])]));
+        assert!(runs_away(&[(501, turn, [0.0, 0.101, 3.0])]));
+        assert!(!runs_away(&[(5000, turn, [0.0, 0.099, 3.0])]));
+        // A vehicle that goes fast may be turned no further than one that creeps: 0.25 m/s of the farthest wheel.
+        let (fast, reach_m) = ([2.0, 0.0, 0.0], 0.3_f64.hypot(0.23));
+        let turned = |m_s: f64| [2.0, 0.0, m_s / reach_m];
+        assert!(runs_away(&[(501, fast, turned(0.251))]));
+        assert!(!runs_away(&[(5000, fast, turned(0.249))]));
+        // Each is slowed down alone: who stops turning was not going.
+        assert!(runs_away(&[(1000, turn, turn), (501, [0.0; 3], [0.5, 0.0, 0.0])]));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use omni_sim::Error;
 use omni_sim::config::Scenario;
-use omni_sim::log::ros2::{RosMessage, VehicleState};
+use omni_sim::log::ros2::{RosMessage, VehicleState, WheelState};
 use omni_sim::log::{LogFile, LogMessage, LogWriter, read_log, topic};
 
 use super::{omnistep, refused, rows, stdout};
@@ -183,6 +183,81 @@ fn a_log_without_every_period_is_not_replayed() {
         (counts["/vehicle_state"].as_u64(), counts.get("/markers")),
         (Some(51), None)
     );
+}
+
+/// A log of states, each of as many wheels as `wheels` says, whose scenario comes before or behind them.
+fn of_wheels(path: &Path, scenario_first: bool, wheels: impl IntoIterator<Item = usize>) {
+    let scenario = Scenario::load("flat", &[]).unwrap().to_toml().unwrap();
+    let mut writer = LogWriter::create(path).unwrap();
+    let attach = |writer: &mut LogWriter| {
+        writer
+            .attachment("scenario.toml", "application/toml", scenario.as_bytes())
+            .unwrap();
+    };
+    if scenario_first {
+        attach(&mut writer);
+    }
+    let channel = writer.channel::<VehicleState>(topic::VEHICLE_STATE).unwrap();
+    for (k, count) in (1..).zip(wheels) {
+        let state = VehicleState {
+            wheels: vec![WheelState::default(); count],
+            ..VehicleState::default()
+        };
+        writer.write(&channel, 1_000_000 * k, &state).unwrap();
+    }
+    if !scenario_first {
+        attach(&mut writer);
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mcap");
+    let damaged = |found: usize, expected: usize| {
+        format!("error: x.mcap: damaged: /vehicle_state: a message of {found} wheels, expected {expected}\n")
+    };
+    for scenario_first in [true, false] {
+        of_wheels(&path, scenario_first, [7; 3]);
+        assert!(omnistep(folder.path(), &["inspect", "x.mcap"]).status.success());
+        for (wheels, found) in [([0; 3], 0), ([8; 3], 8), ([7, 7, 6], 6)] {
+            of_wheels(&path, scenario_first, wheels);
+            let output = omnistep(folder.path(), &["inspect", "x.mcap"]);
+            assert_eq!(output.status.code(), Some(1), "{output:?}");
+            assert_eq!(String::from_utf8(output.stderr).unwrap(), damaged(found, 7));
+        }
+    }
+    // Nothing of it is handed on: columns of NaN would be 7 times as large as the states.
+    of_wheels(&path, true, [0; 10_000]);
+    let mut handed = 0;
+    let read = read_log(&path, |_, _| {
+        handed += 1;
+        Ok(())
+    });
+    assert!(read.is_err() && handed == 0, "{handed}");
+    assert!(omni_sim::log::LoggedRun::read(&path).is_err());
+}
+
+/// The emptiest log there is: nothing falls, nothing is asked for, so that chunk after chunk says the same and takes a twentieth of its size.
+#[test]
+fn the_emptiest_log_of_our_own_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let floating = [
+        "vehicle=omni3",
+        "physics.gravity_m_s2=0",
+        "command.vx_m_s=0",
+        "duration_s=60",
+    ];
+    let set = floating.iter().flat_map(|key| ["--set", key]);
+    let args: Vec<_> = ["run", "flat", "--quiet"].into_iter().chain(set).collect();
+    let output = omnistep(folder.path(), &args);
+    assert!(output.status.success(), "{output:?}");
+    let log = folder.path().join("out/flat-synchronised.mcap");
+    let (file, times) = states(&log);
+    assert!(file.complete && times.len() == 60_000);
+    // 42 MB of messages.
+    assert!(fs::metadata(&log).unwrap().len() < 3_000_000);
 }
 
 /// Places of the records of a log outside its chunks.

@@ -377,7 +377,7 @@ fn frames_of_a_log_are_the_vehicles_and_take_no_memory_before_that_is_known() {
 }
 
 #[test]
-fn a_small_file_unpacks_to_no_more_than_200_times_its_bytes() {
+fn a_small_file_unpacks_to_no_more_than_60_times_its_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let scenario = Scenario::load("flat", &[]).unwrap().to_toml().unwrap();

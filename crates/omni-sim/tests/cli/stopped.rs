@@ -59,13 +59,105 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
         assert!(!file.complete && file.outcome.is_none());
         let every: Vec<u64> = (1..=times.len() as u64).map(|k| k * 1_000_000).collect();
         assert_eq!(times, every, "every period until then");
-        let end_s = times.len() as f64 / 1e3;
+        // As the program has it: 2005 periods / 1e3 are rounded down, 2005e6 ns * 1e-9 up.
+        let end_s = times.len() as f64 * 1e6 * 1e-9;
         assert_eq!(
             String::from_utf8(output.stderr).unwrap(),
             format!("stopped: the run ended at {end_s:.2} s of 3600 s; its log until then is {part}\n")
         );
         fs::remove_file(folder.path().join(part)).unwrap();
     }
+}
+
+/// Starts a program, sends Ctrl-C when it has said or made what is waited for, and waits for its end.
+fn interrupted(folder: &Path, args: &[&str], ready: impl Fn() -> bool) -> Output {
+    let said = fs::File::create(folder.join("said")).unwrap();
+    let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
+        .current_dir(folder)
+        .args(args)
+        .stdout(Stdio::piped())
+        .stderr(said)
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while !ready() {
+        assert!(run.try_wait().unwrap().is_none(), "it goes on: {args:?}");
+        assert!(begun.elapsed() < Duration::from_secs(120), "{args:?}");
+        std::thread::sleep(Duration::from_millis(3));
+    }
+    let killed = Program::new("kill")
+        .args(["-INT", &run.id().to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    run.wait_with_output().unwrap()
+}
+
+#[test]
+#[cfg(feature = "live")]
+fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_the_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = || fs::read_to_string(folder.path().join("said")).unwrap_or_default();
+    for more in [&["--speed", "10"][..], &["--wait"], &["--speed", "0.001"]] {
+        let args = [
+            &["run", "flat", "--live", "--port", "0", "--set", "duration_s=3600"],
+            more,
+        ]
+        .concat();
+        fs::write(folder.path().join("said"), "").unwrap();
+        let begun = Instant::now();
+        let output = interrupted(folder.path(), &args, || said().contains("serving ws://"));
+        assert_eq!(output.status.code(), Some(130), "{more:?}: {output:?}");
+        assert!(begun.elapsed() < Duration::from_secs(60));
+        let said = said();
+        let last = said.lines().last().unwrap_or_default();
+        assert!(
+            last.starts_with("stopped: the run ended at ") && last.ends_with(" s of 3600 s"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 2, "{said}");
+    }
+}
+
+#[test]
+#[cfg(feature = "live")]
+fn a_live_run_is_warned_of_as_any_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "--quiet",
+        "--set",
+        "duration_s=0.5",
+        "--set",
+        "sensors.encoder_counts=64",
+    ];
+    let warned = |more: &[&str]| {
+        let output = super::omnistep(folder.path(), &[&["run", "step"], more, &set].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        let lines = said.lines().filter(|line| line.starts_with("warning: "));
+        lines.map(String::from).collect::<Vec<_>>()
+    };
+    let live = warned(&["--live", "--port", "0", "--speed", "inf"]);
+    assert_eq!(live, warned(&[]));
+    assert_eq!(live.len(), 2, "{live:?}");
+}
+
+#[test]
+fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("out/step-synchronised.mcap.part");
+    let args = ["compare", "step", "--quiet", "--set", "duration_s=4"];
+    let output = interrupted(folder.path(), &args, || part.exists());
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let shown = String::from_utf8(output.stdout).unwrap();
+    for done in ["independent", "paper"] {
+        assert!(shown.contains(&format!("\n| {done} ")), "{shown}");
+        assert!(shown.contains(&format!("out/step-{done}.mcap\n")), "{shown}");
+    }
+    assert!(!shown.contains("synchronised"), "{shown}");
+    let said = fs::read_to_string(folder.path().join("said")).unwrap();
+    assert!(
+        said.starts_with("stopped: the run ended at ") && said.ends_with("out/step-synchronised.mcap.part\n"),
+        "{said}"
+    );
 }
 
 /// Runs a line of `bash` in a folder.

@@ -403,6 +403,79 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     assert_eq!(rows(&flat)[0]["verdict"], "driven");
 }
 
+/// Every line on standard error, none of more than 300 characters.
+fn short_lines(folder: &Path, args: &[&str]) -> String {
+    let said = stderr(&omnistep(folder, args));
+    for line in said.lines() {
+        let length = line.chars().count();
+        assert!(length <= 300, "{args:?}: {length} characters: {line}");
+    }
+    said
+}
+
+#[test]
+fn no_line_has_more_than_300_characters_whatever_key_path_or_study_it_names() {
+    let folder = one_of_each();
+    let path = folder.path();
+    let text = fs::read_to_string(path.join("s.toml")).unwrap();
+    for length in 80..=210 {
+        let key = "k".repeat(length);
+        fs::write(path.join("key.toml"), format!("{key} = 1\n{text}")).unwrap();
+        let said = short_lines(path, &["check", "key.toml"]);
+        assert!(said.starts_with("error: key.toml: kkk"), "{said}");
+        if length % 13 == 0 {
+            short_lines(path, &["run", "flat", "--set", &format!("{key}=1")]);
+            short_lines(path, &["run", "flat", "--set", &format!("terrain.{key}=1")]);
+        }
+    }
+    // A file of another kind, whose path would be said twice.
+    let deep = format!("{0}/{0}", "d".repeat(140));
+    fs::create_dir_all(path.join(&deep)).unwrap();
+    let file = format!("{deep}/y.toml");
+    fs::copy(path.join("y.toml"), path.join(&file)).unwrap();
+    let said = short_lines(path, &["run", &file]);
+    assert!(
+        said.ends_with(": this is a study file, not a scenario: omnistep study FILE\n"),
+        "{said}"
+    );
+    // What is doubtful is said before the folder is refused, so that nothing is run.
+    fs::write(path.join("taken"), "").unwrap();
+    for study in omni_sim::config::builtin_studies() {
+        let args = ["study", study, "--set", "duration_s=0.5", "--out", "taken"];
+        let said = short_lines(path, &args);
+        assert!(
+            said.contains("cannot get across in time; the first with ") && said.contains(" s at least\n"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn encoders_too_coarse_are_said_once_a_study_and_by_check() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let study = "schema_version = 1\nname = \"coarse\"\nscenario = \"flat\"\nseeds = 2\n[set]\nduration_s = 0.05\n[[axis]]\nkey = \"sensors.encoder_counts\"\nvalues = [64, 4096, 32]\n";
+    fs::write(path.join("coarse.toml"), study).unwrap();
+    for args in [
+        &["check", "coarse.toml"][..],
+        &["study", "coarse.toml", "--quiet"],
+    ] {
+        let output = omnistep(path, args);
+        let said = stderr(&output);
+        assert!(output.status.success(), "{said}");
+        let lines: Vec<_> = said
+            .lines()
+            .filter(|line| line.contains("encoder_counts"))
+            .collect();
+        assert_eq!(lines.len(), 1, "{said}");
+        assert!(
+            lines[0].starts_with("warning: ")
+                && lines[0].contains("4 of 6 runs: sensors.encoder_counts = 64: one count"),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,83 @@
+//! What a file describes: the leaf of the rooms that load, refuse and check one.
+
+use toml::Table;
+
+/// Kinds of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A vehicle.
+    Vehicle,
+    /// A scenario.
+    Scenario,
+    /// An experiment of section 3.3.
+    Experiment,
+    /// A study.
+    Study,
+}
+
+impl FileKind {
+    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels and bodies, an experiment of section 3.3 loads, a
+    /// study seeds or axes.
+    pub(crate) fn of(table: &Table) -> Option<Self> {
+        let has = |keys: [&str; 2]| keys.iter().any(|key| table.contains_key(*key));
+        if has(["terrain", "command"]) {
+            Some(Self::Scenario)
+        } else if has(["wheel", "body"]) {
+            Some(Self::Vehicle)
+        } else if has(["load", "speed_rpm"]) {
+            Some(Self::Experiment)
+        } else if has(["seeds", "axis"]) {
+            Some(Self::Study)
+        } else {
+            None
+        }
+    }
+
+    /// What it is called, as `a vehicle`; what is in a file of one's own, `a vehicle file`.
+    pub(crate) fn called(self, file: &str) -> String {
+        let what = match self {
+            Self::Vehicle => "a vehicle",
+            Self::Scenario => "a scenario",
+            Self::Experiment => return "the experiment of section 3.3".into(),
+            Self::Study => "a study",
+        };
+        let own = if file.contains(['.', '/', '\\']) {
+            " file"
+        } else {
+            ""
+        };
+        format!("{what}{own}")
+    }
+
+    /// What to type for a file of this kind, where `command` is what would be done with a scenario.
+    pub(crate) fn how_to(self, command: &str, file: &str) -> String {
+        match self {
+            Self::Vehicle => format!("omnistep {command} flat --set vehicle={file}"),
+            Self::Scenario => format!("omnistep {command} {file}"),
+            Self::Experiment => format!("omnistep wheels {file}"),
+            Self::Study => format!("omnistep study {file}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// Everything that loads names kinds of files: were they in a room that loads, rooms would import one another in a circle.
+    #[test]
+    fn kinds_of_files_are_a_leaf_that_imports_no_other_room() {
+        let own = include_str!("file_kind.rs").split_once("#[cfg(test)]");
+        let (code, _) = own.expect("this module");
+        assert!(!code.contains("crate::") && !code.contains("super::"), "a leaf");
+        for (room, text) in [
+            ("load", include_str!("load.rs")),
+            ("error", include_str!("error.rs")),
+            ("scenario", include_str!("scenario.rs")),
+            ("study", include_str!("study.rs")),
+            ("vehicle", include_str!("vehicle.rs")),
+            ("wheels", include_str!("wheels.rs")),
+        ] {
+            assert!(text.contains("use crate::file_kind::FileKind;"), "{room}");
+            assert!(!text.contains("crate::file::"), "{room} imports the top room");
+        }
+    }
+}
