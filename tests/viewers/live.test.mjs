@@ -3,12 +3,15 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import net from "node:net";
-import { test } from "node:test";
+import { after, test } from "node:test";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 import WebSocket from "ws";
 
 const program = process.env.OMNISTEP;
+// Whatever failed, nothing goes on.
+const runs = [];
+after(() => runs.forEach((run) => run.kill("SIGKILL")));
 
 // The run, its address, and what it said and printed; with so many files to open, if `files` is given.
 async function started(...args) {
@@ -18,6 +21,7 @@ async function started(...args) {
 async function startedWith({ files }, ...args) {
   const command = [program, "run", "flat", "--live", "--port", "0", "--json", ...args];
   const run = files ? spawn("sh", ["-c", `ulimit -n ${files}; exec "$@"`, "sh", ...command]) : spawn(command[0], command.slice(1));
+  runs.push(run);
   let said = "", printed = "";
   run.stdout.on("data", (data) => { printed += data; });
   const address = await new Promise((found, failed) => {
@@ -138,7 +142,7 @@ test("a client watches a run in step with the clock and changes command, policy 
 
   // What is not allowed changes nothing, and the client is told why.
   client.send({ op: "setParameters", id: "bad", parameters: [{ name: "control.policy", value: "papier" }] });
-  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"papier", allowed: independent, paper/.test(message)), "the reason");
+  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"papier" \(did you mean "paper"\?\), allowed: independent, paper/.test(message)), "the reason");
   client.send({ op: "getParameters", id: "all", parameterNames: [] });
   await client.until(() => client.texts.some(({ op, id }) => op === "parameterValues" && id === "all"), "all parameters");
   const all = client.texts.find(({ op, id }) => op === "parameterValues" && id === "all").parameters;

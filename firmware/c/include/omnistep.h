@@ -41,6 +41,14 @@ typedef struct {
   uint32_t count[3];
 } omni_overload;
 
+// A sum and what its rounding left out, carried into the next addition (after Neumaier, 1974).
+typedef struct {
+  // The sum, rounded.
+  float total;
+  // Exact sum less `total`: at most half a unit in its last place.
+  float rest;
+} omni_sum;
+
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
@@ -55,10 +63,10 @@ typedef struct {
   bool started[3];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Periods that the integrals were held since every reference became 0.
-  uint32_t held_periods;
+  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
+  uint32_t held;
   // Heat of that [N^2.m^2.s].
-  float held_heat_n2m2s;
+  omni_sum held_heat_n2m2s;
   // Periods that they fell since then.
   float bled_periods;
 } omni3_state;
@@ -283,8 +291,11 @@ typedef struct {
 // `Rest` in control periods.
 typedef struct {
   float bleed_periods;
-  uint32_t hold_periods;
+  // Time to hold, in periods times `RECOVERY`.
+  uint32_t hold;
   float hold_heat;
+  // What comes back in a period.
+  float heat_back;
   float period_s;
 } omni_rest_rule;
 
@@ -318,10 +329,10 @@ typedef struct {
   bool started[4];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Periods that the integrals were held since every reference became 0.
-  uint32_t held_periods;
+  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
+  uint32_t held;
   // Heat of that [N^2.m^2.s].
-  float held_heat_n2m2s;
+  omni_sum held_heat_n2m2s;
   // Periods that they fell since then.
   float bled_periods;
 } omni4_state;
@@ -432,10 +443,10 @@ typedef struct {
   bool started[7];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Periods that the integrals were held since every reference became 0.
-  uint32_t held_periods;
+  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
+  uint32_t held;
   // Heat of that [N^2.m^2.s].
-  float held_heat_n2m2s;
+  omni_sum held_heat_n2m2s;
   // Periods that they fell since then.
   float bled_periods;
 } omni7_state;
@@ -618,14 +629,6 @@ typedef struct {
 typedef struct {
   omni_law law;
 } omni_limiter;
-
-// A sum and what its rounding left out, carried into the next addition (after Neumaier, 1974).
-typedef struct {
-  // The sum, rounded.
-  float total;
-  // Exact sum less `total`: at most half a unit in its last place.
-  float rest;
-} omni_sum;
 
 // Velocity and acceleration of a limited axis; `default` is at rest.
 typedef struct {

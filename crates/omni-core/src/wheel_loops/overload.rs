@@ -8,10 +8,7 @@ use crate::Real;
 /// would drop what it says and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the same limit 8
 /// times in a row in one period of 2^8.
 #[cfg(test)]
-const OVERLOAD_PERIODS: usize = 1 << DIGITS;
-
-/// Binary digits of a count of periods.
-const DIGITS: usize = 3;
+const OVERLOAD_PERIODS: usize = 1 << Overload::new().count.len();
 
 /// For how many periods in a row each wheel has asked for more than the same limit: what keeps integrals from winding up
 /// waits for 8. Wheel i is bit i; at most 32 wheels.
@@ -30,7 +27,7 @@ pub struct Overload {
     /// Those of them that asked for more than their upper limit.
     above: u32,
     /// Periods in a row before that one, up to 7, a binary digit a number: the counts of all wheels go up at once.
-    count: [u32; DIGITS],
+    count: [u32; 3],
 }
 
 impl Overload {
@@ -39,7 +36,7 @@ impl Overload {
         Self {
             beyond: 0,
             above: 0,
-            count: [0; DIGITS],
+            count: [0; 3],
         }
     }
 
