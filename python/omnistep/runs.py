@@ -65,6 +65,9 @@ def run(
         Every signal of every control period. Where the physics gained energy, the verdict ``gained_energy`` and a
         ``RuntimeWarning`` say that none of it holds.
 
+    Warns:
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
         TypeError: a value is none of what a key can hold.

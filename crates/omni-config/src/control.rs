@@ -135,7 +135,7 @@ impl Scenario {
     /// let scenario = |counts| Scenario::load("flat", &[Override::parse(counts)?]);
     /// let coarse = scenario("sensors.encoder_counts=64")?.coarse_encoder()?.expect("it is");
     /// assert_eq!(coarse, "sensors.encoder_counts = 64: one count in a control period is 98.2 rad/s, \
-    ///     the gains make 29.6 N.m of it, the motor has 2");
+    ///     the gains make 29.6 N.m of it, the motor has 2; more counts or a lower kp_n_m_s_rad mend it");
     /// assert_eq!(scenario("sensors.encoder_counts=4096")?.coarse_encoder()?, None);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
@@ -153,7 +153,7 @@ impl Scenario {
         Ok((step.torque_n_m > stall).then(|| {
             format!(
                 "sensors.encoder_counts = {counts}: one count in a control period is {:.1} rad/s, the gains make {:.1} N.m of it, \
-                 the motor has {stall}",
+                 the motor has {stall}; more counts or a lower kp_n_m_s_rad mend it",
                 step.velocity_rad_s, step.torque_n_m
             )
         }))

@@ -74,14 +74,14 @@ impl Scenario {
         if earliest_s.is_some_and(|earliest_s| earliest_s <= self.duration_s) {
             return None;
         }
-        let takes = match earliest_s {
-            Some(seconds) => format!("at the speed commanded that takes {seconds:.2} s at least"),
-            None => "the command never takes them there".into(),
-        };
         let duration_s = self.duration_s;
-        Some(format!(
-            "duration_s = {duration_s} cannot suffice: the rear wheels start {way_m:.2} m before the obstacle's far side, and {takes}"
-        ))
+        let way = format!("the rear wheels start {way_m:.2} m before the obstacle's far side, and");
+        Some(match earliest_s {
+            Some(seconds) => format!(
+                "duration_s = {duration_s} cannot suffice: {way} at the speed commanded that takes {seconds:.2} s at least"
+            ),
+            None => format!("no duration_s suffices: {way} the command never takes them there"),
+        })
     }
 
     /// Place of the rearmost wheel along the way at the start, as far ahead as the perturbation may bring it, seen from the origin \[m\]. Where the vehicle

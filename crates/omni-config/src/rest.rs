@@ -19,7 +19,8 @@ pub struct Rest {
     #[garde(custom(within(TIME_S)))]
     #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
     pub hold_s: f64,
-    /// Or until the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; 0 by default.
+    /// Or until the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
+    /// `hold_s` is, 0 by default.
     #[garde(custom(within(HOLD_HEAT_N2M2S)))]
     #[schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max))]
     pub hold_heat_n2m2s: f64,

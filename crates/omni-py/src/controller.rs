@@ -56,7 +56,7 @@ impl Controller {
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, None)?;
-        warn_of_coarse_encoder(py, &scenario)?;
+        warn_of_coarse_encoder(py, &scenario, 1)?;
         let inner = started(&scenario)?;
         Ok(Self { scenario, inner })
     }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use crate::error::{Stop, looked};
-use crate::scenario::{ScenarioArg, load};
+use crate::scenario::{ScenarioArg, load, warn_of_coarse_encoder};
 use crate::trace::Trace;
 
 /// Control periods between two looks at Ctrl-C: some milliseconds.
@@ -36,6 +36,8 @@ pub(crate) fn run(
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Trace> {
     let scenario = load(scenario, policy, overrides, seed)?;
+    // Called by `omnistep.run` and `omnistep.compare`.
+    warn_of_coarse_encoder(py, &scenario, 2)?;
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;
         let look = |_: &omni_sim::Simulation, part: f64| {

@@ -89,13 +89,17 @@ pub(crate) fn load(
 }
 
 /// Warns of encoders of which one count is more than the motor has.
-pub(crate) fn warn_of_coarse_encoder(py: Python<'_>, scenario: &config::Scenario) -> PyResult<()> {
+pub(crate) fn warn_of_coarse_encoder(
+    py: Python<'_>,
+    scenario: &config::Scenario,
+    level: i32,
+) -> PyResult<()> {
     let coarse = scenario
         .coarse_encoder()
         .map_err(|error| exception(&Error::Config(error)))?;
     let Some(text) = coarse else { return Ok(()) };
     let text = CString::new(text)?;
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, level)
 }
 
 fn changed(

@@ -60,7 +60,7 @@ impl Simulation {
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, seed)?;
-        warn_of_coarse_encoder(py, &scenario)?;
+        warn_of_coarse_encoder(py, &scenario, 1)?;
         let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(&error))?;
         let inner = Mutex::new(inner);
         Ok(Self { scenario, inner })

@@ -529,7 +529,7 @@ fn beyond_balls(scenario: &Scenario) -> Option<String> {
     };
     let (name, ground) = (&vehicle.name, scenario.terrain.described());
     Some(format!(
-        "{name} {ground}: balls are not its wheels here: {beyond}; {instead}"
+        "{name} {ground}: balls do not stand for its wheels here: {beyond}; {instead}"
     ))
 }
 
@@ -542,9 +542,9 @@ fn announce_beyond_balls(scenario: &Scenario) {
 
 /// What the mark of [`marked`] means.
 const BEYOND_BALLS: &str =
-    "* on balls that are not its wheels there (docs/physics.md, Where a ball is the wheel)";
+    "* on balls that do not stand for its wheels there (docs/physics.md, Where a ball is the wheel)";
 
-/// What a run amounts to, with a mark where its balls are not its wheels.
+/// What a run amounts to, with a mark where its balls do not stand for its wheels.
 fn marked(text: String, wheel_model_valid: bool) -> String {
     if wheel_model_valid { text } else { text + " *" }
 }

@@ -39,7 +39,7 @@ pub struct Rest<R> {
     /// Before that they are held for this time \[s\], 0 to 3600, and take in errors as ever; 0 holds nothing.
     pub hold_s: R,
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
-    /// \[N^2.m^2.s\], 0 to 1e9.
+    /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
     pub hold_heat_n2m2s: R,
 }
 
@@ -104,6 +104,14 @@ impl<R: Real> RestRule<R> {
             0.0..=1e9,
             "0 to 1e9",
         )?;
+        if hold_s > R::zero() && hold_heat <= R::zero() {
+            let allowed = "above 0, up to 1e9, where hold_s is above 0";
+            return Err(ConfigError::new(
+                "rest.hold_heat_n2m2s",
+                hold_heat.as_f64(),
+                allowed,
+            ));
+        }
         // Rounded: 0.5 s of 1 ms are 500 periods in f32 too.
         let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
         let hold = periods(hold_s).saturating_mul(RECOVERY);
@@ -177,6 +185,7 @@ pub(super) fn is_rest<R: Real, const N: usize>(reference: &WheelVelocities<R, N>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::string::ToString;
 
     const TORQUES: [f32; 2] = [0.3, 0.3];
 
@@ -185,6 +194,15 @@ mod tests {
         let mut state = ControlState::new();
         state.integral_n_m = TORQUES;
         (rule, state)
+    }
+
+    #[test]
+    fn holding_without_heat_is_refused() {
+        let error = RestRule::new(Rest::hold(30.0, 0.0), 1e-3).expect_err("refused");
+        assert_eq!(
+            error.to_string(),
+            "rest.hold_heat_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"
+        );
     }
 
     #[test]

@@ -136,7 +136,7 @@ fn balls(scenario: &Scenario) -> String {
     let text = match beyond_balls(scenario) {
         Some(why) => format!("WARNING: {why}"),
         None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
-        None => format!("are its wheels {}", scenario.terrain.described()),
+        None => format!("stand for its wheels {}", scenario.terrain.described()),
     };
     format!("\n  {:<8} {text}", "balls")
 }
@@ -145,9 +145,9 @@ fn balls(scenario: &Scenario) -> String {
 fn balls_ahead(vehicle: &Vehicle) -> String {
     let text = match vehicle.beyond_balls_ahead() {
         Some(beyond) => {
-            format!("are its wheels on level ground, not at an upright edge straight ahead: {beyond}")
+            format!("stand for its wheels on level ground, not at an upright edge straight ahead: {beyond}")
         }
-        None => "are its wheels on level ground and at an edge straight ahead".into(),
+        None => "stand for its wheels on level ground and at an edge straight ahead".into(),
     };
     format!("\n  {:<8} {text}", "balls")
 }

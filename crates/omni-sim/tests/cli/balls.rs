@@ -46,7 +46,10 @@ fn a_run_on_balls_that_are_not_its_wheels_says_so_in_one_line_and_marks_its_figu
         let said = stderr(&output);
         let warnings: Vec<_> = said.lines().filter(|line| line.contains("balls")).collect();
         assert_eq!(warnings.len(), 1, "{said}");
-        assert!(warnings[0].contains("balls are not its wheels here"), "{said}");
+        assert!(
+            warnings[0].contains("balls do not stand for its wheels here"),
+            "{said}"
+        );
         assert!(
             warnings[0].ends_with("--set physics.wheel_model=rollers simulates them"),
             "{said}"
@@ -128,15 +131,17 @@ fn check_says_where_balls_are_the_wheels() {
         stdout(&output)
     };
     let step = include_str!("../../../omni-config/assets/scenarios/step.toml");
-    assert!(check(step).contains("balls    are its wheels over a step of 5.0 cm"));
+    assert!(check(step).contains("balls    stand for its wheels over a step of 5.0 cm"));
     let mecanum = check(&step.replace("\"chugo7\"", "\"mecanum4\""));
     assert!(
-        mecanum.contains("balls    WARNING: mecanum4 over a step of 5.0 cm: balls are not its wheels here"),
+        mecanum.contains(
+            "balls    WARNING: mecanum4 over a step of 5.0 cm: balls do not stand for its wheels here"
+        ),
         "{mecanum}"
     );
     let chugo7 = check(include_str!("../../../omni-config/assets/vehicles/chugo7.toml"));
     assert!(
-        chugo7.contains("balls    are its wheels on level ground and at an edge straight ahead"),
+        chugo7.contains("balls    stand for its wheels on level ground and at an edge straight ahead"),
         "{chugo7}"
     );
     let mecanum4 = check(include_str!("../../../omni-config/assets/vehicles/mecanum4.toml"));

@@ -1,0 +1,73 @@
+"""Runs the ensembles of docs/physics.md and writes its tables anew: python scripts/ensembles.py [PROGRAM].
+
+PROGRAM is the built command, target/release/omnistep if left out. Runs that are in out/ensembles already are not run again:
+delete the folder after a change of the physics or of a law. From nothing it takes a quarter of an hour on two cores.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "physics.md"
+POLICIES = ["independent", "paper", "synchronised", "load_sharing"]
+STEPS = {"1 ms": "physics.step_us=1000", "0.5 ms": "physics.step_us=500", "0.25 ms": "physics.step_us=250"}
+LINES = {
+    "as built in": None,
+    "`physics.solver_iterations=4`": "physics.solver_iterations=4",
+    "`physics.solver_iterations=16`": "physics.solver_iterations=16",
+    "`physics.step_us=125`": "physics.step_us=125",
+    "torque limit 1.8 N.m": "vehicle.motor.stall_torque_n_m=1.8",
+    "torque limit 1.4 N.m": "vehicle.motor.stall_torque_n_m=1.4",
+    "torque limit 1.0 N.m": "vehicle.motor.stall_torque_n_m=1.0",
+    "mu 0.9": "terrain.friction=0.9",
+    "mu 0.55": "terrain.friction=0.55",
+}
+
+
+def cells(program: Path, key: str | None) -> dict[str, dict]:
+    """What the study says of each policy, with one key replaced."""
+    folder = ROOT / "out" / "ensembles" / re.sub(r"[^\w.]+", "-", key or "built-in")
+    command = [program, "study", "ensemble", "--json", "--quiet", "--out", folder, *(["--set", key] if key else [])]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert all(row["errors"] == 0 and row["runs"] == 24 for row in rows), rows
+    return {row["control_policy"]: row for row in rows}
+
+
+def table(first: str, lines: dict[str, dict[str, dict]], text) -> str:
+    """A table with a column for each policy."""
+    head = [f"| {first} | {' | '.join(POLICIES)} |".replace("|  |", "| |"), "|---|---|---|---|---|"]
+    rows = [f"| {name} | {' | '.join(text(of[policy]) for policy in POLICIES)} |" for name, of in lines.items()]
+    return "\n".join([*head, *rows]) + "\n"
+
+
+def climbed(cell: dict) -> str:
+    """Runs that climbed, and those that were cut off on their way."""
+    text = str(round(cell["climbed"] * cell["runs"]))
+    return text + (f" ({cell['unfinished']} unfinished)" if cell["unfinished"] else "")
+
+
+def main(program: Path) -> None:
+    """Run and write."""
+    steps = {name: cells(program, key) for name, key in STEPS.items()}
+    lines = {name: cells(program, key) for name, key in LINES.items()}
+    tables = iter(
+        [
+            table("step", steps, lambda cell: f"{cell['crossing_s']:.3f}"),
+            table("", lines, climbed),
+            table("", lines, lambda cell: f"{cell['spread_rms']:.3f}, {cell['heat_n2m2s']:.1f}"),
+        ]
+    )
+    page = PAGE.read_text(encoding="utf-8")
+    start = page.index("\n## Ensembles\n")
+    end = page.index("\n## ", start + 1)
+    section, found = re.subn(r"(?:^\|.*\n)+", lambda _: next(tables), page[start:end], count=3, flags=re.MULTILINE)
+    assert found == 3, found
+    PAGE.write_text(page[:start] + section + page[end:], encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if sys.argv[1:] else ROOT / "target" / "release" / "omnistep")
