@@ -21,22 +21,9 @@ pub struct Rest {
     pub hold_s: f64,
     /// Or until the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
     /// `hold_s` is, 0 by default.
-    #[garde(custom(within(HOLD_HEAT_N2M2S)), custom(enough_to_hold(self.hold_s)))]
+    #[garde(custom(within(HOLD_HEAT_N2M2S)))]
     #[schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max))]
     pub hold_heat_n2m2s: f64,
-}
-
-/// Without heat nothing is held, whatever the time.
-fn enough_to_hold<Context>(hold_s: f64) -> impl FnOnce(&f64, &Context) -> garde::Result {
-    move |heat, _| {
-        if hold_s > 0.0 && *heat <= 0.0 {
-            return Err(garde::Error::new(format!(
-                "{heat}, allowed: above 0, up to {}, where hold_s is above 0",
-                HOLD_HEAT_N2M2S.max
-            )));
-        }
-        Ok(())
-    }
 }
 
 impl Default for Rest {
@@ -71,11 +58,16 @@ mod tests {
 
     #[test]
     fn holding_without_heat_is_refused_by_key() {
-        let error =
-            Scenario::load("flat", &[Override::new("control.rest.hold_s", 30.0)]).expect_err("refused");
-        assert_eq!(
-            error.to_string(),
-            "built-in flat: control.rest.hold_heat_n2m2s: 0, allowed: above 0, up to 1000000000, where hold_s is above 0"
+        let scenario =
+            Scenario::load("flat", &[Override::new("control.rest.hold_s", 30.0)]).expect("each key alone");
+        let error = scenario
+            .controller::<f64, 7>()
+            .map(drop)
+            .expect_err("refused")
+            .to_string();
+        assert!(
+            error.contains("rest.hold_heat_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"),
+            "{error}"
         );
     }
 }
