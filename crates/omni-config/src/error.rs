@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::file_kind::FileKind;
 use crate::nearest::did_you_mean;
 use crate::shortened;
-use crate::shortened::short_key;
+use crate::shortened::{fits, short_key};
 
 /// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
 /// the file holds, no part of it is longer than [`shortened`] leaves it.
@@ -85,11 +85,7 @@ const MOST_AGAIN: usize = 60;
 
 /// A file as it is to be typed, where that is not long: it was said in full before.
 fn or_file(file: &str) -> &str {
-    if file.chars().nth(MOST_AGAIN).is_none() {
-        file
-    } else {
-        "FILE"
-    }
+    if fits(file, MOST_AGAIN) { file } else { "FILE" }
 }
 
 impl Error {

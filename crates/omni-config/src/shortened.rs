@@ -30,21 +30,23 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
     // Of a message of 100 MB neither end is looked at for long.
     let allowed = ALLOWED.iter().filter_map(|word| last(message, word)).max();
     let Some((value, allowed)) = allowed.and_then(|at| message.split_at_checked(at)) else {
-        let (head, tail) = (head(message, MOST), tail(message, LEAST));
-        if head.len() == message.len() {
+        if fits(message, MOST) {
             return one_line(message).into();
         }
-        let head = one_line(self::head(head, MOST - LEAST - 3));
-        return format!("{head}...{}", one_line(tail)).into();
+        let begin = one_line(head(message, MOST - LEAST - 3));
+        return format!("{begin}...{}", one_line(tail(message, LEAST))).into();
     };
     // A list of what there is may be long, beside a value that is not.
-    let long = head(value, LEAST).len() < value.len();
-    let most = if long { MOST - LEAST } else { MOST_ALLOWED };
-    let allowed = if head(allowed, most).len() < allowed.len() {
+    let most = if fits(value, LEAST) {
+        MOST_ALLOWED
+    } else {
+        MOST - LEAST
+    };
+    let allowed = if fits(allowed, most) {
+        one_line(allowed)
+    } else {
         // Every name without its quotes says more than half of the names with them.
         cut(&allowed.replace('`', ""), most)
-    } else {
-        one_line(allowed)
     };
     let room = MOST.saturating_sub(allowed.chars().count()).max(LEAST);
     format!("{}{allowed}", cut(value, room)).into()
@@ -67,7 +69,8 @@ const END_OF_LINE: usize = 150;
 /// ```
 #[must_use]
 pub fn shortened_line(line: &str) -> Cow<'_, str> {
-    if head(line, MOST_OF_LINE).len() == line.len() && !line.contains(char::is_control) {
+    let whole = fits(line, MOST_OF_LINE);
+    if whole && !line.contains(char::is_control) {
         return line.into();
     }
     // Written out they may be six times as long; of a line of 100 MB neither end is looked at for long.
@@ -75,7 +78,7 @@ pub fn shortened_line(line: &str) -> Cow<'_, str> {
         one_line(head(line, MOST_OF_LINE)),
         one_line(tail(line, MOST_OF_LINE)),
     );
-    if head(line, MOST_OF_LINE).len() == line.len() && head(&begin, MOST_OF_LINE).len() == begin.len() {
+    if whole && fits(&begin, MOST_OF_LINE) {
         return begin.into();
     }
     let begin = head(&begin, MOST_OF_LINE - END_OF_LINE - 3);
@@ -84,8 +87,7 @@ pub fn shortened_line(line: &str) -> Cow<'_, str> {
 
 /// A key: whole, or the beginning of what cannot be one.
 pub(crate) fn short_key(key: &str) -> String {
-    let fits = head(key, MOST).len() == key.len();
-    cut(key, if fits { MOST } else { LEAST })
+    cut(key, if fits(key, MOST) { MOST } else { LEAST })
 }
 
 /// Where the last `word` within reach of the end begins.
@@ -97,11 +99,16 @@ fn last(message: &str, word: &str) -> Option<usize> {
 
 /// At most so many characters, the last of them dots where some are left out.
 fn cut(text: &str, most: usize) -> String {
-    if head(text, most).len() == text.len() {
+    if fits(text, most) {
         one_line(text)
     } else {
         format!("{}...", one_line(head(text, most - 3)))
     }
+}
+
+/// Has it at most so many characters?
+pub(crate) fn fits(text: &str, most: usize) -> bool {
+    text.chars().nth(most).is_none()
 }
 
 fn head(text: &str, most: usize) -> &str {

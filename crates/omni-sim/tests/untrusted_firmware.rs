@@ -67,16 +67,21 @@ fn liar(scenario: &Scenario, mut lie: impl FnMut(Said, &mut PipeWriter) + Send +
     })
 }
 
-/// The same, of the answers' torques only, from [`LIE`] on.
-fn torques(scenario: &Scenario, mut lie: impl FnMut(&mut [f32; N]) + Send + 'static) -> Link {
+/// The same, of answers only, from [`LIE`] on.
+fn answers(scenario: &Scenario, mut lie: impl FnMut(&mut Answer<N>) + Send + 'static) -> Link {
     liar(scenario, move |mut said, to| {
         if let FromController::Answer(answer) = &mut said
             && answer.sequence >= LIE
         {
-            lie(&mut answer.sample.wheels.applied.n_m);
+            lie(answer);
         }
         let _ = to.write_all(&frame(&said)); // nobody may listen any more
     })
+}
+
+/// The same, of their torques.
+fn torques(scenario: &Scenario, mut lie: impl FnMut(&mut [f32; N]) + Send + 'static) -> Link {
+    answers(scenario, move |answer| lie(&mut answer.sample.wheels.applied.n_m))
 }
 
 /// Runs until an error, which comes within a minute whatever the other end does; then nothing turns the wheels.
@@ -180,14 +185,7 @@ fn signals_that_no_controller_has_stop_the_run_before_they_are_logged() {
     ];
     for (lie, expected) in lies {
         let scenario = scenario(&[]);
-        let link = liar(&scenario, move |mut said, to| {
-            if let FromController::Answer(answer) = &mut said
-                && answer.sequence >= LIE
-            {
-                lie(answer);
-            }
-            let _ = to.write_all(&frame(&said)); // nobody may listen any more
-        });
+        let link = answers(&scenario, lie);
         let (error, periods) = ended(scenario, link);
         assert!(line(&error).contains(expected), "{error}");
         assert_eq!(periods, u64::from(LIE) - 1);

@@ -18,6 +18,7 @@ use tokio_tungstenite::tungstenite::Message;
 
 use super::desk::{ClientId, Published};
 use super::server::{Event, Hub};
+use crate::config::shortened_line;
 use crate::log::topic;
 
 /// Answers that wait until a client reads them; one more, and it is cut off.
@@ -26,8 +27,6 @@ const MOST_ANSWERS: usize = 64;
 const MOST_ANNOUNCED: usize = 64;
 /// How long a client may read nothing before it is cut off.
 const SLOWEST: Duration = Duration::from_secs(10);
-/// Longest reason that a client is told \[characters\].
-const LONGEST_REASON: usize = 300;
 
 type Socket = WebSocketStream<TcpStream>;
 
@@ -283,11 +282,7 @@ impl Viewer {
 
     /// Tells this client why something was not done.
     fn refuse(&self, why: &str) -> Result<(), TooSlow> {
-        let why = match why.char_indices().nth(LONGEST_REASON) {
-            Some((end, _)) => &why[..end],
-            None => why,
-        };
-        self.answer(&Status::error(why))
+        self.answer(&Status::error(shortened_line(why)))
     }
 
     fn answer<'a, M>(&self, message: &'a M) -> Result<(), TooSlow>

@@ -3,6 +3,7 @@
 
 mod balls;
 mod files;
+mod foreign_logs;
 mod logs;
 mod others;
 mod refusals;

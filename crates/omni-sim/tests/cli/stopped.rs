@@ -10,30 +10,32 @@ use std::time::{Duration, Instant};
 
 use omni_sim::log::{LogMessage, read_log};
 
-/// Starts a run of an hour, sends a signal when its log has grown to a megabyte, and waits for its end.
-fn signalled(folder: &Path, args: &[&str], part: &Path, signal: &str) -> Output {
-    let run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
+/// Starts a program, sends a signal when what is waited for is there, and waits for its end. What it says on standard error is in the file `said`
+/// of the folder meanwhile.
+fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> bool) -> Output {
+    let said = folder.join("said");
+    let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
         .current_dir(folder)
         .args(args)
-        .args(["step", "--set", "duration_s=3600"])
         .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
+        .stderr(fs::File::create(&said).unwrap())
         .spawn()
         .unwrap();
     let begun = Instant::now();
-    while fs::metadata(part).map_or(0, |file| file.len()) < 1_000_000 {
-        assert!(begun.elapsed() < Duration::from_secs(120), "the log grows");
+    while !ready() {
+        assert!(run.try_wait().unwrap().is_none(), "it goes on: {args:?}");
+        assert!(begun.elapsed() < Duration::from_secs(120), "{args:?}");
         std::thread::sleep(Duration::from_millis(3));
     }
-    let id = run.id().to_string();
-    assert!(
-        Program::new("kill")
-            .args([signal, &id])
-            .status()
-            .unwrap()
-            .success()
-    );
-    run.wait_with_output().unwrap()
+    let killed = Program::new("kill")
+        .args([signal, &run.id().to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    let output = run.wait_with_output().unwrap();
+    Output {
+        stderr: fs::read(said).unwrap(),
+        ..output
+    }
 }
 
 #[test]
@@ -45,7 +47,10 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
         (&["compare"], "independent", "-INT", 130),
     ] {
         let part = format!("out/step-{policy}.mcap.part");
-        let output = signalled(folder.path(), args, &folder.path().join(&part), signal);
+        let log = folder.path().join(&part);
+        let args = [args, &["step", "--set", "duration_s=3600"]].concat();
+        let grown = || fs::metadata(&log).map_or(0, |file| file.len()) >= 1_000_000;
+        let output = signalled(folder.path(), &args, signal, grown);
         assert_eq!(output.status.code(), Some(code), "{output:?}");
         assert!(output.stdout.is_empty(), "{output:?}");
         let mut times = Vec::new();
@@ -69,29 +74,6 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
     }
 }
 
-/// Starts a program, sends Ctrl-C when it has said or made what is waited for, and waits for its end.
-fn interrupted(folder: &Path, args: &[&str], ready: impl Fn() -> bool) -> Output {
-    let said = fs::File::create(folder.join("said")).unwrap();
-    let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
-        .current_dir(folder)
-        .args(args)
-        .stdout(Stdio::piped())
-        .stderr(said)
-        .spawn()
-        .unwrap();
-    let begun = Instant::now();
-    while !ready() {
-        assert!(run.try_wait().unwrap().is_none(), "it goes on: {args:?}");
-        assert!(begun.elapsed() < Duration::from_secs(120), "{args:?}");
-        std::thread::sleep(Duration::from_millis(3));
-    }
-    let killed = Program::new("kill")
-        .args(["-INT", &run.id().to_string()])
-        .status();
-    assert!(killed.unwrap().success());
-    run.wait_with_output().unwrap()
-}
-
 #[test]
 #[cfg(feature = "live")]
 fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_the_clock() {
@@ -103,9 +85,8 @@ fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_
             more,
         ]
         .concat();
-        fs::write(folder.path().join("said"), "").unwrap();
         let begun = Instant::now();
-        let output = interrupted(folder.path(), &args, || said().contains("serving ws://"));
+        let output = signalled(folder.path(), &args, "-INT", || said().contains("serving ws://"));
         assert_eq!(output.status.code(), Some(130), "{more:?}: {output:?}");
         assert!(begun.elapsed() < Duration::from_secs(60));
         let said = said();
@@ -145,7 +126,7 @@ fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() 
     let folder = tempfile::tempdir().unwrap();
     let part = folder.path().join("out/step-synchronised.mcap.part");
     let args = ["compare", "step", "--quiet", "--set", "duration_s=4"];
-    let output = interrupted(folder.path(), &args, || part.exists());
+    let output = signalled(folder.path(), &args, "-INT", || part.exists());
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let shown = String::from_utf8(output.stdout).unwrap();
     for done in ["independent", "paper"] {
