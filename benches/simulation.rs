@@ -5,9 +5,10 @@
 
 use std::time::Instant;
 
+use omni_log::{Error, RunLog, record};
 use omni_sim::config::{Override, Scenario};
-use omni_sim::log::RunLog;
-use omni_sim::{Error, Simulation, Trace, record, run};
+use omni_sim::controller::AnyController;
+use omni_sim::{Simulation, Trace, measure, run};
 
 /// Rounds of which the shortest time counts.
 const ROUNDS: usize = 7;
@@ -79,13 +80,15 @@ fn main() {
     let torques = torques(&trace);
     let folder = tempfile::tempdir().expect("a folder");
     let log = || {
-        let log = RunLog::create(folder.path().join("x.mcap"), &scenario).expect("writable");
-        record::<Error>(&scenario, Some(log), |_, _| Ok(())).expect("runs");
+        let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario).expect("writable");
+        let controller = AnyController::new(&scenario).expect("a controller");
+        let run = record::<Error>(&scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
+        log.finish(&run.outcome).expect("writable");
     };
     let [physics, traced, metered, logged] = shortest([
         &mut || bare(&scenario, &torques),
         &mut || drop(run(&scenario).expect("runs")),
-        &mut || drop(record::<Error>(&scenario, None, |_, _| Ok(())).expect("runs")),
+        &mut || drop(measure::<omni_sim::Error>(&scenario, |_, _| Ok(())).expect("runs")),
         &mut || log(),
     ]);
     let [alone, pair] = alone_and_pair(|| drop(run(&scenario).expect("runs")));

@@ -29,7 +29,7 @@ pub(crate) fn numbers(
             )
         } else if error.is_instance_of::<PyOverflowError>(py) {
             let value = "an integer beyond every float".into();
-            exception(&Error::Argument { name, value, allowed })
+            exception(Error::Argument { name, value, allowed })
         } else {
             error
         }

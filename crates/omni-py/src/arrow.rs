@@ -9,7 +9,7 @@ use arrow_array::{
 };
 use arrow_buffer::{Buffer, ScalarBuffer};
 use arrow_schema::{DataType, Field, Schema};
-use omni_sim::study::{Cell, Column, Kind, Row};
+use omni_study::{Cell, Column, Kind, Row};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;

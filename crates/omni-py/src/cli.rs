@@ -7,5 +7,5 @@ use pyo3::prelude::*;
 /// Run the command line ``argv`` (the program's name first); return the exit code.
 #[pyfunction]
 pub(crate) fn cli(py: Python<'_>, argv: Vec<OsString>) -> u8 {
-    py.detach(|| omni_sim::cli::main(argv))
+    py.detach(|| omnistep::main(argv))
 }

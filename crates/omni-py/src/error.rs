@@ -1,42 +1,53 @@
-//! Errors of the simulation as the exceptions of `omnistep.errors`, with the key and the file they concern.
+//! Errors of simulation, logs and studies as the exceptions of `omnistep.errors`, with the key and the file they concern.
 
 use std::path::Path;
 
-use omni_sim::Error;
-use omni_sim::log::LogError;
+use omni_log::LogError;
+use omnistep::Error;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// The Python exception for an error.
-pub(crate) fn exception(error: &Error) -> PyErr {
-    Python::attach(|py| build(py, error).unwrap_or_else(|failed| failed))
+pub(crate) fn exception(error: impl Into<Error>) -> PyErr {
+    let error = error.into();
+    Python::attach(|py| build(py, &error).unwrap_or_else(|failed| failed))
 }
 
 fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
-    use omni_sim::config::Error as Bad;
+    use omni_study::Error as OfStudy;
     let (class, key, file) = match error {
-        Error::Config(Bad::Key { file, key, .. }) => ("ConfigError", Some(key.as_str()), Some(file.as_str())),
-        Error::Config(Bad::Syntax { file, .. }) => ("ConfigError", None, Some(file.as_str())),
-        // The experiment of section 3.3 is an argument of that name.
-        Error::Config(Bad::UnknownName { kind, .. }) => {
-            ("ConfigError", Some(kind.trim_start_matches("wheels ")), None)
-        }
-        Error::Config(Bad::Override { text, .. }) => ("ConfigError", Some(text.as_str()), None),
-        Error::Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
-        Error::Config(Bad::NotText { file, .. } | Bad::OtherKind { file, .. }) => {
-            ("ConfigError", None, Some(file.as_str()))
-        }
-        Error::Config(_) => ("ConfigError", None, None),
-        Error::Argument { name, .. } => ("ConfigError", Some(*name), None),
+        Error::Simulation(error) | Error::Study(OfStudy::Simulation(error)) => of_simulation(error),
+        Error::Log(omni_log::Error::Simulation(error)) => of_simulation(error),
+        Error::Log(omni_log::Error::Log(error)) => ("LogError", None, log_path(error).to_str()),
         // The folder of results is an argument of that name.
-        Error::Study { folder, .. } => ("ConfigError", Some("out"), folder.to_str()),
-        Error::Io { path, .. } => ("StudyError", None, path.to_str()),
-        Error::Log(error) => ("LogError", None, log_path(error).to_str()),
+        Error::Study(OfStudy::Study { folder, .. }) => ("ConfigError", Some("out"), folder.to_str()),
+        Error::Study(OfStudy::Io { path, .. }) => ("StudyError", None, path.to_str()),
         _ => ("SimulationError", None, None),
     };
     let line = error.to_string();
     raised(py, class, &omni_sim::config::shortened_line(&line), key, file)
+}
+
+/// The class of exception for an error of the simulation, the key and the file concerned.
+fn of_simulation(error: &omni_sim::Error) -> (&'static str, Option<&str>, Option<&str>) {
+    use omni_sim::Error::{Argument, Config};
+    use omni_sim::config::Error as Bad;
+    match error {
+        Config(Bad::Key { file, key, .. }) => ("ConfigError", Some(key), Some(file)),
+        Config(Bad::Syntax { file, .. } | Bad::NotText { file, .. } | Bad::OtherKind { file, .. }) => {
+            ("ConfigError", None, Some(file))
+        }
+        // The experiment of section 3.3 is an argument of that name.
+        Config(Bad::UnknownName { kind, .. }) => {
+            ("ConfigError", Some(kind.trim_start_matches("wheels ")), None)
+        }
+        Config(Bad::Override { text, .. }) => ("ConfigError", Some(text), None),
+        Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
+        Config(_) => ("ConfigError", None, None),
+        Argument { name, .. } => ("ConfigError", Some(name), None),
+        _ => ("SimulationError", None, None),
+    }
 }
 
 /// An argument, by its name, that is not usable; `message` is the one line that says so, however long the value in it.
@@ -124,16 +135,16 @@ pub(crate) enum Stop {
     Interrupted(PyErr),
 }
 
-impl From<Error> for Stop {
-    fn from(error: Error) -> Self {
-        Self::Failed(error)
+impl<E: Into<Error>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
     }
 }
 
 impl From<Stop> for PyErr {
     fn from(stop: Stop) -> Self {
         match stop {
-            Stop::Failed(error) => exception(&error),
+            Stop::Failed(error) => exception(error),
             Stop::Interrupted(error) => error,
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use omni_sim::log::LoggedRun;
+use omni_log::LoggedRun;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -64,7 +64,7 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     if let Some(interrupted) = interrupted {
         return Err(interrupted);
     }
-    let logged = logged.map_err(|error| exception(&error))?;
+    let logged = logged.map_err(|error| exception(error))?;
     let file = logged.file;
     // Plain data, which was read from such a text.
     let scenario = toml::to_string(&file.scenario).unwrap_or_default();

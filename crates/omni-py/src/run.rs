@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use omni_sim::Error;
-use omni_sim::log::RunLog;
+use omni_log::RunLog;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -49,8 +48,8 @@ pub(crate) fn run(
         };
         match mcap {
             Some(path) => {
-                let log = RunLog::create(path, &scenario).map_err(Error::from)?;
-                omni_sim::run_logged(&scenario, log, look)
+                let log = RunLog::create(path, &scenario)?;
+                omni_log::run_logged(&scenario, log, look)
             }
             None => omni_sim::run_watched(&scenario, look),
         }

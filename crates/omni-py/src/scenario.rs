@@ -81,7 +81,7 @@ pub(crate) fn load(
 ) -> PyResult<config::Scenario> {
     match scenario {
         ScenarioArg::Name(name) => {
-            let source = Source::scenario(&name).map_err(|error| exception(&Error::Config(error)))?;
+            let source = Source::scenario(&name).map_err(|error| exception(error))?;
             read(&source, policy, None, overrides, seed)
         }
         ScenarioArg::Loaded(scenario) => changed(*scenario, policy, None, overrides, seed),
@@ -94,9 +94,7 @@ pub(crate) fn warn_of_coarse_encoder(
     scenario: &config::Scenario,
     level: i32,
 ) -> PyResult<()> {
-    let coarse = scenario
-        .coarse_encoder()
-        .map_err(|error| exception(&Error::Config(error)))?;
+    let coarse = scenario.coarse_encoder().map_err(|error| exception(error))?;
     let Some(text) = coarse else { return Ok(()) };
     let text = CString::new(text)?;
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, level)
@@ -113,9 +111,7 @@ fn changed(
         return finished(scenario, policy, seed);
     }
     let file = format!("scenario {}", scenario.name);
-    let text = scenario
-        .to_toml()
-        .map_err(|error| exception(&Error::Config(error)))?;
+    let text = scenario.to_toml().map_err(|error| exception(error))?;
     read(&Source::text(file, text), policy, vehicle, overrides, seed)
 }
 
@@ -148,7 +144,7 @@ fn read(
         all.rotate_right(1);
         config::Scenario::from_source(source, &all)
     };
-    let scenario = build().map_err(|error| exception(&Error::Config(error)))?;
+    let scenario = build().map_err(|error| exception(error))?;
     finished(scenario, policy, seed)
 }
 
@@ -158,9 +154,7 @@ fn finished(
     seed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<config::Scenario> {
     let mut scenario = match policy {
-        Some(policy) => scenario
-            .with_policy(policy)
-            .map_err(|error| exception(&Error::Config(error)))?,
+        Some(policy) => scenario.with_policy(policy).map_err(|error| exception(error))?,
         None => scenario,
     };
     if let Some(seed) = seed {
@@ -180,7 +174,7 @@ pub(crate) fn checked_seed(seed: &Bound<'_, PyAny>) -> PyResult<u64> {
                 "seed: {found}, allowed: a whole number, {ALLOWED}"
             )))
         }
-        _ => Err(exception(&Error::Argument {
+        _ => Err(exception(Error::Argument {
             name: "seed",
             value: seed.to_string(),
             allowed: ALLOWED,
@@ -219,7 +213,7 @@ impl Scenario {
         let inner = match scenario {
             ScenarioArg::Loaded(scenario) => changed(*scenario, policy, vehicle, overrides, seed)?,
             ScenarioArg::Name(name) => {
-                let source = Source::scenario(&name).map_err(|error| exception(&Error::Config(error)))?;
+                let source = Source::scenario(&name).map_err(|error| exception(error))?;
                 read(&source, policy, vehicle, overrides, seed)?
             }
         };

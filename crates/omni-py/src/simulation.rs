@@ -61,7 +61,7 @@ impl Simulation {
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, seed)?;
         warn_of_coarse_encoder(py, &scenario, 1)?;
-        let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(&error))?;
+        let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(error))?;
         let inner = Mutex::new(inner);
         Ok(Self { scenario, inner })
     }
@@ -79,7 +79,7 @@ impl Simulation {
         const ALLOWED: &str = "three finite numbers, vx [m/s], vy [m/s], wz [rad/s]";
         let components = numbers("command", command, ALLOWED)?;
         let components: [f64; 3] = components.try_into().map_err(|components: Vec<f64>| {
-            exception(&Error::Argument {
+            exception(Error::Argument {
                 name: "command",
                 value: format!("{} values", components.len()),
                 allowed: ALLOWED,
@@ -203,7 +203,7 @@ impl Simulation {
             let control = step(simulation)?;
             Ok((control, simulation.observation().clone()))
         };
-        let (control, observation) = self.with(py, work)?.map_err(|error| exception(&error))?;
+        let (control, observation) = self.with(py, work)?.map_err(|error| exception(error))?;
         Ok(Sample::new(self.scenario.vehicle(), control, observation))
     }
 }

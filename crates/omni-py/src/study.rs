@@ -9,7 +9,7 @@ use std::sync::mpsc::Sender;
 
 use omni_sim::Error;
 use omni_sim::config::{Override, Scenario, Seeds, Study};
-use omni_sim::study::{self, Batch, Cell, Kind, Row, Run, cells, compute};
+use omni_study::{self, Batch, Cell, Kind, Row, Run, cells, compute};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
@@ -40,7 +40,7 @@ impl Plan {
     ) -> PyResult<Self> {
         let overrides = without_seed(overrides)?;
         let seeds = seeds.map(checked_seeds).transpose()?;
-        let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(&error.into()))?;
+        let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(error))?;
         study.seeds = seeds.unwrap_or(study.seeds);
         let is_axis = |key: &str| study.axis.iter().any(|axis| axis.key == key);
         if let Some(each) = overrides.iter().find(|each| is_axis(each.key())) {
@@ -68,7 +68,7 @@ impl Plan {
         let py = seeds.py();
         let seeds = checked_seeds(seeds)?;
         without_seed(overrides)?;
-        study::Plan::check_size("sweep", points.len(), &seeds).map_err(|error| exception(&error))?;
+        study::Plan::check_size("sweep", points.len(), &seeds).map_err(|error| exception(error))?;
         let mut scenarios = Vec::with_capacity(points.len());
         for (i, point) in points.iter().enumerate() {
             let own = || -> PyResult<(Vec<_>, Scenario)> {
@@ -141,7 +141,7 @@ impl Store {
             let lock = store.lock()?;
             Ok((store, lock))
         };
-        let (store, lock) = opened().map_err(|error| exception(&error))?;
+        let (store, lock) = opened().map_err(|error| exception(error))?;
         Ok(Self {
             plan,
             store,
@@ -224,7 +224,7 @@ impl Store {
 #[pyfunction]
 pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static str>> {
     py.detach(|| study::damage(&path))
-        .map_err(|error| exception(&error))
+        .map_err(|error| exception(error))
 }
 
 /// Compute what a batch's part in the folder lacks, each row written as soon as it is done.
@@ -249,7 +249,7 @@ pub(crate) fn compute_batch(
     folder: PathBuf,
     jobs: Option<NonZeroUsize>,
 ) -> PyResult<(usize, usize)> {
-    let batch = Batch::from_text(batch).map_err(|error| exception(&error))?;
+    let batch = Batch::from_text(batch).map_err(|error| exception(error))?;
     let computed = attended(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
     Ok((computed.rows, computed.errors))
 }

@@ -92,7 +92,7 @@ fn value_at(file: &str, key: &str, value: &Bound<'_, PyAny>, deeper: usize) -> P
     }
     if value.is_instance_of::<PyInt>() {
         let integer = value.extract().map_err(|_| {
-            exception(&Error::Config(config::Error::Key {
+            exception(Error::Config(config::Error::Key {
                 file: file.into(),
                 key: key.into(),
                 message: format!("{value}, allowed: an integer of 64 bits"),

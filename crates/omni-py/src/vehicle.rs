@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use omni_log::vehicle_urdf;
+use omni_sim::Error;
 use omni_sim::config::{self, Source};
-use omni_sim::{Error, vehicle_urdf};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyTuple};
@@ -88,12 +89,12 @@ fn read(source: &Source, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<V
     let overrides = values::overrides(overrides)?;
     let inner = config::Vehicle::from_source(source, &overrides);
     Ok(Vehicle {
-        inner: inner.map_err(|error| exception(&Error::Config(error)))?,
+        inner: inner.map_err(|error| exception(error))?,
     })
 }
 
 fn config_error(error: config::Error) -> PyErr {
-    exception(&Error::Config(error))
+    exception(error)
 }
 
 #[pymethods]

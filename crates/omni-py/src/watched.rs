@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-use omni_sim::Error;
+use omnistep::Error;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -15,18 +15,18 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C, which sets the flag that
 /// the work gets.
-pub(crate) fn attended<T: Send>(
+pub(crate) fn attended<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
-    work: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
+    work: impl FnOnce(&AtomicBool) -> Result<T, E> + Send,
 ) -> PyResult<T> {
     watched(py, None, |stop, _heard| work(stop))
 }
 
 /// [`attended`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.
-pub(crate) fn watched<T: Send>(
+pub(crate) fn watched<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     watch: Option<Py<PyAny>>,
-    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<T, Error> + Send,
+    work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
     let stop = AtomicBool::new(false);
     let look = |rows: usize, errors: usize| {
@@ -64,7 +64,7 @@ pub(crate) fn watched<T: Send>(
                 .join()
                 .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
             ended?;
-            let computed = computed.map_err(|error| exception(&error))?;
+            let computed = computed.map_err(|error| exception(error))?;
             look(rows, errors)?;
             Ok(computed)
         })

@@ -1,10 +1,8 @@
 //! Everything that can go wrong, each with the file and key concerned, in one line.
 
-use std::path::{Path, PathBuf};
-
 use crate::config::shortened;
 
-/// An error of configuration, simulation or logging. Its message is one line.
+/// An error of configuration or simulation. Its message is one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -21,17 +19,6 @@ pub enum Error {
         /// The range allowed.
         allowed: &'static str,
     },
-    /// A file or folder could not be read or written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// A log could not be written or read.
-    #[error(transparent)]
-    Log(#[from] crate::log::LogError),
     /// A controller at the other end of a link cannot be started, or is not the scenario's.
     #[error("{}: {}", shortened(name), shortened(reason))]
     Firmware {
@@ -52,37 +39,6 @@ pub enum Error {
         reason: String,
         /// What was lost until then.
         counters: crate::controller::LinkCounters,
-    },
-    /// A folder of results cannot be used for this study.
-    #[error("{}: {}", folder.display(), shortened(reason))]
-    Study {
-        /// The folder.
-        folder: PathBuf,
-        /// What is wrong, and what to do.
-        reason: String,
-    },
-    /// Whoever asked for it does not want it any more.
-    #[error("stopped before the end")]
-    Stopped,
-    /// Ctrl-C ended a study before its end.
-    #[error("{done} of {runs} runs are done and kept in {}; the same command goes on", folder.display())]
-    Interrupted {
-        /// Runs whose rows are written.
-        done: usize,
-        /// Runs of the study.
-        runs: usize,
-        /// The folder of results.
-        folder: PathBuf,
-    },
-    /// A signal such as Ctrl-C ended a run before its end.
-    #[error("the run ended at {time_s:.2} s of {duration_s} s{}", its_log(part.as_deref()))]
-    RunInterrupted {
-        /// Simulated time \[s\].
-        time_s: f64,
-        /// Simulated time that it would have had \[s\].
-        duration_s: f64,
-        /// The unfinished log; a live run has none.
-        part: Option<PathBuf>,
     },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
@@ -123,22 +79,6 @@ pub enum Error {
         /// The time allowed \[s\].
         wall_clock_s: f64,
     },
-    /// A live run cannot be served.
-    #[error("port {port} on 127.0.0.1: {reason}")]
-    Live {
-        /// The port.
-        port: u16,
-        /// What the system said.
-        reason: String,
-    },
-    /// A command that another program has.
-    #[error("omnistep {command} is part of the Python package: {how}")]
-    Elsewhere {
-        /// The command.
-        command: &'static str,
-        /// How to get it.
-        how: &'static str,
-    },
     /// A snapshot does not belong to the scenario.
     #[error("the snapshot cannot be resumed: {}", shortened(reason))]
     Snapshot {
@@ -147,28 +87,15 @@ pub enum Error {
     },
 }
 
-/// Where the log of a run that was stopped is, if it has one.
-fn its_log(part: Option<&Path>) -> String {
-    part.map_or_else(String::new, |part| {
-        format!("; its log until then is {}", part.display())
-    })
-}
-
 impl Error {
     /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {
-            Self::Log(error) => {
-                use crate::log::LogError::{Busy, Create, Lacks, Read};
-                matches!(error, Busy { .. } | Create { .. } | Lacks { .. } | Read { .. })
-            }
             Self::Diverged { .. }
             | Self::FellApart { .. }
             | Self::GainedEnergy { .. }
             | Self::OutOfTime { .. }
-            | Self::Interrupted { .. }
-            | Self::RunInterrupted { .. }
             | Self::Link { .. } => false,
             _ => true,
         }

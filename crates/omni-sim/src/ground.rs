@@ -13,24 +13,35 @@ const WAVES: usize = 64;
 const CELLS_PER_WAVE: f64 = 8.0;
 
 /// A part of the ground, in the world's frame.
-pub(crate) enum Shape {
-    /// A box: half its edges and its centre \[m\], its turn about y \[rad\] (nose up is negative).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A box.
     Box {
+        /// Half its edges \[m\].
         half_m: [f64; 3],
+        /// Its centre \[m\].
         centre_m: [f64; 3],
+        /// Its turn about y \[rad\]; negative raises its front.
         turn_y_rad: f64,
     },
-    /// A round bar across the way.
+    /// A round bar across the way, along y.
     Bar {
+        /// Half its length \[m\].
         half_length_m: f64,
+        /// Its radius \[m\].
         radius_m: f64,
+        /// Its centre \[m\].
         centre_m: [f64; 3],
     },
-    /// Heights at the corners of cells, rows going forward from `from_m`, columns to the right from the left border.
+    /// Heights at the corners of cells, rows going forward, columns to the right from the left border.
     Field {
+        /// Where the first row is, along x \[m\].
         from_m: f64,
+        /// How long and how wide it is, along x and y \[m\]; its middle is at y = 0.
         extent_m: [f64; 2],
+        /// Rows of cells.
         rows: usize,
+        /// Columns of cells.
         columns: usize,
         /// Row by row \[m\].
         heights_m: Vec<f64>,
@@ -38,7 +49,19 @@ pub(crate) enum Shape {
 }
 
 /// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides.
-pub(crate) fn shapes(scenario: &Scenario, far: f64) -> Vec<Shape> {
+///
+/// ```
+/// use omni_sim::{config::Scenario, ground::{Shape, shapes}};
+/// let ground = shapes(&Scenario::load("step", &[])?, 100.0);
+/// let tops = ground.iter().map(|shape| match shape {
+///     Shape::Box { half_m, centre_m, .. } => centre_m[2] + half_m[2],
+///     _ => f64::NAN,
+/// });
+/// assert_eq!(tops.collect::<Vec<_>>(), [0.0, 0.06]); // the floor, and a step of 60 mm
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[must_use]
+pub fn shapes(scenario: &Scenario, far: f64) -> Vec<Shape> {
     let mut ground = Ground {
         shapes: Vec::new(),
         far,

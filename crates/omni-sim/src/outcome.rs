@@ -5,6 +5,7 @@ mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::config::Scenario;
 pub(crate) use meter::Meter;
 
 /// How a run ended.
@@ -122,6 +123,40 @@ pub struct Outcome {
     /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
     #[serde(deserialize_with = "or_nan")]
     pub energy_residual: f64,
+}
+
+impl Outcome {
+    /// The outcome of a run of which nothing is known but its scenario: unfinished, nothing measured.
+    ///
+    /// ```
+    /// use omni_sim::{Outcome, Verdict, config::Scenario};
+    /// let outcome = Outcome::unfinished(&Scenario::load("flat", &[])?);
+    /// assert!(outcome.verdict == Verdict::Unfinished && outcome.wheel_model_valid && outcome.work_j.is_nan());
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    #[must_use]
+    pub fn unfinished(scenario: &Scenario) -> Self {
+        Self {
+            verdict: Verdict::Unfinished,
+            climbed: false,
+            wheel_model_valid: scenario.beyond_balls().is_none(),
+            crossing_s: None,
+            stalled_at_m: None,
+            stalled_row: None,
+            pitch_peak_deg: f64::NAN,
+            yaw_error_deg: f64::NAN,
+            slip_rms: f64::NAN,
+            disturbed_rms: f64::NAN,
+            spread_rms: f64::NAN,
+            shape_error_rms_rad_s: f64::NAN,
+            heat_n2m2s: f64::NAN,
+            work_j: f64::NAN,
+            cost_of_transport: None,
+            e_over_mgh: None,
+            required_friction: f64::NAN,
+            energy_residual: f64::NAN,
+        }
+    }
 }
 
 /// A figure; JSON has null where nothing was measured.

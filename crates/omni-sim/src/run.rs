@@ -5,8 +5,7 @@ use std::time::Instant;
 use omni_core::BodyTwist;
 
 use crate::config::Scenario;
-use crate::controller::{AnyController, LinkCounters};
-use crate::log::{FinishedLog, RunLog};
+use crate::controller::AnyController;
 use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
 use crate::{Error, Outcome, Simulation};
@@ -64,14 +63,41 @@ pub fn run_with<E: From<Error>>(
     }
 }
 
-/// The scenario's own command.
-fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
+/// The scenario's own command: what [`drive`] is given where nobody steers.
+///
+/// # Errors
+/// None.
+pub fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
     Ok(simulation.scenario_command())
 }
 
-/// Steps through a scenario, commanded by `steer`, and keeps nothing but its figures. Where the physics end the run, or gain energy, the outcome
-/// says so and the error says why.
-pub(crate) fn drive<E: From<Error>>(
+/// Runs a scenario from start to end and keeps nothing but its figures. Calls `watch` as [`run_watched`] does.
+///
+/// Where the physics end the run, the verdict is [`crate::Verdict::Diverged`], where they gain energy
+/// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
+///
+/// # Errors
+/// As [`AnyController::new`]; [`Error::OutOfTime`]; whatever `watch` returns.
+///
+/// ```
+/// use omni_sim::{Error, config::Scenario, measure};
+/// let (outcome, ended) = measure(&Scenario::load("flat", &[])?, |_, _| Ok::<(), Error>(()))?;
+/// assert!(ended.is_none() && outcome.work_j > 1.0);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn measure<E: From<Error>>(
+    scenario: &Scenario,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<(Outcome, Option<Error>), E> {
+    drive(scenario, AnyController::new(scenario)?, own_command, watch)
+}
+
+/// [`measure`] with a controller that was made for the scenario and is freshly started, and with another command: what `steer`
+/// returns, asked before every control period. It may change the simulation's controller ([`Simulation::take_control`]).
+///
+/// # Errors
+/// As [`measure`], and whatever `steer` returns.
+pub fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
@@ -114,93 +140,6 @@ pub(crate) fn drive<E: From<Error>>(
         step_us: scenario.physics.step_us,
     });
     Ok((meter.outcome(false), gained))
-}
-
-/// A finished run.
-#[derive(Debug)]
-pub struct Record {
-    /// Its figures.
-    pub outcome: Outcome,
-    /// Why the physics ended it early, the verdict is [`crate::Verdict::Diverged`] then; or what they gained, with [`crate::Verdict::GainedEnergy`].
-    pub ended: Option<Error>,
-    /// The log, if one was asked for; no other run replaces it while this lives.
-    pub mcap: Option<FinishedLog>,
-    /// What was lost on the link to the controller, if there is one.
-    pub link: Option<LinkCounters>,
-}
-
-/// Runs a scenario from start to end, into a log if there is one, calling `watch` after every control period with the
-/// part done, 0 to 1. Nothing but the log grows with time. An error of `watch` ends the run; the log carries its final name if
-/// the run went to its end, or to where the physics ended it.
-///
-/// # Errors
-/// As [`run`], [`Error::Log`] where the log cannot be written, and whatever `watch` returns.
-pub fn record<E: From<Error>>(
-    scenario: &Scenario,
-    log: Option<RunLog>,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Record, E> {
-    record_with(scenario, AnyController::new(scenario)?, log, &mut watch)
-}
-
-/// [`record`] with a controller that was made for the scenario and is freshly started.
-///
-/// # Errors
-/// As [`record`].
-pub fn record_with<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    mut log: Option<RunLog>,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Record, E> {
-    let mut record = record_into(scenario, controller, log.as_mut(), watch)?;
-    let finished = log.map(|log| log.finish(&record.outcome)).transpose();
-    record.mcap = finished.map_err(Error::from)?;
-    Ok(record)
-}
-
-/// [`record_with`] into a log that is not finished yet, so that whoever stops the run says what becomes of it.
-pub(crate) fn record_into<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    mut log: Option<&mut RunLog>,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Record, E> {
-    let mut link = controller.link();
-    let (outcome, ended) = drive(scenario, controller, own_command, |simulation, part| {
-        link = simulation.controller().link();
-        if let Some(log) = &mut log {
-            log.push(simulation.sample(), simulation.observation())
-                .map_err(Error::from)?;
-        }
-        watch(simulation, part)
-    })?;
-    Ok(Record {
-        outcome,
-        ended,
-        mcap: None,
-        link,
-    })
-}
-
-/// Runs a scenario from start to end into a log and returns every signal of it too.
-///
-/// # Errors
-/// As [`run`] and [`record`].
-pub fn run_logged<E: From<Error>>(
-    scenario: &Scenario,
-    log: RunLog,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Trace, E> {
-    let mut trace = TraceBuilder::new(scenario.vehicle());
-    let Record { outcome, ended, .. } = record(scenario, Some(log), |simulation, part| {
-        trace.push(simulation.sample(), simulation.observation());
-        watch(simulation, part)
-    })?;
-    match ended {
-        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
-        Some(error) => Err(error.into()),
-    }
 }
 
 /// Control periods in a scenario.

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::Error;
-use crate::brain::Brain;
 use crate::config::{Command, Scenario};
+use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
 use crate::sensing::Sensing;
@@ -27,7 +27,7 @@ use crate::world::World;
 pub struct Simulation {
     pub(crate) world: World,
     pub(crate) sensing: Sensing,
-    pub(crate) brain: Brain,
+    pub(crate) control: ControlLoop,
     pub(crate) sample: ControlSample,
     pub(crate) observation: Observation,
     /// What the sensors say now: encoders and gyro.
@@ -60,7 +60,7 @@ impl Simulation {
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
-            brain: Brain::new(scenario, controller),
+            control: ControlLoop::new(scenario, controller),
             sample: ControlSample::default(),
             observation,
             measured: (Vec::new(), 0.0),
@@ -108,7 +108,7 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn take_control(&mut self, scenario: &Scenario) -> Result<(), Error> {
-        self.brain.replace(AnyController::new(scenario)?)
+        self.control.replace(AnyController::new(scenario)?)
     }
 
     /// One control period: measures, controls, holds the torques while the physics advance.
@@ -142,7 +142,9 @@ impl Simulation {
 
     fn control_and_advance(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
         let (measured, gyro_rad_s) = &self.measured;
-        let controlled = self.brain.step(command, measured, *gyro_rad_s, &mut self.sample);
+        let controlled = self
+            .control
+            .step(command, measured, *gyro_rad_s, &mut self.sample);
         for (wheel, added_n_m) in self.sample.wheels.iter_mut().zip(added_n_m) {
             let (lower, upper) = (wheel.limit_lower_n_m, wheel.limit_upper_n_m);
             wheel.applied_n_m = (wheel.applied_n_m + added_n_m).max(lower).min(upper);
@@ -196,7 +198,7 @@ impl Simulation {
     /// The controller.
     #[must_use]
     pub fn controller(&self) -> &AnyController {
-        self.brain.controller()
+        self.control.controller()
     }
 
     /// What the controller did in the last [`Simulation::step`].

@@ -83,7 +83,7 @@ impl Simulation {
     /// ```
     pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
         let (hold, controller) = self
-            .brain
+            .control
             .save()
             .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
         let saved = Saved {
@@ -118,7 +118,7 @@ impl Simulation {
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
         let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?);
-        if !simulation.brain.restore(resumed.hold, &resumed.controller) {
+        if !simulation.control.restore(resumed.hold, &resumed.controller) {
             return Err(refuse("its controller's state is damaged"));
         }
         simulation.world.restore(resumed.world);

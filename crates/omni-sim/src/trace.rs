@@ -223,18 +223,31 @@ impl Trace {
     }
 }
 
-/// Columns that grow row by row and are turned at the end: first those of the vehicle, then for each signal one a wheel.
-pub(crate) struct Rows {
+/// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one a wheel.
+///
+/// ```
+/// use omni_sim::{Outcome, Rows, config::Scenario, measure};
+/// let scenario = Scenario::load("flat", &[])?;
+/// let (outcome, _) = measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(()))?;
+/// let mut rows = Rows::new(scenario.vehicle(), vec!["time_s".into()], vec!["heat_j"]);
+/// rows.push([0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+/// let trace = rows.finish(outcome);
+/// assert_eq!(trace.wheel("heat_j", 2), Some([3.0].as_slice()));
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub struct Rows {
     names: Vec<String>,
     wheel_names: Vec<String>,
     signals: Vec<&'static str>,
     first_wheel_column: usize,
     /// Row after row, each with a number a name.
-    pub(crate) rows: Vec<f64>,
+    rows: Vec<f64>,
 }
 
 impl Rows {
-    pub(crate) fn new(vehicle: &Vehicle, mut names: Vec<String>, signals: Vec<&'static str>) -> Self {
+    /// No rows yet; `names` are the columns of the vehicle, `signals` those that each of its wheels has.
+    #[must_use]
+    pub fn new(vehicle: &Vehicle, mut names: Vec<String>, signals: Vec<&'static str>) -> Self {
         let first_wheel_column = names.len();
         for signal in &signals {
             names.extend(vehicle.wheel.iter().map(|w| format!("wheel_{}_{signal}", w.name)));
@@ -248,7 +261,15 @@ impl Rows {
         }
     }
 
-    pub(crate) fn finish(self, outcome: Outcome) -> Trace {
+    /// Adds numbers behind the last one: a row has one a column of the vehicle, then for each signal one a wheel. A row may come in
+    /// pieces; what is no whole row at the end is left out.
+    pub fn push(&mut self, numbers: impl IntoIterator<Item = f64>) {
+        self.rows.extend(numbers);
+    }
+
+    /// All rows as columns.
+    #[must_use]
+    pub fn finish(self, outcome: Outcome) -> Trace {
         let columns = self.names.len();
         let rows = self.rows.len() / columns;
         let mut data = vec![0.0; rows * columns];
@@ -269,11 +290,25 @@ impl Rows {
     }
 }
 
-/// What the controller did and what came of it, row by row.
-pub(crate) struct TraceBuilder(Rows);
+/// The trace of a run while it goes on: what the controller did and what came of it, row by row.
+///
+/// ```
+/// use omni_sim::{Error, TraceBuilder, config::Scenario, measure};
+/// let scenario = Scenario::load("flat", &[])?;
+/// let mut trace = TraceBuilder::new(scenario.vehicle());
+/// let (outcome, _) = measure(&scenario, |simulation, _| {
+///     trace.push(simulation.sample(), simulation.observation());
+///     Ok::<(), Error>(())
+/// })?;
+/// assert_eq!(trace.finish(outcome), omni_sim::run(&scenario)?);
+/// # Ok::<(), Error>(())
+/// ```
+pub struct TraceBuilder(Rows);
 
 impl TraceBuilder {
-    pub(crate) fn new(vehicle: &Vehicle) -> Self {
+    /// No rows yet.
+    #[must_use]
+    pub fn new(vehicle: &Vehicle) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();
         names.extend((1..=vehicle.rows().len()).map(|row| format!("row_{row}_load_n")));
         names.extend(
@@ -293,7 +328,7 @@ impl TraceBuilder {
     }
 
     /// Adds what the controller did and what came of it.
-    pub(crate) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+    pub fn push(&mut self, sample: &ControlSample, seen: &Observation) {
         let mut force = [0.0; 3];
         for wheel in &seen.wheels {
             for k in 0..3 {
@@ -325,7 +360,9 @@ impl TraceBuilder {
         }
     }
 
-    pub(crate) fn finish(self, outcome: Outcome) -> Trace {
+    /// All rows as columns.
+    #[must_use]
+    pub fn finish(self, outcome: Outcome) -> Trace {
         self.0.finish(outcome)
     }
 }

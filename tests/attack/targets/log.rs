@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use omni_sim::log::read_log;
+use omni_log::read_log;
 
 use super::{Done, check_message};
 

@@ -1,0 +1,42 @@
+//! What can go wrong with a run that is logged, read back or served.
+
+/// An error of a log, of a live view or of the simulation. Its message is one line.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The run failed, or what was asked of it.
+    #[error(transparent)]
+    Simulation(#[from] omni_sim::Error),
+    /// A log could not be written or read.
+    #[error(transparent)]
+    Log(#[from] crate::LogError),
+    /// A live run cannot be served.
+    #[error("port {port} on 127.0.0.1: {reason}")]
+    Live {
+        /// The port.
+        port: u16,
+        /// What the system said.
+        reason: String,
+    },
+}
+
+impl From<omni_config::Error> for Error {
+    fn from(error: omni_config::Error) -> Self {
+        Self::Simulation(error.into())
+    }
+}
+
+impl Error {
+    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    #[must_use]
+    pub fn is_bad_input(&self) -> bool {
+        use crate::LogError::{Busy, Create, Lacks, Read};
+        match self {
+            Self::Simulation(error) => error.is_bad_input(),
+            Self::Log(error) => {
+                matches!(error, Busy { .. } | Create { .. } | Lacks { .. } | Read { .. })
+            }
+            Self::Live { .. } => true,
+        }
+    }
+}

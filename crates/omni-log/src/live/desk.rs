@@ -1,0 +1,377 @@
+//! What clients ask for, and what the run takes from it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use byteorder::LittleEndian;
+use foxglove::websocket::{Parameter, ParameterValue};
+use omni_config::{Override, Scenario};
+use omni_core::BodyTwist;
+
+use crate::ros2::{RosMessage, Twist};
+
+const VX: &str = "command.vx_m_s";
+const VY: &str = "command.vy_m_s";
+const WZ: &str = "command.wz_rad_s";
+const POLICY: &str = "control.policy";
+const TORQUE: &str = "vehicle.motor.stall_torque_n_m";
+
+/// Names that clients have for [`Twist`].
+const TWIST: [&str; 2] = [Twist::TYPE, "geometry_msgs/Twist"];
+/// How long a command holds on the clock.
+pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
+
+/// Which client.
+pub(super) type ClientId = u64;
+
+/// Where the threads of clients leave what the run's thread takes.
+pub(super) struct Desk {
+    papers: Mutex<Papers>,
+    /// Held by who changes the scenario, never by the run: checking one with a picture of a ground inside takes longer than a period.
+    setting: Mutex<()>,
+}
+
+struct Papers {
+    scenario: Arc<Scenario>,
+    command: Command,
+    changed: bool,
+    subscribed: bool,
+}
+
+/// Who commands the vehicle.
+enum Command {
+    /// The scenario: no client has commanded yet.
+    Scenario,
+    /// A client, whose last command came at that time.
+    Client(ClientId, Instant, BodyTwist<f64>),
+    /// Nobody any more: the client fell silent or went. The vehicle rests until another command comes.
+    Rest,
+}
+
+impl Desk {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let papers = Papers {
+            scenario: Arc::new(scenario.clone()),
+            command: Command::Scenario,
+            changed: false,
+            subscribed: false,
+        };
+        Self {
+            papers: Mutex::new(papers),
+            setting: Mutex::new(()),
+        }
+    }
+
+    /// Nobody panics while writing; if somebody did, what is there is still whole.
+    fn papers(&self) -> MutexGuard<'_, Papers> {
+        self.papers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The twist that clients want; none: the scenario's.
+    pub(super) fn command(&self) -> Option<BodyTwist<f64>> {
+        match self.papers().command {
+            Command::Scenario => None,
+            Command::Client(_, _, twist) => Some(twist),
+            Command::Rest => Some(BodyTwist::zero()),
+        }
+    }
+
+    /// Takes a command back that is too old. Was there one?
+    pub(super) fn time_out(&self, now: Instant) -> bool {
+        self.rest_if(|_, at| now.saturating_duration_since(at) > COMMAND_HOLDS)
+    }
+
+    /// Takes back what a client commanded that no longer does. Was there something?
+    pub(super) fn leave(&self, who: ClientId) -> bool {
+        self.rest_if(|commander, _| commander == who)
+    }
+
+    fn rest_if(&self, ends: impl Fn(ClientId, Instant) -> bool) -> bool {
+        let mut papers = self.papers();
+        let ended = matches!(papers.command, Command::Client(who, at, _) if ends(who, at));
+        if ended {
+            papers.command = Command::Rest;
+        }
+        ended
+    }
+
+    /// The scenario with what was changed since the last time.
+    pub(super) fn take_changed(&self) -> Option<Arc<Scenario>> {
+        let mut papers = self.papers();
+        std::mem::take(&mut papers.changed).then(|| papers.scenario.clone())
+    }
+
+    /// A client subscribed to something.
+    pub(super) fn subscribe(&self) {
+        self.papers().subscribed = true;
+    }
+
+    /// Did a client subscribe to something since the last time?
+    pub(super) fn take_subscribed(&self) -> bool {
+        std::mem::take(&mut self.papers().subscribed)
+    }
+
+    /// The parameters as they are now.
+    pub(super) fn parameters(&self) -> Vec<Parameter> {
+        self.papers().parameters()
+    }
+
+    /// Sets what is allowed of a client's parameters; why not the rest.
+    pub(super) fn set(&self, who: ClientId, parameters: &[Parameter], now: Instant) -> Vec<String> {
+        let _alone = self.setting.lock().unwrap_or_else(PoisonError::into_inner);
+        let set = parameters
+            .iter()
+            .map(|parameter| self.set_one(who, parameter, now));
+        set.filter_map(Result::err).collect()
+    }
+
+    /// Sets a parameter, or says why not. Checked without the papers, which the run looks at every period.
+    fn set_one(&self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
+        let name = parameter.name.as_str();
+        let number = || match parameter.value {
+            Some(ParameterValue::Float64(value)) if value.is_finite() => Ok(value),
+            Some(ParameterValue::Integer(value)) => Ok(value as f64),
+            ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
+        };
+        let (scenario, twist) = {
+            let papers = self.papers();
+            (papers.scenario.clone(), papers.twist())
+        };
+        let with = match name {
+            VX | VY | WZ => {
+                let mut twist = twist.to_array();
+                twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
+                let twist = allowed(&scenario, twist)?;
+                self.papers().command = Command::Client(who, now, twist);
+                return Ok(());
+            }
+            POLICY => match &parameter.value {
+                Some(ParameterValue::String(policy)) => Override::new(POLICY, policy.as_str()),
+                other => return Err(format!("{name}: {other:?}, allowed: the name of a policy")),
+            },
+            TORQUE => Override::new(TORQUE, number()?),
+            _ => {
+                return Err(format!(
+                    "{name}: no such parameter, allowed: {VX}, {VY}, {WZ}, {POLICY}, {TORQUE}"
+                ));
+            }
+        };
+        let changed = Arc::new(checked(&scenario, &[with])?);
+        let mut papers = self.papers();
+        papers.scenario = changed;
+        papers.changed = true;
+        Ok(())
+    }
+
+    /// Takes a twist that a client published on `/cmd_vel`, as teleoperation panels do, or says why not.
+    pub(super) fn publish(
+        &self,
+        who: ClientId,
+        published: &Published,
+        payload: &[u8],
+        now: Instant,
+    ) -> Result<(), String> {
+        // Checked without the papers, which the run looks at every period.
+        let scenario = self.papers().scenario.clone();
+        let twist = allowed(&scenario, twist(published, payload)?)?;
+        self.papers().command = Command::Client(who, now, twist);
+        Ok(())
+    }
+}
+
+impl Papers {
+    /// What the vehicle is told: a client's twist, else the scenario's.
+    fn twist(&self) -> BodyTwist<f64> {
+        let own = &self.scenario.command;
+        match self.command {
+            Command::Scenario => BodyTwist {
+                vx_m_s: own.vx_m_s,
+                vy_m_s: own.vy_m_s,
+                wz_rad_s: own.wz_rad_s,
+            },
+            Command::Client(_, _, twist) => twist,
+            Command::Rest => BodyTwist::zero(),
+        }
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let command = self.twist();
+        vec![
+            Parameter::float64(VX, command.vx_m_s),
+            Parameter::float64(VY, command.vy_m_s),
+            Parameter::float64(WZ, command.wz_rad_s),
+            Parameter::string(POLICY, self.scenario.control.policy.as_str()),
+            Parameter::float64(TORQUE, self.scenario.vehicle().motor.stall_torque_n_m),
+        ]
+    }
+}
+
+/// The scenario with other values, checked as a file is.
+fn checked(scenario: &Scenario, values: &[Override]) -> Result<Scenario, String> {
+    scenario
+        .with("parameter", values)
+        .map_err(|error| error.to_string())
+}
+
+/// The twist if it is one that the scenario may ask for.
+fn allowed(scenario: &Scenario, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<BodyTwist<f64>, String> {
+    let named = [(VX, vx_m_s), (VY, vy_m_s), (WZ, wz_rad_s)];
+    checked(scenario, &named.map(|(key, value)| Override::new(key, value)))?;
+    Ok(BodyTwist {
+        vx_m_s,
+        vy_m_s,
+        wz_rad_s,
+    })
+}
+
+/// How a client encodes what it publishes on `/cmd_vel`.
+pub(super) struct Published {
+    pub(super) encoding: String,
+    pub(super) schema: String,
+}
+
+/// The twist of a message: vx, vy \[m/s\] and wz \[rad/s\].
+fn twist(published: &Published, payload: &[u8]) -> Result<[f64; 3], String> {
+    if !TWIST.contains(&published.schema.as_str()) {
+        return Err(format!("{}, allowed: {}", published.schema, Twist::TYPE));
+    }
+    let twist: Twist = match (published.encoding.as_str(), payload) {
+        // Plain CDR, little end first.
+        ("cdr", [0, 1, _, _, body @ ..]) => {
+            let decoded = cdr_encoding::from_bytes::<Twist, LittleEndian>(body);
+            decoded
+                .map(|(twist, _)| twist)
+                .map_err(|error| error.to_string())?
+        }
+        ("json", _) => serde_json::from_slice(payload).map_err(|error| error.to_string())?,
+        (encoding, _) => return Err(format!("encoding {encoding}, allowed: little-endian cdr or json")),
+    };
+    Ok([twist.linear.x, twist.linear.y, twist.angular.z])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    const AHEAD: &[u8] = br#"{"linear":{"x":-0.3,"y":0,"z":0},"angular":{"x":0,"y":0,"z":0}}"#;
+
+    fn json() -> Published {
+        Published {
+            encoding: "json".into(),
+            schema: Twist::TYPE.into(),
+        }
+    }
+
+    fn desk() -> Desk {
+        Desk::new(&Scenario::load("flat", &[]).expect("built-in"))
+    }
+
+    fn commanded(desk: &Desk) -> Option<f64> {
+        desk.command().map(|twist| twist.vx_m_s)
+    }
+
+    #[test]
+    fn a_command_holds_for_half_a_second_after_its_last_message_and_then_the_vehicle_rests() {
+        let (desk, start) = (desk(), Instant::now());
+        let after = |seconds| start + Duration::from_secs_f64(seconds);
+        assert!(
+            commanded(&desk).is_none() && !desk.time_out(after(100.0)),
+            "the scenario's own does not end"
+        );
+        // By message and by parameter alike; each starts the time anew.
+        desk.publish(1, &json(), AHEAD, after(0.0)).expect("a twist");
+        assert!(!desk.time_out(after(0.5)) && commanded(&desk) == Some(-0.3));
+        assert_eq!(
+            desk.set(1, &[Parameter::float64(VX, 0.2)], after(0.5)),
+            Vec::<String>::new()
+        );
+        assert!(!desk.time_out(after(1.0)) && commanded(&desk) == Some(0.2));
+        assert!(desk.time_out(after(1.001)) && commanded(&desk) == Some(0.0));
+        // Said once; not back to the scenario's command; a later command moves the vehicle again.
+        assert!(!desk.time_out(after(2.0)) && commanded(&desk) == Some(0.0));
+        assert_eq!(desk.parameters()[0], Parameter::float64(VX, 0.0));
+        desk.publish(1, &json(), AHEAD, after(3.0)).expect("a twist");
+        assert_eq!(commanded(&desk), Some(-0.3));
+    }
+
+    #[test]
+    fn what_is_refused_does_not_keep_a_command_alive() {
+        let (desk, start) = (desk(), Instant::now());
+        let late = start + Duration::from_millis(400);
+        desk.publish(1, &json(), AHEAD, start).expect("a twist");
+        assert!(desk.publish(1, &json(), b"{", late).is_err());
+        assert_eq!(
+            desk.set(
+                1,
+                &[Parameter::float64(VX, 1e9), Parameter::float64("x", 0.0)],
+                late
+            )
+            .len(),
+            2
+        );
+        assert!(
+            desk.set(1, &[Parameter::string(POLICY, "paper")], late)
+                .is_empty()
+        );
+        assert!(desk.time_out(start + Duration::from_millis(501)));
+    }
+
+    #[test]
+    fn a_setting_is_checked_while_the_run_goes_on_taking_its_command() {
+        // Its picture is read anew for every setting.
+        let scenario = Scenario::load("height_map", &[]).expect("built-in");
+        let desk = Desk::new(&scenario);
+        let (done, mut looks, mut held) = (AtomicBool::new(false), 0, 0);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for k in 0..100 {
+                    let torque = Parameter::float64(TORQUE, 1.0 + f64::from(k) / 100.0);
+                    assert!(desk.set(1, &[torque], Instant::now()).is_empty());
+                }
+                done.store(true, Ordering::SeqCst);
+            });
+            while !done.load(Ordering::SeqCst) {
+                (looks, held) = (looks + 1, held + u32::from(desk.papers.try_lock().is_err()));
+                std::thread::yield_now();
+            }
+        });
+        // All of the time, were it held while the scenario is checked; now for as long as it takes to put a pointer.
+        assert!(looks > 100 && held < looks / 10, "{held} of {looks}");
+    }
+
+    #[test]
+    fn a_command_goes_with_its_client_and_settings_stay() {
+        let (desk, now) = (desk(), Instant::now());
+        desk.publish(1, &json(), AHEAD, now).expect("a twist");
+        assert!(
+            desk.set(
+                1,
+                &[
+                    Parameter::string(POLICY, "paper"),
+                    Parameter::float64(TORQUE, 1.25)
+                ],
+                now
+            )
+            .is_empty()
+        );
+        assert!(
+            !desk.leave(2) && commanded(&desk) == Some(-0.3),
+            "another client's going changes nothing"
+        );
+        assert!(desk.leave(1) && commanded(&desk) == Some(0.0));
+        let changed = desk.take_changed().expect("settings");
+        assert_eq!(
+            (
+                changed.control.policy.as_str(),
+                changed.vehicle().motor.stall_torque_n_m
+            ),
+            ("paper", 1.25)
+        );
+        // Whoever commanded last is the one whose going counts.
+        desk.publish(1, &json(), AHEAD, now).expect("a twist");
+        desk.publish(2, &json(), AHEAD, now).expect("a twist");
+        assert!(!desk.leave(1) && desk.leave(2));
+    }
+}

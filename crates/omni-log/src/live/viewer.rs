@@ -1,0 +1,305 @@
+//! One client: what it wants, what it asks for, what it is sent.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use foxglove::ws_protocol::client::{Advertise, ClientMessage, Subscription};
+use foxglove::ws_protocol::parameter::Parameter;
+use foxglove::ws_protocol::server::{MessageData, ParameterValues, Status};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use omni_config::shortened_line;
+use tokio::net::TcpStream;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{broadcast, mpsc};
+use tokio::time::timeout;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+
+use super::desk::{ClientId, Published};
+use super::server::{Event, Hub};
+use crate::topic;
+
+/// Answers that wait until a client reads them; one more, and it is cut off.
+const MOST_ANSWERS: usize = 64;
+/// Channels that a client may announce to publish on.
+const MOST_ANNOUNCED: usize = 64;
+/// How long a client may read nothing before it is cut off.
+const SLOWEST: Duration = Duration::from_secs(10);
+
+type Socket = WebSocketStream<TcpStream>;
+
+/// Serves a client until it goes, does not read, or the run ends.
+pub(super) async fn serve(socket: Socket, id: ClientId, hub: Arc<Hub>) {
+    let events = hub.listen();
+    let (answers, inbox) = mpsc::channel(MOST_ANSWERS);
+    let wants = Mutex::new(Wants {
+        topics: vec![None; hub.topics],
+        parameters: Vec::new(),
+    });
+    let viewer = Viewer {
+        id,
+        hub,
+        answers,
+        wants,
+    };
+    let (to, from) = socket.split();
+    tokio::select! {
+        () = viewer.write(to, inbox, events) => {}
+        () = viewer.read(from) => {}
+    }
+    if viewer.hub.desk.leave(id) {
+        viewer.hub.rests("who commanded is gone");
+    }
+    let wanted = viewer.wants().topics.clone();
+    for (topic, _) in wanted.iter().enumerate().filter(|(_, wanted)| wanted.is_some()) {
+        viewer.hub.wanted(topic, false);
+    }
+}
+
+struct Viewer {
+    id: ClientId,
+    hub: Arc<Hub>,
+    answers: mpsc::Sender<Message>,
+    wants: Mutex<Wants>,
+}
+
+/// What a client is sent.
+struct Wants {
+    /// The subscription to each topic, if there is one.
+    topics: Vec<Option<u32>>,
+    /// Names of parameters.
+    parameters: Vec<String>,
+}
+
+/// It does not read its answers.
+struct TooSlow;
+
+impl Viewer {
+    /// Nobody panics while writing; if somebody did, what is there is still whole.
+    fn wants(&self) -> MutexGuard<'_, Wants> {
+        self.wants.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    async fn write(
+        &self,
+        mut to: SplitSink<Socket, Message>,
+        mut inbox: mpsc::Receiver<Message>,
+        mut events: broadcast::Receiver<Event>,
+    ) {
+        let mut greeting = self.hub.greeting.iter().cloned();
+        loop {
+            let message = if let Some(greeting) = greeting.next() {
+                greeting
+            } else {
+                tokio::select! {
+                    biased;
+                    Some(answer) = inbox.recv() => answer,
+                    event = events.recv() => match event {
+                        Ok(event) => match self.wanted(&event) {
+                            Some(message) => message,
+                            None => continue,
+                        },
+                        // Too slow for all of them: it goes on with what is there.
+                        Err(RecvError::Lagged(_)) => continue,
+                        Err(RecvError::Closed) => Message::Close(None),
+                    },
+                }
+            };
+            let last = matches!(message, Message::Close(_));
+            let sent = timeout(SLOWEST, to.send(message)).await;
+            if last || !matches!(sent, Ok(Ok(()))) {
+                return;
+            }
+        }
+    }
+
+    /// An event as this client is told it, if it wants it.
+    fn wanted(&self, event: &Event) -> Option<Message> {
+        match event {
+            Event::Message(topic, time_ns, data) => {
+                let subscription = self.wants().topics[*topic]?;
+                Some(Message::from(&MessageData::new(
+                    subscription,
+                    *time_ns,
+                    &data[..],
+                )))
+            }
+            Event::Parameters(all) => {
+                let wants = self.wants();
+                let known = all
+                    .iter()
+                    .filter(|parameter| wants.parameters.contains(&parameter.name));
+                let known: Vec<Parameter> = known.cloned().collect();
+                (!known.is_empty()).then(|| Message::from(&ParameterValues::new(known)))
+            }
+            Event::Status(status) => Some(Message::from(&**status)),
+            Event::End => Some(Message::Close(None)),
+        }
+    }
+
+    async fn read(&self, mut from: SplitStream<Socket>) {
+        let mut announced = HashMap::new();
+        while let Some(Ok(message)) = from.next().await {
+            let taken = match message {
+                Message::Text(_) | Message::Binary(_) => match ClientMessage::try_from(&message) {
+                    Ok(message) => self.take(message, &mut announced),
+                    Err(error) => self.refuse(&format!("not of the protocol: {error}")),
+                },
+                // The library answers pings and closing.
+                _ => Ok(()),
+            };
+            if taken.is_err() {
+                return;
+            }
+        }
+    }
+
+    fn take(&self, message: ClientMessage<'_>, announced: &mut Announced) -> Result<(), TooSlow> {
+        match message {
+            ClientMessage::Subscribe(message) => {
+                message.subscriptions.iter().try_for_each(|s| self.subscribe(s))
+            }
+            ClientMessage::Unsubscribe(message) => {
+                for (topic, wanted) in self.wants().topics.iter_mut().enumerate() {
+                    if wanted.is_some_and(|id| message.subscription_ids.contains(&id)) {
+                        *wanted = None;
+                        self.hub.wanted(topic, false);
+                    }
+                }
+                Ok(())
+            }
+            // What steers, or shows what could be steered, is not there without --steer.
+            _ if !self.hub.steer => {
+                self.refuse("this run is watched only: to steer it, start it with --steer")
+            }
+            ClientMessage::Advertise(message) => self.announce(message, announced),
+            ClientMessage::Unadvertise(message) => {
+                let before = announced.len();
+                announced.retain(|id, _| !message.channel_ids.contains(id));
+                if announced.len() < before && self.hub.desk.leave(self.id) {
+                    self.hub.rests("who commanded publishes no longer");
+                }
+                Ok(())
+            }
+            ClientMessage::MessageData(message) => {
+                let Some(published) = announced.get(&message.channel_id) else {
+                    return self.refuse(&format!("channel {}: not announced", message.channel_id));
+                };
+                match self
+                    .hub
+                    .desk
+                    .publish(self.id, published, &message.data, Instant::now())
+                {
+                    Ok(()) => Ok(()),
+                    Err(why) => self.refuse(&format!("{}: {why}", topic::CMD_VEL)),
+                }
+            }
+            ClientMessage::GetParameters(message) => {
+                let mut all = self.hub.desk.parameters();
+                let names = message.parameter_names;
+                all.retain(|parameter| names.is_empty() || names.contains(&parameter.name));
+                self.answer(&parameters(all, message.id))
+            }
+            ClientMessage::SetParameters(message) => {
+                let refused = self.hub.desk.set(self.id, &message.parameters, Instant::now());
+                refused.iter().try_for_each(|why| self.refuse(why))?;
+                let now = self.hub.desk.parameters();
+                self.hub.send(Event::Parameters(Arc::new(now.clone())));
+                message
+                    .id
+                    .map_or(Ok(()), |id| self.answer(&parameters(now, Some(id))))
+            }
+            ClientMessage::SubscribeParameterUpdates(message) => {
+                let known: Vec<String> = self
+                    .hub
+                    .desk
+                    .parameters()
+                    .into_iter()
+                    .map(|parameter| parameter.name)
+                    .collect();
+                let mut wants = self.wants();
+                for name in message.parameter_names {
+                    if known.contains(&name) && !wants.parameters.contains(&name) {
+                        wants.parameters.push(name);
+                    }
+                }
+                Ok(())
+            }
+            ClientMessage::UnsubscribeParameterUpdates(message) => {
+                self.wants()
+                    .parameters
+                    .retain(|name| !message.parameter_names.contains(name));
+                Ok(())
+            }
+            _ => self.refuse("not offered: services, assets, graph and playback"),
+        }
+    }
+
+    fn subscribe(&self, subscription: &Subscription) -> Result<(), TooSlow> {
+        let topic = usize::try_from(subscription.channel_id).unwrap_or(usize::MAX);
+        let mut wants = self.wants();
+        let taken = wants.topics.contains(&Some(subscription.id));
+        let why = match wants.topics.get_mut(topic) {
+            None => format!("channel {}: there is none", subscription.channel_id),
+            Some(Some(_)) => format!("channel {topic}: already subscribed to"),
+            Some(None) if taken => format!("subscription {}: already used", subscription.id),
+            Some(wanted) => {
+                *wanted = Some(subscription.id);
+                self.hub.wanted(topic, true);
+                self.hub.desk.subscribe();
+                return Ok(());
+            }
+        };
+        drop(wants);
+        self.refuse(&why)
+    }
+
+    fn announce(&self, message: Advertise<'_>, announced: &mut Announced) -> Result<(), TooSlow> {
+        for channel in message.channels {
+            if channel.topic != topic::CMD_VEL {
+                self.refuse(&format!(
+                    "{}: nobody listens, allowed: {}",
+                    channel.topic,
+                    topic::CMD_VEL
+                ))?;
+            } else if announced.len() >= MOST_ANNOUNCED {
+                self.refuse(&format!(
+                    "channel {}: {MOST_ANNOUNCED} are announced, which is the most",
+                    channel.id
+                ))?;
+            } else {
+                let published = Published {
+                    encoding: channel.encoding.into_owned(),
+                    schema: channel.schema_name.into_owned(),
+                };
+                announced.insert(channel.id, published);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells this client why something was not done.
+    fn refuse(&self, why: &str) -> Result<(), TooSlow> {
+        self.answer(&Status::error(shortened_line(why)))
+    }
+
+    fn answer<'a, M>(&self, message: &'a M) -> Result<(), TooSlow>
+    where
+        Message: From<&'a M>,
+    {
+        self.answers.try_send(message.into()).map_err(|_| TooSlow)
+    }
+}
+
+/// What a client publishes on, by its own numbers.
+type Announced = HashMap<u32, Published>;
+
+fn parameters(values: Vec<Parameter>, id: Option<String>) -> ParameterValues {
+    let values = ParameterValues::new(values);
+    match id {
+        Some(id) => values.with_id(id),
+        None => values,
+    }
+}

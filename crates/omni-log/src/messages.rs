@@ -1,0 +1,412 @@
+//! A run as ROS 2 messages, wherever they go.
+//!
+//! | topic | type | rate unless the scenario's `[log]` says otherwise |
+//! |---|---|---|
+//! | `/vehicle_state` | `omni_msgs/msg/VehicleState` | every control period |
+//! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
+//! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
+//! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: the true pose and twist, no estimate |
+//! | `/cmd_vel` | `geometry_msgs/msg/TwistStamped` | 50 Hz |
+//! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N |
+//! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
+
+use omni_config::{Scenario, WheelSpec};
+use omni_core::BodyTwist;
+use omni_sim::controller::ControlSample;
+use omni_sim::observation::Observation;
+
+use crate::ros2::{
+    ColorRgba, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose, PoseWithCovariance,
+    Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped,
+    TwistWithCovariance, Vector3, VehicleState, WheelState,
+};
+use crate::turn::about;
+use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};
+
+/// Topics, by what they carry.
+pub mod topic {
+    /// What the controller saw and did.
+    pub const VEHICLE_STATE: &str = "/vehicle_state";
+    /// Frames.
+    pub const TF: &str = "/tf";
+    /// Hinges and wheels.
+    pub const JOINT_STATES: &str = "/joint_states";
+    /// True pose and twist.
+    pub const ODOM: &str = "/odom";
+    /// The command.
+    pub const CMD_VEL: &str = "/cmd_vel";
+    /// Forces of the ground.
+    pub const MARKERS: &str = "/markers";
+    /// The vehicle as URDF.
+    pub const ROBOT_DESCRIPTION: &str = "/robot_description";
+    /// The ground as URDF.
+    pub const TERRAIN: &str = "/terrain/robot_description";
+}
+
+/// Length of the arrow of a force \[m/N\].
+const ARROW_M_PER_N: f64 = 0.005;
+
+/// Where messages go.
+pub(crate) trait Sink {
+    /// Why one could not go there.
+    type Error;
+
+    /// Takes a message of `time_ns` \[ns\] of simulated time.
+    fn send<M: RosMessage>(
+        &mut self,
+        topic: &'static str,
+        time_ns: u64,
+        message: &M,
+    ) -> Result<(), Self::Error>;
+}
+
+/// When a topic is due.
+#[derive(Clone, Copy)]
+struct Pace {
+    /// None: never.
+    period_ns: Option<u64>,
+    next_ns: u64,
+}
+
+impl Pace {
+    fn every(period_ns: u64) -> Self {
+        let period_ns = Some(period_ns);
+        Self {
+            period_ns,
+            next_ns: 0,
+        }
+    }
+
+    fn hz(rate: f64) -> Self {
+        let period_ns = (rate > 0.0).then(|| (1e9 / rate).round() as u64);
+        Self {
+            period_ns,
+            next_ns: 0,
+        }
+    }
+
+    fn due(&mut self, time_ns: u64) -> bool {
+        let Some(period_ns) = self.period_ns else {
+            return false;
+        };
+        if time_ns < self.next_ns {
+            return false;
+        }
+        self.next_ns = time_ns - time_ns % period_ns.max(1) + period_ns;
+        true
+    }
+}
+
+/// Makes the messages of a scenario's run while it goes on.
+pub(crate) struct Messages {
+    scenario: Scenario,
+    period_s: f64,
+    wheel_angles: Vec<f64>,
+    vehicle_state: Pace,
+    tf: Pace,
+    joint_states: Pace,
+    odom: Pace,
+    cmd_vel: Pace,
+    markers: Pace,
+}
+
+impl Messages {
+    pub(crate) fn new(scenario: &Scenario) -> Self {
+        let rates = &scenario.log;
+        Self {
+            wheel_angles: vec![0.0; scenario.vehicle().wheel.len()],
+            period_s: scenario.period_s(),
+            vehicle_state: rates
+                .vehicle_state_hz
+                .map_or(Pace::every(scenario.control.period_us * 1000), Pace::hz),
+            tf: Pace::hz(rates.tf_hz),
+            joint_states: Pace::hz(rates.joint_states_hz),
+            odom: Pace::hz(rates.odom_hz),
+            cmd_vel: Pace::hz(rates.cmd_vel_hz),
+            markers: Pace::hz(rates.markers_hz),
+            scenario: scenario.clone(),
+        }
+    }
+
+    /// Another scenario of the same vehicle from now on: another policy or torque limit.
+    #[cfg(feature = "live")]
+    pub(crate) fn describes(&mut self, scenario: &Scenario) {
+        self.scenario = scenario.clone();
+    }
+
+    /// What is sent once, at the start.
+    pub(crate) fn describe<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
+        let text = |data| StringMessage { data };
+        let vehicle = text(vehicle_urdf(self.scenario.vehicle()));
+        sink.send(topic::ROBOT_DESCRIPTION, 0, &vehicle)?;
+        sink.send(topic::TERRAIN, 0, &text(ground_urdf(&self.scenario)))
+    }
+
+    /// The messages of a control period that are due.
+    pub(crate) fn push<S: Sink>(
+        &mut self,
+        sample: &ControlSample,
+        seen: &Observation,
+        sink: &mut S,
+    ) -> Result<(), S::Error> {
+        for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
+            *angle += wheel.measured_rad_s * self.period_s;
+        }
+        let time = seen.time_ns;
+        if self.vehicle_state.due(time) {
+            sink.send(topic::VEHICLE_STATE, time, &self.vehicle_state(sample, seen))?;
+        }
+        if self.tf.due(time) {
+            sink.send(topic::TF, time, &self.transforms(seen))?;
+        }
+        if self.joint_states.due(time) {
+            sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
+        }
+        if self.odom.due(time) {
+            sink.send(topic::ODOM, time, &odometry(seen))?;
+        }
+        if self.cmd_vel.due(time) {
+            let command = TwistStamped {
+                header: Header::new(time, BASE_LINK),
+                twist: twist(&sample.command),
+            };
+            sink.send(topic::CMD_VEL, time, &command)?;
+        }
+        if self.markers.due(time) {
+            sink.send(topic::MARKERS, time, &forces(seen))?;
+        }
+        Ok(())
+    }
+
+    fn vehicle_state(&self, sample: &ControlSample, seen: &Observation) -> VehicleState {
+        let wheels = self
+            .scenario
+            .vehicle()
+            .wheel
+            .iter()
+            .zip(sample.wheels.iter().zip(&seen.wheels));
+        VehicleState {
+            header: Header::new(seen.time_ns, BASE_LINK),
+            policy: self.scenario.control.policy.clone(),
+            asked_twist: twist(&sample.asked),
+            gyro_rad_s: sample.gyro_rad_s,
+            common_factor: sample.common_factor,
+            estimated_twist: twist(&sample.estimated),
+            wheels: wheels
+                .map(|(spec, (s, o))| WheelState {
+                    name: spec.name.clone(),
+                    reference_rad_s: s.reference_rad_s,
+                    measured_rad_s: s.measured_rad_s,
+                    p_n_m: s.p_n_m,
+                    i_n_m: s.i_n_m,
+                    d_n_m: s.d_n_m,
+                    requested_n_m: s.requested_n_m,
+                    applied_n_m: s.applied_n_m,
+                    acted_n_m: o.torque_n_m,
+                    limit_lower_n_m: s.limit_lower_n_m,
+                    limit_upper_n_m: s.limit_upper_n_m,
+                    saturated: s.saturated,
+                    slip_ratio: o.slip_ratio(),
+                    disturbed_ratio: s.disturbed_ratio(),
+                    contact_normal_n: o.force_normal_n,
+                    contact_along_n: o.force_along_n,
+                })
+                .collect(),
+        }
+    }
+
+    /// World to base, parent to child of every hinge, carrier to every wheel.
+    fn transforms(&self, seen: &Observation) -> TfMessage {
+        let vehicle = self.scenario.vehicle();
+        let between = |parent: &str, child: &str, at: [f64; 3], turn: [f64; 4]| TransformStamped {
+            header: Header::new(seen.time_ns, parent),
+            child_frame_id: child.to_owned(),
+            transform: Transform {
+                translation: vector(at),
+                rotation: quaternion(turn),
+            },
+        };
+        // A link's frame is at the joint that carries it.
+        let from = |body: &str, point: [f64; 3]| {
+            let origin = link_frame_m(vehicle, body);
+            [0, 1, 2].map(|k| point[k] - origin[k])
+        };
+        let mut transforms = vec![between(
+            WORLD_LINK,
+            BASE_LINK,
+            seen.pose.position_m,
+            seen.pose.rotation_xyzw,
+        )];
+        for (hinge, o) in vehicle.hinge.iter().zip(&seen.hinges) {
+            transforms.push(between(
+                link_name(vehicle, &hinge.parent),
+                link_name(vehicle, &hinge.child),
+                from(&hinge.parent, hinge.anchor_m),
+                about(hinge.axis, o.angle_rad),
+            ));
+        }
+        for (wheel, angle) in vehicle.wheel.iter().zip(&self.wheel_angles) {
+            let [x, y] = wheel.position_m;
+            transforms.push(between(
+                link_name(vehicle, &wheel.body),
+                &wheel_link(&wheel.name),
+                from(&wheel.body, [x, y, wheel.radius_m]),
+                about(axle(wheel), angle * wheel.gear),
+            ));
+        }
+        TfMessage { transforms }
+    }
+
+    fn joints(&self, sample: &ControlSample, seen: &Observation) -> JointState {
+        let vehicle = self.scenario.vehicle();
+        let mut joints = JointState {
+            header: Header::new(seen.time_ns, BASE_LINK),
+            ..JointState::default()
+        };
+        let mut add = |name: String, position: f64, velocity: f64, effort: f64| {
+            joints.name.push(name);
+            joints.position.push(position);
+            joints.velocity.push(velocity);
+            joints.effort.push(effort);
+        };
+        for (hinge, o) in vehicle.hinge.iter().zip(&seen.hinges) {
+            add(
+                hinge.name.clone(),
+                o.angle_rad,
+                o.rate_rad_s,
+                -hinge.damping_n_m_s_rad * o.rate_rad_s,
+            );
+        }
+        for ((wheel, s), angle) in vehicle.wheel.iter().zip(&sample.wheels).zip(&self.wheel_angles) {
+            add(
+                wheel_link(&wheel.name),
+                angle * wheel.gear,
+                s.measured_rad_s * wheel.gear,
+                s.applied_n_m / wheel.gear,
+            );
+        }
+        joints
+    }
+}
+
+/// The axle, to the left of the rolling direction.
+fn axle(wheel: &WheelSpec) -> [f64; 3] {
+    let [dx, dy] = wheel.rolling_direction;
+    [-dy, dx, 0.0]
+}
+
+fn odometry(seen: &Observation) -> Odometry {
+    let [x, y, z] = seen.pose.position_m;
+    let pose = Pose {
+        position: Point { x, y, z },
+        orientation: quaternion(seen.pose.rotation_xyzw),
+    };
+    Odometry {
+        header: Header::new(seen.time_ns, WORLD_LINK),
+        child_frame_id: BASE_LINK.into(),
+        pose: PoseWithCovariance {
+            pose,
+            covariance: [[0.0; 6]; 6],
+        },
+        twist: TwistWithCovariance {
+            twist: twist(&seen.twist),
+            covariance: [[0.0; 6]; 6],
+        },
+    }
+}
+
+/// An arrow from where the ground pushes each wheel, along the whole force; none in the air.
+fn forces(seen: &Observation) -> MarkerArray {
+    let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
+        let [from, force] = [wheel.contact_m, wheel.force_n];
+        let end = [0, 1, 2].map(|k| from[k] + ARROW_M_PER_N * force[k]);
+        let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
+        Marker {
+            header: Header::new(seen.time_ns, WORLD_LINK),
+            ns: "ground_force".into(),
+            id: id as i32, // a vehicle has at most eight wheels
+            kind: Marker::ARROW,
+            action: if wheel.touches() {
+                Marker::ADD
+            } else {
+                Marker::DELETE
+            },
+            scale: vector([0.01, 0.02, 0.03]),
+            color: ColorRgba {
+                r: 0.1,
+                g: 0.6,
+                b: 0.9,
+                a: 1.0,
+            },
+            points: vec![point(from), point(end)],
+            ..Marker::default()
+        }
+    };
+    MarkerArray {
+        markers: seen.wheels.iter().enumerate().map(arrow).collect(),
+    }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
+    Quaternion { x, y, z, w }
+}
+
+fn twist(t: &BodyTwist<f64>) -> Twist {
+    Twist {
+        linear: vector([t.vx_m_s, t.vy_m_s, 0.0]),
+        angular: vector([0.0, 0.0, t.wz_rad_s]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::turn::rotate;
+    use omni_sim::Simulation;
+
+    #[test]
+    fn transforms_put_every_wheel_where_the_simulation_has_it_while_the_front_row_climbs() {
+        let scenario = Scenario::load("step", &[]).expect("built-in");
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        for _ in 0..1600 {
+            let command = scenario.command.at(simulation.time_ns() as f64 * 1e-9);
+            simulation.step(&command).expect("finite");
+        }
+        let seen = simulation.observation();
+        assert!(
+            seen.hinges[0].angle_rad.abs() > 0.1,
+            "the front row is on its way up: {:?}",
+            seen.hinges
+        );
+        let tf = Messages::new(&scenario).transforms(seen);
+        let place = |frame: &str| {
+            let (mut at, mut frame) = ([0.0; 3], frame.to_owned());
+            while frame != WORLD_LINK {
+                let link = tf
+                    .transforms
+                    .iter()
+                    .find(|t| t.child_frame_id == frame)
+                    .expect("a parent for every frame");
+                let (t, q) = (&link.transform.translation, &link.transform.rotation);
+                let turned = rotate([q.x, q.y, q.z, q.w], at);
+                at = [turned[0] + t.x, turned[1] + t.y, turned[2] + t.z];
+                frame.clone_from(&link.header.frame_id);
+            }
+            at
+        };
+        for (wheel, o) in scenario.vehicle().wheel.iter().zip(&seen.wheels) {
+            for (got, expected) in place(&format!("wheel_{}", wheel.name)).iter().zip(o.centre_m) {
+                // Hinges are springs of a solver: their anchors part by some micrometres under an impact.
+                assert!(
+                    (got - expected).abs() < 1e-4,
+                    "wheel {}: {got} {expected}",
+                    wheel.name
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! Logs back to messages: every checksum is checked.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use byteorder::LittleEndian;
+use mcap::McapError;
+use mcap::records::{MessageHeader, Record, Statistics};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use omni_config::{Scenario, Source, open_regular};
+use omni_sim::Outcome;
+use serde::de::DeserializeOwned;
+
+use crate::ros2::{
+    JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+};
+use crate::run_log::{OUTCOME, RUN, SCENARIO};
+use crate::{Error, LogError, bounds, topic};
+
+/// Bytes that are read at a time.
+const BLOCK: usize = 1 << 18;
+/// Bytes of a footer.
+const FOOTER_BYTES: usize = 20;
+
+/// A message of a log, by its topic.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LogMessage {
+    /// `/vehicle_state`.
+    VehicleState(VehicleState),
+    /// `/tf`.
+    Tf(TfMessage),
+    /// `/joint_states`.
+    JointStates(JointState),
+    /// `/odom`.
+    Odom(Box<Odometry>),
+    /// `/cmd_vel`.
+    CmdVel(TwistStamped),
+    /// `/markers`.
+    Markers(MarkerArray),
+    /// `/robot_description`.
+    RobotDescription(StringMessage),
+    /// `/terrain/robot_description`.
+    Terrain(StringMessage),
+}
+
+/// What a log says of itself.
+#[derive(Clone, Debug)]
+pub struct LogFile {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
+    pub run: BTreeMap<String, String>,
+    /// The scenario as it was run.
+    pub scenario: Scenario,
+    /// The figures; none where the run was killed before its end.
+    pub outcome: Option<Outcome>,
+    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
+    pub complete: bool,
+    /// Time of the last message \[ns\].
+    pub until_ns: u64,
+    /// Messages by topic.
+    pub counts: BTreeMap<String, u64>,
+    /// Messages of topics that this program does not write; they are skipped.
+    pub foreign: u64,
+}
+
+/// Reads a log from start to end, finished or not, and hands each message with its time \[ns\] to `on`.
+///
+/// ```
+/// use omni_log::{Error, LogMessage, RunLog, read_log, run_logged};
+/// use omni_sim::config::{Override, Scenario};
+/// let folder = std::env::temp_dir().join("omnistep-read-log-example");
+/// std::fs::create_dir_all(&folder).expect("a folder");
+/// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
+/// let log = RunLog::create(folder.join("flat.mcap"), &scenario)?;
+/// run_logged::<Error>(&scenario, log, |_, _| Ok(()))?;
+/// let mut speed = 0.0;
+/// let file = read_log(folder.join("flat.mcap"), |_, message| {
+///     if let LogMessage::Odom(odom) = message {
+///         speed = odom.twist.twist.linear.x;
+///     }
+///     Ok(())
+/// })?;
+/// assert!(file.complete && file.scenario == scenario && speed > 0.0);
+/// assert_eq!(file.counts["/vehicle_state"], 100); // 0.1 s at 1 kHz
+/// # std::fs::remove_dir_all(&folder).ok();
+/// # Ok::<(), Error>(())
+/// ```
+///
+/// # Errors
+/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`] where it is not a run of
+/// this program; what is wrong with its scenario; whatever `on` returns.
+pub fn read_log(
+    path: impl AsRef<Path>,
+    on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
+) -> Result<LogFile, Error> {
+    read_log_watched(path, |_| true, on)
+}
+
+/// [`read_log`] that tells `watch` the part read, 0 to 1, every quarter of a megabyte, and stops where that says false.
+///
+/// # Errors
+/// As [`read_log`], and [`LogError::Stopped`].
+pub(crate) fn read_log_watched(
+    path: impl AsRef<Path>,
+    mut watch: impl FnMut(f64) -> bool,
+    mut on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
+) -> Result<LogFile, Error> {
+    let path = path.as_ref().to_path_buf();
+    let unreadable = |source| LogError::Read {
+        path: path.clone(),
+        source,
+    };
+    let damaged = |reason: String| LogError::Damaged {
+        path: path.clone(),
+        reason,
+    };
+    let lacks = |what: &str| LogError::Lacks {
+        path: path.clone(),
+        what: what.into(),
+    };
+    let mut file = open_regular(&path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len().max(1);
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(bounds::largest_record(length));
+    let mut reader = LinearReader::new_with_options(options);
+    let mut seen = Seen::default();
+    let (mut read, mut last, mut footer_bytes) = (0, Vec::new(), 0);
+    let mut unpacked = 0;
+    // What is wrong with it if it is one of ours, which its scenario shows: that may come later.
+    let mut doubt = None;
+    let scenario_of = |text: &str| {
+        let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
+        Scenario::from_source(&source, &[])
+    };
+    let mut scenario = None;
+    let complete = loop {
+        match reader.next_event() {
+            None => break true,
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                // No more than there is, whatever a record says of its length.
+                let left = length.saturating_sub(read as u64);
+                let room = reader.insert(wanted.min(left as usize).max(BLOCK));
+                let got = file.read(room).map_err(unreadable)?;
+                last.extend_from_slice(&room[got.saturating_sub(mcap::MAGIC.len())..got]);
+                last.drain(..last.len().saturating_sub(mcap::MAGIC.len()));
+                read += got;
+                if !watch((read as f64 / length as f64).min(1.0)) {
+                    return Err(LogError::Stopped { path }.into());
+                }
+                reader.notify_read(got);
+            }
+            Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                if opcode == mcap::records::op::FOOTER {
+                    footer_bytes = data.len();
+                }
+                // Records of nothing are work too.
+                unpacked += bounds::HEAD_BYTES + data.len() as u64;
+                if unpacked > bounds::most_unpacked(length) {
+                    return Err(damaged(format!("{length} bytes that unpack to {unpacked} and more")).into());
+                }
+                bounds::fits(opcode, data).map_err(damaged)?;
+                let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
+                if doubt.is_some() && matches!(record, Record::Message { .. }) {
+                    continue;
+                }
+                match seen.take(record) {
+                    Ok(Some((time, message))) => on(time, message)?,
+                    Ok(None) => {
+                        if let (Some(text), None) = (&seen.scenario, &scenario) {
+                            let first = scenario_of(text);
+                            seen.expected_wheels = first.as_ref().ok().map(|s| s.vehicle().wheel.len());
+                            scenario = Some(first);
+                        }
+                    }
+                    Err(reason) if seen.scenario.is_some() => return Err(damaged(reason).into()),
+                    Err(reason) => doubt = doubt.or(Some(reason)),
+                }
+            }
+            Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
+                return Err(lacks("not an MCAP file, or nothing of it was written").into());
+            }
+            Some(Err(McapError::UnsupportedCompression(name))) => {
+                return Err(lacks(&format!("compressed by {name:?}: not a run of omnistep")).into());
+            }
+            // A killed run ends anywhere, but never with what ends a whole file.
+            Some(Err(McapError::UnexpectedEof)) if last != mcap::MAGIC => break false,
+            Some(Err(error)) => return Err(damaged(error.to_string()).into()),
+        }
+    };
+    if complete && footer_bytes != FOOTER_BYTES {
+        // No checksum covers that, and nothing that follows would show it.
+        return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
+    }
+    // Of a log of something else nothing more is said.
+    let text = seen
+        .scenario
+        .take()
+        .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
+    if let Some(reason) = doubt {
+        return Err(damaged(reason).into());
+    }
+    if complete {
+        seen.agrees_with_its_statistics().map_err(damaged)?;
+    }
+    let scenario = match scenario {
+        Some(first) if seen.scenarios == 1 => first,
+        _ => scenario_of(&text),
+    };
+    let scenario = scenario?;
+    // Where the scenario came behind its states.
+    if let Some(found) = seen.wheels {
+        fitting_wheels(found, scenario.vehicle().wheel.len()).map_err(damaged)?;
+    }
+    // It follows from the scenario, also for logs that do not say it.
+    let wheel_model_valid = scenario.beyond_balls().is_none();
+    Ok(LogFile {
+        run: seen.run,
+        outcome: seen.outcome.map(|outcome| Outcome {
+            wheel_model_valid,
+            ..outcome
+        }),
+        scenario,
+        complete,
+        until_ns: seen.until_ns,
+        counts: seen.counts,
+        foreign: seen.foreign,
+        path,
+    })
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Seen {
+    scenario: Option<String>,
+    run: BTreeMap<String, String>,
+    outcome: Option<Outcome>,
+    topics: BTreeMap<u16, String>,
+    counts: BTreeMap<String, u64>,
+    foreign: u64,
+    until_ns: u64,
+    attachments: u64,
+    tables: u64,
+    /// Did this program write it?
+    ours: bool,
+    statistics: Option<Statistics>,
+    /// Attachments of a scenario.
+    scenarios: u64,
+    /// Wheels of the vehicle, once the scenario is there.
+    expected_wheels: Option<usize>,
+    /// Wheels of every state so far.
+    wheels: Option<usize>,
+}
+
+/// A state has as many wheels as the vehicle: one of fewer would be columns out of nothing.
+fn fitting_wheels(found: usize, expected: usize) -> Result<(), String> {
+    if found == expected {
+        Ok(())
+    } else {
+        let topic = topic::VEHICLE_STATE;
+        Err(format!(
+            "{topic}: a message of {found} wheels, expected {expected}"
+        ))
+    }
+}
+
+impl Seen {
+    fn is_empty(&self) -> bool {
+        self.scenario.is_none() && self.topics.is_empty()
+    }
+
+    /// What was taken out of a whole log shows, also where checksums were left out: at the end it says how much there is.
+    fn agrees_with_its_statistics(&self) -> Result<(), String> {
+        let Some(said) = &self.statistics else {
+            return if self.ours {
+                Err("no statistics".into())
+            } else {
+                Ok(())
+            };
+        };
+        let messages = self.counts.values().sum::<u64>() + self.foreign;
+        for (what, here, said) in [
+            ("messages", messages, said.message_count),
+            ("attachments", self.attachments, said.attachment_count.into()),
+            ("metadata records", self.tables, said.metadata_count.into()),
+        ] {
+            if here != said {
+                return Err(format!("{here} {what}, its statistics say {said}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, record: Record<'_>) -> Result<Option<(u64, LogMessage)>, String> {
+        match &record {
+            Record::Attachment { .. } => self.attachments += 1,
+            Record::Metadata(_) => self.tables += 1,
+            _ => {}
+        }
+        match record {
+            Record::Header(header) => self.ours = header.library.starts_with("omnistep "),
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
+            Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+                self.scenarios += 1;
+                let text = String::from_utf8(data.into_owned());
+                let wrong = text.as_ref().err().map(|error| format!("{SCENARIO}: {error}"));
+                self.scenario = Some(text.unwrap_or_default());
+                return wrong.map_or(Ok(None), Err);
+            }
+            Record::Metadata(table) if table.name == RUN => self.run = table.metadata,
+            Record::Metadata(table) if table.name == OUTCOME => {
+                let value = |text: String| serde_json::from_str(&text).unwrap_or(serde_json::Value::Null);
+                let fields = table.metadata.into_iter().map(|(key, text)| (key, value(text)));
+                let fields = serde_json::Value::Object(fields.collect());
+                let outcome = serde_json::from_value(fields);
+                self.outcome = Some(outcome.map_err(|error| format!("metadata {OUTCOME}: {error}"))?);
+            }
+            Record::Channel(channel) => {
+                self.topics.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, data } => return self.message(&header, &data),
+            // Where a flipped bit made a chunk of something else, nothing of it would be missed.
+            Record::Unknown { opcode, .. } => return Err(format!("a record of unknown kind {opcode:#x}")),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<(u64, LogMessage)>, String> {
+        let Some(name) = self.topics.get(&header.channel_id) else {
+            return Err(format!(
+                "a message of channel {}, which is not there",
+                header.channel_id
+            ));
+        };
+        let message = match name.as_str() {
+            topic::VEHICLE_STATE => {
+                let state: VehicleState = decode(data)?;
+                let found = state.wheels.len();
+                fitting_wheels(found, self.expected_wheels.or(self.wheels).unwrap_or(found))?;
+                self.wheels = Some(found);
+                LogMessage::VehicleState(state)
+            }
+            topic::TF => LogMessage::Tf(decode(data)?),
+            topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
+            topic::ODOM => LogMessage::Odom(Box::new(decode(data)?)),
+            topic::CMD_VEL => LogMessage::CmdVel(decode(data)?),
+            topic::MARKERS => LogMessage::Markers(decode(data)?),
+            topic::ROBOT_DESCRIPTION => LogMessage::RobotDescription(decode(data)?),
+            topic::TERRAIN => LogMessage::Terrain(decode(data)?),
+            _ => {
+                self.foreign += 1;
+                return Ok(None);
+            }
+        };
+        let count = match self.counts.get_mut(name) {
+            Some(count) => count,
+            None => self.counts.entry(name.clone()).or_default(),
+        };
+        // Every topic counts from 0: a chunk that is not there shows.
+        if u64::from(header.sequence) != *count {
+            let sequence = header.sequence;
+            return Err(format!("{name}: message {sequence} follows {count} messages"));
+        }
+        *count += 1;
+        self.until_ns = self.until_ns.max(header.log_time);
+        Ok(Some((header.log_time, message)))
+    }
+}
+
+/// A message from little-endian CDR with its encapsulation header.
+fn decode<M: RosMessage + DeserializeOwned>(data: &[u8]) -> Result<M, String> {
+    let body = data.get(4..).unwrap_or_default();
+    match cdr_encoding::from_bytes::<M, LittleEndian>(body) {
+        Ok((message, _)) => Ok(message),
+        Err(error) => Err(format!("a message that is no {}: {error}", M::TYPE)),
+    }
+}

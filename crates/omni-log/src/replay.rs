@@ -1,0 +1,240 @@
+//! A logged run's controller fed with the logged measurements again.
+
+use std::path::Path;
+
+use omni_config::Override;
+use omni_core::BodyTwist;
+use omni_sim::ControlLoop;
+use omni_sim::controller::{AnyController, ControlSample, WheelSignals};
+
+use crate::ros2::{Twist, VehicleState, WheelState};
+use crate::{Error, LogError, LogFile, LogMessage, read_log};
+
+/// Where the controller of today says something else than the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// End of the control period \[ns\].
+    pub time_ns: u64,
+    /// Number of the control period, from 0.
+    pub period: u64,
+    /// The wheel; none for a signal of the whole vehicle.
+    pub wheel: Option<String>,
+    /// The signal, as `applied_n_m`.
+    pub signal: &'static str,
+    /// What the log says.
+    pub logged: f64,
+    /// What the controller says.
+    pub replayed: f64,
+}
+
+/// What became of a wheel's torque.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WheelReplay {
+    /// The wheel.
+    pub wheel: String,
+    /// Root mean square of the logged torque \[N.m\].
+    pub logged_rms_n_m: f64,
+    /// And of the replayed one \[N.m\].
+    pub replayed_rms_n_m: f64,
+    /// Largest difference of the two \[N.m\].
+    pub largest_n_m: f64,
+    /// When that was \[ns\].
+    pub largest_at_ns: u64,
+}
+
+/// A log replayed.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The log.
+    pub file: LogFile,
+    /// The policy that was replayed.
+    pub policy: String,
+    /// Control periods.
+    pub periods: u64,
+    /// Those in which any signal differs in any bit.
+    pub differing: u64,
+    /// The first difference.
+    pub first: Option<Difference>,
+    /// Torques, wheel by wheel.
+    pub wheels: Vec<WheelReplay>,
+}
+
+/// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`, `vehicle.gains...`), period by
+/// period, and compares every signal with the log, bit for bit. The vehicle does not move otherwise than it did: what is shown is
+/// what the controller would have commanded.
+///
+/// # Errors
+/// As [`read_log`]; [`LogError::Lacks`] where the log has no `/vehicle_state` every control period; as [`AnyController::new`].
+pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
+    let path = path.as_ref();
+    let mut states = Vec::new();
+    let file = read_log(path, |time_ns, message| {
+        if let LogMessage::VehicleState(state) = message {
+            states.push((time_ns, state));
+        }
+        Ok(())
+    })?;
+    let period_ns = file.scenario.control.period_us * 1000;
+    let missing = (1..)
+        .map(|k| k * period_ns)
+        .zip(states.iter().map(|(time_ns, _)| Some(*time_ns)).chain([None]))
+        .find(|(expected, time_ns)| *time_ns != Some(*expected))
+        .map_or(0, |(expected, _)| expected);
+    // The first period that is missing is the one after the last message of all, and there is one before it.
+    if missing <= file.until_ns || states.is_empty() {
+        let what = format!(
+            "no /vehicle_state at t = {} s, and replay asks for one every control period: leave log.vehicle_state_hz out",
+            missing as f64 / 1e9
+        );
+        return Err(LogError::Lacks {
+            path: path.to_path_buf(),
+            what,
+        }
+        .into());
+    }
+    let scenario = file.scenario.with(&path.display().to_string(), overrides)?;
+    let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
+    let mut sample = ControlSample::default();
+    let mut measured = Vec::new();
+    let (mut differing, mut first) = (0, None);
+    let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
+    let mut wheels: Vec<_> = names.map(Sums::new).collect();
+    for (period, (time_ns, state)) in states.iter().enumerate() {
+        if state.wheels.len() != wheels.len() {
+            return Err(LogError::Damaged {
+                path: path.to_path_buf(),
+                reason: format!(
+                    "{} wheels in /vehicle_state, {} in the scenario",
+                    state.wheels.len(),
+                    wheels.len()
+                ),
+            }
+            .into());
+        }
+        measured.clear();
+        measured.extend(state.wheels.iter().map(|wheel| wheel.measured_rad_s));
+        control.step(
+            &planar(&state.asked_twist),
+            &measured,
+            state.gyro_rad_s,
+            &mut sample,
+        )?;
+        if let Some((wheel, signal, [logged, replayed])) = difference(state, &sample) {
+            differing += 1;
+            first.get_or_insert(Difference {
+                time_ns: *time_ns,
+                period: period as u64,
+                wheel,
+                signal,
+                logged,
+                replayed,
+            });
+        }
+        for (sums, (logged, replayed)) in wheels.iter_mut().zip(state.wheels.iter().zip(&sample.wheels)) {
+            sums.add(*time_ns, logged.applied_n_m, replayed.applied_n_m);
+        }
+    }
+    Ok(Replay {
+        policy: scenario.control.policy.clone(),
+        periods: states.len() as u64,
+        differing,
+        first,
+        wheels: wheels.into_iter().map(|sums| sums.finish(states.len())).collect(),
+        file,
+    })
+}
+
+fn planar(twist: &Twist) -> BodyTwist<f64> {
+    BodyTwist {
+        vx_m_s: twist.linear.x,
+        vy_m_s: twist.linear.y,
+        wz_rad_s: twist.angular.z,
+    }
+}
+
+/// A signal's name, its value in a log and in a controller's sample.
+type Signal = (&'static str, fn(&WheelState) -> f64, fn(&WheelSignals) -> f64);
+
+const SIGNALS: [Signal; 10] = [
+    ("measured_rad_s", |l| l.measured_rad_s, |s| s.measured_rad_s),
+    ("reference_rad_s", |l| l.reference_rad_s, |s| s.reference_rad_s),
+    ("p_n_m", |l| l.p_n_m, |s| s.p_n_m),
+    ("i_n_m", |l| l.i_n_m, |s| s.i_n_m),
+    ("d_n_m", |l| l.d_n_m, |s| s.d_n_m),
+    ("requested_n_m", |l| l.requested_n_m, |s| s.requested_n_m),
+    ("applied_n_m", |l| l.applied_n_m, |s| s.applied_n_m),
+    ("limit_lower_n_m", |l| l.limit_lower_n_m, |s| s.limit_lower_n_m),
+    ("limit_upper_n_m", |l| l.limit_upper_n_m, |s| s.limit_upper_n_m),
+    (
+        "saturated",
+        |l| f64::from(u8::from(l.saturated)),
+        |s| f64::from(u8::from(s.saturated)),
+    ),
+];
+
+/// The first signal that differs in any bit: its wheel, its name, what the log says and what the controller says.
+fn difference(
+    state: &VehicleState,
+    sample: &ControlSample,
+) -> Option<(Option<String>, &'static str, [f64; 2])> {
+    let differ = |[a, b]: [f64; 2]| a.to_bits() != b.to_bits();
+    for (logged, replayed) in state.wheels.iter().zip(&sample.wheels) {
+        for (name, of_log, of_sample) in SIGNALS {
+            let both = [of_log(logged), of_sample(replayed)];
+            if differ(both) {
+                return Some((Some(logged.name.clone()), name, both));
+            }
+        }
+    }
+    let (estimated, own) = (planar(&state.estimated_twist), &sample.estimated);
+    [
+        ("common_factor", [state.common_factor, sample.common_factor]),
+        ("estimated_vx_m_s", [estimated.vx_m_s, own.vx_m_s]),
+        ("estimated_vy_m_s", [estimated.vy_m_s, own.vy_m_s]),
+        ("estimated_wz_rad_s", [estimated.wz_rad_s, own.wz_rad_s]),
+    ]
+    .into_iter()
+    .find(|(_, both)| differ(*both))
+    .map(|(name, both)| (None, name, both))
+}
+
+/// A wheel's torques, summed up.
+struct Sums {
+    wheel: String,
+    logged: f64,
+    replayed: f64,
+    largest: f64,
+    largest_at_ns: u64,
+}
+
+impl Sums {
+    fn new(wheel: String) -> Self {
+        Self {
+            wheel,
+            logged: 0.0,
+            replayed: 0.0,
+            largest: 0.0,
+            largest_at_ns: 0,
+        }
+    }
+
+    fn add(&mut self, time_ns: u64, logged: f64, replayed: f64) {
+        self.logged += logged * logged;
+        self.replayed += replayed * replayed;
+        let off = (logged - replayed).abs();
+        if off > self.largest {
+            (self.largest, self.largest_at_ns) = (off, time_ns);
+        }
+    }
+
+    fn finish(self, count: usize) -> WheelReplay {
+        let rms = |sum: f64| (sum / count.max(1) as f64).sqrt();
+        WheelReplay {
+            logged_rms_n_m: rms(self.logged),
+            replayed_rms_n_m: rms(self.replayed),
+            largest_n_m: self.largest,
+            largest_at_ns: self.largest_at_ns,
+            wheel: self.wheel,
+        }
+    }
+}

@@ -1,0 +1,456 @@
+//! The ROS 2 messages a log holds: plain structs whose serde order is their CDR layout, and their definitions.
+//!
+//! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
+//! z is up, counter-clockwise is positive.
+
+use byteorder::LittleEndian;
+use serde::{Deserialize, Serialize};
+
+/// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
+const CDR_LE: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
+
+/// A message that can have a topic of its own.
+pub trait RosMessage: Serialize {
+    /// Full ROS 2 type name, such as `geometry_msgs/msg/Twist`.
+    const TYPE: &'static str;
+
+    /// The `ros2msg` definition of the type followed by those of all types it contains.
+    fn schema() -> &'static str;
+}
+
+/// Replaces the content of `buffer` by the message in little-endian CDR, encapsulation header included.
+///
+/// # Errors
+/// [`cdr_encoding::Error`] where a value has no CDR form; no message of this module has such a value.
+pub fn encode_into<M: RosMessage>(message: &M, buffer: &mut Vec<u8>) -> Result<(), cdr_encoding::Error> {
+    buffer.clear();
+    buffer.extend_from_slice(&CDR_LE);
+    cdr_encoding::to_writer::<M, LittleEndian, _>(buffer, message)
+}
+
+/// The message in little-endian CDR, encapsulation header included.
+///
+/// # Errors
+/// As [`encode_into`].
+pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, cdr_encoding::Error> {
+    let mut buffer = Vec::new();
+    encode_into(message, &mut buffer)?;
+    Ok(buffer)
+}
+
+macro_rules! ros_messages {
+    ($($message:ty => $name:literal, $file:literal;)+) => {$(
+        impl RosMessage for $message {
+            const TYPE: &'static str = $name;
+
+            fn schema() -> &'static str {
+                include_str!(concat!("schemas/", $file))
+            }
+        }
+    )+};
+}
+
+ros_messages! {
+    Twist => "geometry_msgs/msg/Twist", "Twist.msg";
+    TwistStamped => "geometry_msgs/msg/TwistStamped", "TwistStamped.msg";
+    TfMessage => "tf2_msgs/msg/TFMessage", "TFMessage.msg";
+    JointState => "sensor_msgs/msg/JointState", "JointState.msg";
+    Odometry => "nav_msgs/msg/Odometry", "Odometry.msg";
+    StringMessage => "std_msgs/msg/String", "String.msg";
+    MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
+    VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
+}
+
+/// `builtin_interfaces/msg/Time`: simulated time since the start of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Time {
+    /// Whole seconds \[s\].
+    pub sec: i32,
+    /// Nanoseconds behind the second \[ns\], below 1e9.
+    pub nanosec: u32,
+}
+
+impl Time {
+    /// The time `time_ns` \[ns\] after the start; held at the last second of an `i32` (68 years) beyond it.
+    #[must_use]
+    pub fn from_ns(time_ns: u64) -> Self {
+        let nanosec = (time_ns % 1_000_000_000) as u32; // below 1e9, so nothing is cut off
+        Self {
+            sec: i32::try_from(time_ns / 1_000_000_000).unwrap_or(i32::MAX),
+            nanosec,
+        }
+    }
+}
+
+/// `std_msgs/msg/Header`: when and in which frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Simulated time of the content.
+    pub stamp: Time,
+    /// Frame the content is expressed in.
+    pub frame_id: String,
+}
+
+impl Header {
+    /// The header of something at `time_ns` \[ns\] of simulated time, expressed in `frame_id`.
+    pub fn new(time_ns: u64, frame_id: impl Into<String>) -> Self {
+        Self {
+            stamp: Time::from_ns(time_ns),
+            frame_id: frame_id.into(),
+        }
+    }
+}
+
+/// `geometry_msgs/msg/Vector3`: a free vector, in the unit of its owner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Vector3 {
+    /// Along x (forward is +).
+    pub x: f64,
+    /// Along y (left is +).
+    pub y: f64,
+    /// Along z (up is +).
+    pub z: f64,
+}
+
+/// `geometry_msgs/msg/Quaternion`: a rotation of unit norm; the default is no rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Quaternion {
+    /// Axis along x times the sine of half the angle.
+    pub x: f64,
+    /// Axis along y times the sine of half the angle.
+    pub y: f64,
+    /// Axis along z times the sine of half the angle.
+    pub z: f64,
+    /// Cosine of half the angle.
+    pub w: f64,
+}
+
+impl Default for Quaternion {
+    fn default() -> Self {
+        Self {
+            x: 0.0,
+            y: 0.0,
+            z: 0.0,
+            w: 1.0,
+        }
+    }
+}
+
+/// `geometry_msgs/msg/Point`: a place \[m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Along x \[m\] (forward is +).
+    pub x: f64,
+    /// Along y \[m\] (left is +).
+    pub y: f64,
+    /// Along z \[m\] (up is +).
+    pub z: f64,
+}
+
+/// `geometry_msgs/msg/Pose`: place and attitude of a body in the frame of the header.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Origin of the body \[m\].
+    pub position: Point,
+    /// Rotation from the body's frame to the header's.
+    pub orientation: Quaternion,
+}
+
+/// `geometry_msgs/msg/Twist`: linear and angular velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// Linear velocity \[m/s\].
+    pub linear: Vector3,
+    /// Angular velocity \[rad/s\] (counter-clockwise is +).
+    pub angular: Vector3,
+}
+
+/// `geometry_msgs/msg/TwistStamped`: a twist with its time and frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistStamped {
+    /// Time, and the frame of the twist.
+    pub header: Header,
+    /// The twist.
+    pub twist: Twist,
+}
+
+/// `geometry_msgs/msg/Transform`: maps points of the child frame to the parent frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Transform {
+    /// Origin of the child in the parent \[m\].
+    pub translation: Vector3,
+    /// Rotation from child to parent.
+    pub rotation: Quaternion,
+}
+
+/// `geometry_msgs/msg/TransformStamped`: a transform between two named frames.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TransformStamped {
+    /// Time, and the parent frame.
+    pub header: Header,
+    /// The child frame.
+    pub child_frame_id: String,
+    /// Child to parent.
+    pub transform: Transform,
+}
+
+/// `geometry_msgs/msg/PoseWithCovariance`: a pose and how well it is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovariance {
+    /// The pose.
+    pub pose: Pose,
+    /// Covariance, rows and columns x, y, z \[m\], then about x, y, z \[rad\]; 0 is unknown.
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// `geometry_msgs/msg/TwistWithCovariance`: a twist and how well it is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistWithCovariance {
+    /// The twist.
+    pub twist: Twist,
+    /// Covariance, rows and columns x, y, z \[m/s\], then about x, y, z \[rad/s\]; 0 is unknown.
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// `tf2_msgs/msg/TFMessage`: transforms of one moment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TfMessage {
+    /// The transforms.
+    pub transforms: Vec<TransformStamped>,
+}
+
+/// `sensor_msgs/msg/JointState`: state of the joints; each of the three arrays is as long as `name`, or empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointState {
+    /// Time; the frame is unused.
+    pub header: Header,
+    /// Names of the joints, as in the URDF.
+    pub name: Vec<String>,
+    /// Positions \[rad or m\].
+    pub position: Vec<f64>,
+    /// Velocities \[rad/s or m/s\].
+    pub velocity: Vec<f64>,
+    /// Torques or forces \[N m or N\].
+    pub effort: Vec<f64>,
+}
+
+/// `nav_msgs/msg/Odometry`: pose in the header's frame, twist in the child's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Odometry {
+    /// Time, and the frame of the pose.
+    pub header: Header,
+    /// The frame of the twist, which moves with the vehicle.
+    pub child_frame_id: String,
+    /// Pose of the child in the header's frame.
+    pub pose: PoseWithCovariance,
+    /// Twist in the child's frame.
+    pub twist: TwistWithCovariance,
+}
+
+/// `std_msgs/msg/String`: a text, such as a URDF.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StringMessage {
+    /// The text, without zero characters.
+    pub data: String,
+}
+
+/// `std_msgs/msg/ColorRGBA`: parts of 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ColorRgba {
+    /// Red.
+    pub r: f32,
+    /// Green.
+    pub g: f32,
+    /// Blue.
+    pub b: f32,
+    /// 1 is opaque.
+    pub a: f32,
+}
+
+/// `visualization_msgs/msg/Marker`: a shape to draw, named by `ns` and `id`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marker {
+    /// Time, and the frame of pose and points.
+    pub header: Header,
+    /// Name of a group of markers.
+    pub ns: String,
+    /// Its number within the group.
+    pub id: i32,
+    /// Kind of shape: [`Marker::ARROW`].
+    pub kind: i32,
+    /// [`Marker::ADD`] or [`Marker::DELETE`].
+    pub action: i32,
+    /// Where it is.
+    pub pose: Pose,
+    /// Of an arrow between two points: diameters of shaft and head, length of the head \[m\].
+    pub scale: Vector3,
+    /// Its colour.
+    pub color: ColorRgba,
+    /// How long it stays; 0 is for ever. Seconds and nanoseconds, as a time has.
+    pub lifetime: Time,
+    /// Does it move with its frame?
+    pub frame_locked: bool,
+    /// Of an arrow: its start and its end \[m\].
+    pub points: Vec<Point>,
+    pub(crate) colors: Vec<ColorRgba>,
+    pub(crate) texture_resource: String,
+    pub(crate) texture: (Header, String, Vec<u8>),
+    pub(crate) uv_coordinates: Vec<(f32, f32)>,
+    /// A text to draw.
+    pub text: String,
+    pub(crate) mesh_resource: String,
+    pub(crate) mesh_file: (String, Vec<u8>),
+    pub(crate) mesh_use_embedded_materials: bool,
+}
+
+impl Marker {
+    /// The kind of an arrow.
+    pub const ARROW: i32 = 0;
+    /// Draws it, or changes it.
+    pub const ADD: i32 = 0;
+    /// Takes it away.
+    pub const DELETE: i32 = 2;
+}
+
+/// `visualization_msgs/msg/MarkerArray`: shapes to draw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MarkerArray {
+    /// The shapes.
+    pub markers: Vec<Marker>,
+}
+
+/// `omni_msgs/msg/WheelState`: one wheel and its controller; + is along the wheel's rolling direction.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WheelState {
+    /// Name, as in the vehicle file.
+    pub name: String,
+    /// Velocity asked of the wheel \[rad/s\].
+    pub reference_rad_s: f64,
+    /// Velocity measured at the wheel \[rad/s\].
+    pub measured_rad_s: f64,
+    /// Proportional term of the requested torque \[N m\].
+    pub p_n_m: f64,
+    /// Integral term of the requested torque \[N m\].
+    pub i_n_m: f64,
+    /// Derivative term of the requested torque \[N m\].
+    pub d_n_m: f64,
+    /// Torque requested, before any limit \[N m\].
+    pub requested_n_m: f64,
+    /// Torque applied, after coordination and limit \[N m\].
+    pub applied_n_m: f64,
+    /// Torque that acted on the actuator, averaged over the period \[N m\]: the applied one, unless actuators lack something.
+    pub acted_n_m: f64,
+    /// Lowest torque available at the measured velocity \[N m\], usually negative.
+    pub limit_lower_n_m: f64,
+    /// Highest torque available at the measured velocity \[N m\].
+    pub limit_upper_n_m: f64,
+    /// True where the requested torque lies outside the limits.
+    pub saturated: bool,
+    /// Slip ratio \[1\] (rim faster than the wheel's centre is +).
+    pub slip_ratio: f64,
+    /// Disturbed ratio \[1\] (wheel behind its reference is +).
+    pub disturbed_ratio: f64,
+    /// Force of the ground along the contact normal \[N\] (pushing is +, 0 in the air).
+    pub contact_normal_n: f64,
+    /// Force of the ground along the rolling direction \[N\] (driving the vehicle that way is +).
+    pub contact_along_n: f64,
+}
+
+/// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VehicleState {
+    /// End of the control period, and the frame of `estimated_twist`.
+    pub header: Header,
+    /// How the wheels are coordinated when one saturates.
+    pub policy: String,
+    /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
+    pub asked_twist: Twist,
+    /// Yaw rate by the gyro \[rad/s\].
+    pub gyro_rad_s: f64,
+    /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
+    pub common_factor: f64,
+    /// Twist by odometry in the body frame \[m/s, rad/s\].
+    pub estimated_twist: Twist,
+    /// One entry a wheel, in the order of the vehicle file.
+    pub wheels: Vec<WheelState>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Header, strings with padding behind them, and doubles aligned to 8 from behind the encapsulation header.
+    #[test]
+    fn cdr_is_that_computed_by_hand() {
+        let message = TwistStamped {
+            header: Header::new(2_000_000_003, "ab"),
+            twist: Twist {
+                linear: Vector3 {
+                    x: 1.0,
+                    y: -2.0,
+                    z: 0.0,
+                },
+                angular: Vector3 {
+                    x: 0.0,
+                    y: 0.0,
+                    z: 0.5,
+                },
+            },
+        };
+        let mut expected = vec![0, 1, 0, 0]; // little-endian CDR
+        expected.extend([2, 0, 0, 0, 3, 0, 0, 0]); // sec, nanosec
+        expected.extend([3, 0, 0, 0, b'a', b'b', 0]); // length with the final zero, text
+        expected.push(0); // 15 bytes so far, and a double starts at a multiple of 8
+        expected.extend([0, 0, 0, 0, 0, 0, 0xf0, 0x3f]); // 1.0
+        expected.extend([0, 0, 0, 0, 0, 0, 0x00, 0xc0]); // -2.0
+        expected.extend([0; 24]);
+        expected.extend([0, 0, 0, 0, 0, 0, 0xe0, 0x3f]); // 0.5
+        assert_eq!(encode(&message).expect("encodes"), expected);
+    }
+
+    #[test]
+    fn covariances_have_no_length_prefix() {
+        // stamp 8, two empty strings 2 x 5 with 3 of padding between, 3 before the doubles, 7 + 36 + 6 + 36 doubles
+        let bytes = encode(&Odometry::default()).expect("encodes");
+        assert_eq!(bytes.len(), 4 + 8 + 5 + 3 + 5 + 3 + (7 + 36 + 6 + 36) * 8);
+    }
+
+    #[test]
+    fn a_vehicle_state_comes_back_as_it_was() {
+        let wheel = WheelState {
+            name: "front".into(),
+            saturated: true,
+            slip_ratio: 0.25,
+            ..Default::default()
+        };
+        let wheels = vec![
+            wheel.clone(),
+            WheelState {
+                contact_along_n: -3.5,
+                ..wheel
+            },
+        ];
+        let message = VehicleState {
+            policy: "shared".into(),
+            common_factor: 0.5,
+            wheels,
+            ..Default::default()
+        };
+        let bytes = encode(&message).expect("encodes");
+        let (back, used) =
+            cdr_encoding::from_bytes::<VehicleState, LittleEndian>(&bytes[4..]).expect("decodes");
+        assert_eq!((back, used), (message, bytes.len() - 4));
+    }
+
+    #[test]
+    fn time_is_split_into_seconds_and_the_rest() {
+        assert_eq!(
+            Time::from_ns(61_999_999_999),
+            Time {
+                sec: 61,
+                nanosec: 999_999_999
+            }
+        );
+        assert_eq!(Time::from_ns(u64::MAX).sec, i32::MAX);
+    }
+}

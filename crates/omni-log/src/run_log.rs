@@ -1,0 +1,117 @@
+//! A run as an MCAP file: the messages of [`super::messages`].
+//!
+//! The scenario as resolved, its vehicle inside, is the attachment `scenario.toml`; policy, seed and version are the metadata
+//! `run`, the figures at the end the metadata `outcome`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use omni_config::Scenario;
+use omni_sim::Outcome;
+use omni_sim::controller::ControlSample;
+use omni_sim::observation::Observation;
+
+use crate::messages::{Messages, Sink};
+use crate::ros2::RosMessage;
+use crate::{FinishedLog, LogError, LogWriter};
+
+/// Name of the attachment that holds the scenario.
+pub(crate) const SCENARIO: &str = "scenario.toml";
+/// Names of the metadata records.
+pub(crate) const RUN: &str = "run";
+pub(crate) const OUTCOME: &str = "outcome";
+
+/// Writes a run while it goes on; the file gets its name when [`RunLog::finish`] has succeeded.
+pub struct RunLog {
+    writer: LogWriter,
+    messages: Messages,
+}
+
+impl Sink for LogWriter {
+    type Error = LogError;
+
+    fn send<M: RosMessage>(
+        &mut self,
+        topic: &'static str,
+        time_ns: u64,
+        message: &M,
+    ) -> Result<(), LogError> {
+        let channel = self.channel::<M>(topic)?;
+        self.write(&channel, time_ns, message)
+    }
+}
+
+impl RunLog {
+    /// Starts the log of a scenario's run at `path`.
+    ///
+    /// # Errors
+    /// As [`LogWriter::create`] and [`LogWriter::metadata`].
+    pub fn create(path: impl AsRef<Path>, scenario: &Scenario) -> Result<Self, LogError> {
+        let mut writer = LogWriter::create(&path)?;
+        let facts = [
+            ("omnistep", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scenario", scenario.name.clone()),
+            ("vehicle", scenario.vehicle().name.clone()),
+            ("policy", scenario.control.policy.clone()),
+            ("seed", scenario.seed.to_string()),
+        ];
+        writer.metadata(RUN, facts.map(|(k, v)| (k.to_owned(), v)).into())?;
+        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
+        let text = toml::to_string(scenario).map_err(|error| LogError::Io {
+            path: path.as_ref().to_path_buf(),
+            source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),
+        })?;
+        writer.attachment(SCENARIO, "application/toml", text.as_bytes())?;
+        let messages = Messages::new(scenario);
+        messages.describe(&mut writer)?;
+        Ok(Self { writer, messages })
+    }
+
+    /// Adds one control period.
+    ///
+    /// # Errors
+    /// As [`LogWriter::write`].
+    pub fn push(&mut self, sample: &ControlSample, seen: &Observation) -> Result<(), LogError> {
+        self.messages.push(sample, seen, &mut self.writer)
+    }
+
+    /// Adds the outcome and completes the file.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(mut self, outcome: &Outcome) -> Result<FinishedLog, LogError> {
+        let table: BTreeMap<String, String> = match serde_json::to_value(outcome) {
+            Ok(serde_json::Value::Object(fields)) => {
+                fields.into_iter().map(|(k, v)| (k, v.to_string())).collect()
+            }
+            _ => BTreeMap::new(),
+        };
+        self.writer.metadata(OUTCOME, table)?;
+        self.writer.finish()
+    }
+
+    /// Ends the log of a run that was stopped: all of it until now stays in its `.part` file, whose name is returned.
+    ///
+    /// # Errors
+    /// As [`LogWriter::leave`].
+    pub fn leave(self) -> Result<PathBuf, LogError> {
+        self.writer.leave()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use omni_config::{Override, Scenario, Source};
+
+    #[test]
+    fn a_logged_scenario_reads_back_as_it_was_with_its_overrides() {
+        let stronger = Override::new("vehicle.motor.stall_torque_n_m", 2.5);
+        let scenario = Scenario::load("step", &[stronger]).expect("built-in");
+        assert_eq!(scenario.vehicle().motor.stall_torque_n_m, 2.5);
+        let text = toml::to_string(&scenario).expect("plain data");
+        assert_eq!(
+            Scenario::from_source(&Source::text("log", text), &[]).expect("valid"),
+            scenario
+        );
+    }
+}

@@ -1,0 +1,164 @@
+//! Runs on their way to another process or machine.
+
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use omni_config::{Scenario, Source};
+use serde::{Deserialize, Serialize};
+
+use crate::key::{Lines, VERSION};
+use crate::names::named;
+use crate::part::Part;
+use crate::run::compute_into;
+use crate::{Cell, Columns, Computed, Error, Plan, Row, Run, Store, key};
+
+/// Some runs of a plan as plain text, for a worker that sees the folder of results.
+///
+/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with a worker, and whoever
+/// gets the same batch again goes on where it was.
+///
+/// ```
+/// use use omni_config
+/// use omni_study::{Batch, Plan};::{Override, Study};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::parse("duration_s=0.5")?])?;
+/// let batch = Batch::new(&plan, &plan.runs()[..30])?;
+/// assert_eq!(Batch::from_text(&batch.to_text())?, batch);
+/// assert!(batch.to_text().len() < 20_000); // two scenarios of some 6 kB, and 30 keys
+/// # Ok::<(), omni_study::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Batch {
+    version: String,
+    study: String,
+    columns: Columns,
+    shared: Lines,
+    /// As TOML, whole.
+    scenarios: Vec<String>,
+    runs: Vec<Packed>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Packed {
+    key: String,
+    seed: u64,
+    axes: Vec<Cell>,
+    /// Index into `scenarios`.
+    scenario: usize,
+}
+
+impl Batch {
+    /// Some runs of a plan.
+    ///
+    /// # Errors
+    /// [`omni_sim::Error::Config`] where a scenario cannot be written as TOML: its seed is above 2^63 - 1.
+    pub fn new(plan: &Plan, runs: &[Run]) -> Result<Self, Error> {
+        let mut scenarios: Vec<String> = Vec::new();
+        let mut packed = Vec::with_capacity(runs.len());
+        let mut last: Option<&Arc<Scenario>> = None;
+        for run in runs {
+            // All seeds of a combination come together and share it.
+            if !last.is_some_and(|last| Arc::ptr_eq(last, &run.scenario)) {
+                scenarios.push(run.scenario.to_toml()?);
+                last = Some(&run.scenario);
+            }
+            packed.push(Packed {
+                key: run.key.clone(),
+                seed: run.seed,
+                axes: run.axes.to_vec(),
+                scenario: scenarios.len() - 1,
+            });
+        }
+        Ok(Self {
+            version: VERSION.into(),
+            study: plan.study().name.clone(),
+            columns: plan.columns().clone(),
+            shared: plan.shared().clone(),
+            scenarios,
+            runs: packed,
+        })
+    }
+
+    /// The batch as text.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        // Plain names, texts and finite numbers: it can be written as JSON.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// The batch that [`Batch::to_text`] wrote.
+    ///
+    /// # Errors
+    /// [`Error::Study`] where it is no batch, or one of another version of the program.
+    pub fn from_text(text: &str) -> Result<Self, Error> {
+        let batch: Self = serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
+        if batch.version != VERSION {
+            let version = &batch.version;
+            return Err(refuse(format!(
+                "of omnistep {version}, this worker has {VERSION}; allowed: the same version"
+            )));
+        }
+        Ok(batch)
+    }
+
+    /// Computes what its part in the folder lacks on `jobs` threads (all cores by default), until all is done or `stop` is
+    /// set. Calls `watch` after each row.
+    ///
+    /// # Errors
+    /// [`Error::Study`] where the folder is not the study's, [`Error::Io`].
+    pub fn compute(
+        &self,
+        folder: impl Into<PathBuf>,
+        jobs: Option<NonZeroUsize>,
+        stop: &AtomicBool,
+        watch: impl FnMut(&Row),
+    ) -> Result<Computed, Error> {
+        let (columns, shared) = (self.columns.clone(), self.shared.clone());
+        let store = Store::shared(folder.into(), columns, shared, self.study.clone())?;
+        let name = named(self.runs.iter().map(|run| run.key.as_str()));
+        let done = store.keys_of_batch(&name)?;
+        let mut missing = self.runs(stop)?;
+        missing.retain(|run| !done.contains(&run.key));
+        let keys: BTreeSet<String> = self.runs.iter().map(|run| run.key.clone()).collect();
+        compute_into(&missing, Part::of_batch(&store, name, keys), jobs, stop, watch)
+    }
+
+    /// The runs, as the plan had them; only some where `stop` is set meanwhile.
+    fn runs(&self, stop: &AtomicBool) -> Result<Vec<Run>, Error> {
+        let going = || !stop.load(Ordering::Relaxed);
+        let columns = Arc::new(self.columns.clone());
+        let read = |text: &String| Scenario::from_source(&Source::embedded("batch", text), &[]).map(Arc::new);
+        let scenarios = self
+            .scenarios
+            .iter()
+            .take_while(|_| going())
+            .map(read)
+            .collect::<Result<Vec<_>, _>>()?;
+        let run = |packed: &Packed| {
+            let run = Run {
+                key: packed.key.clone(),
+                seed: packed.seed,
+                axes: packed.axes.clone().into(),
+                columns: columns.clone(),
+                scenario: scenarios
+                    .get(packed.scenario)
+                    .cloned()
+                    .ok_or_else(|| refuse("cut short".into()))?,
+            };
+            if key(&run.scenario())? != run.key {
+                return Err(refuse(format!("the scenario of run {} is another", run.key)));
+            }
+            Ok(run)
+        };
+        self.runs.iter().take_while(|_| going()).map(run).collect()
+    }
+}
+
+fn refuse(reason: String) -> Error {
+    Error::Study {
+        folder: "batch of runs".into(),
+        reason,
+    }
+}

@@ -1,0 +1,89 @@
+//! Which columns a study's results have.
+
+use std::collections::BTreeMap;
+
+use omni_config::{Override, Scenario, Study};
+use omni_sim::{Outcome, measure};
+use serde_json::Value as Json;
+use toml::Value;
+
+use crate::{Cell, Column, Columns, Error, Kind};
+
+/// One column an axis, one a figure; `values` are each axis' values over all combinations.
+pub(crate) fn columns(
+    study: &Study,
+    values: &[Vec<Option<Value>>],
+    refuse: &dyn Fn(&str, String) -> Error,
+) -> Result<Columns, Error> {
+    let figures = figures()?;
+    for figure in &study.map.figures {
+        if !figures
+            .iter()
+            .any(|column| column.name == *figure && column.kind != Kind::Text)
+        {
+            let known: Vec<_> = figures
+                .iter()
+                .filter(|column| column.kind != Kind::Text)
+                .map(|column| column.name.as_str())
+                .collect();
+            return Err(refuse(
+                "map.figures",
+                format!(
+                    "{figure:?}{}, allowed: {}",
+                    omni_config::did_you_mean(figure, known.iter().copied()),
+                    known.join(", ")
+                ),
+            ));
+        }
+    }
+    let mut axes: Vec<Column> = Vec::new();
+    for (i, axis) in study.axis.iter().enumerate() {
+        let name = axis.key.replace(['.', '-'], "_");
+        let taken = ["key", "seed", "error"].contains(&name.as_str())
+            || axes.iter().chain(&figures).any(|column| column.name == name);
+        if taken {
+            let message = format!(
+                "{:?}, allowed: a key whose column, {name}, is not another's",
+                axis.key
+            );
+            return Err(refuse(&format!("axis[{i}].key"), message));
+        }
+        let mut kinds = values[i]
+            .iter()
+            .flatten()
+            .filter_map(|value| Cell::of_toml(value).kind());
+        let first = kinds.next().unwrap_or(Kind::Text);
+        let kind = if kinds.all(|kind| kind == first) {
+            first
+        } else {
+            Kind::Text
+        };
+        axes.push(Column { name, kind });
+    }
+    Ok(Columns { axes, figures })
+}
+
+/// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number.
+fn figures() -> Result<Vec<Column>, Error> {
+    let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
+    let (outcome, _) = measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(()))?;
+    Ok(fields(&outcome)
+        .into_iter()
+        .map(|(name, cell)| Column {
+            name,
+            kind: cell.kind().unwrap_or(Kind::Float),
+        })
+        .collect())
+}
+
+/// The fields of an outcome, by name.
+pub(crate) fn fields(outcome: &Outcome) -> BTreeMap<String, Cell> {
+    // Plain numbers and names: they can be written as JSON.
+    let Ok(Json::Object(fields)) = serde_json::to_value(outcome) else {
+        return BTreeMap::new();
+    };
+    fields
+        .into_iter()
+        .map(|(name, value)| (name, Cell::of_json(&value)))
+        .collect()
+}

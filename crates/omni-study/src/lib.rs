@@ -1,0 +1,33 @@
+//! Many runs of `omni-sim`: a grid of scenarios times seeds, one row a run, in Parquet.
+//!
+//! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the row of one run, whatever
+//! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
+//! [`cells`] sums rows up. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
+
+#![forbid(unsafe_code)]
+
+mod batch;
+mod cell;
+mod columns;
+mod error;
+mod key;
+mod map;
+mod names;
+mod part;
+mod plan;
+mod row;
+mod run;
+mod seal;
+mod store;
+mod table;
+mod union;
+
+pub use batch::Batch;
+pub use cell::{Cell, Column, Columns, Kind};
+pub use error::Error;
+pub use key::key;
+pub use map::{MapCell, cells};
+pub use plan::{Plan, Run};
+pub use row::{Ended, Row, row, row_with, rows};
+pub use run::{Computed, compute};
+pub use store::{Found, Store, damage};

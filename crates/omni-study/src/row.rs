@@ -1,0 +1,148 @@
+//! One row a run, whatever happens in it.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use omni_config::Scenario;
+use omni_sim::{Outcome, measure};
+use rayon::prelude::*;
+
+use crate::columns::fields;
+use crate::{Cell, Kind, Run};
+
+/// What a run amounts to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The run's key.
+    pub key: String,
+    /// Its seed.
+    pub seed: u64,
+    /// The value of each axis, in the study's order.
+    pub axes: Vec<Cell>,
+    /// Each figure of the outcome, in the columns' order. Where the physics ended the run, those up to there; all missing
+    /// where it failed otherwise.
+    pub figures: Vec<Cell>,
+    /// Why the run failed, in one line.
+    pub error: Option<String>,
+}
+
+impl Row {
+    /// A value for each of [`Columns::all`](crate::Columns::all).
+    #[must_use]
+    pub fn cells(&self) -> Vec<Cell> {
+        // A seed comes from TOML, whose integers end at 2^63 - 1.
+        let seed = i64::try_from(self.seed).map_or(Cell::Missing, Cell::Integer);
+        let mut cells = vec![Cell::Text(self.key.clone()), seed];
+        cells.extend(self.axes.iter().chain(&self.figures).cloned());
+        cells.push(self.error.clone().map_or(Cell::Missing, Cell::Text));
+        cells
+    }
+}
+
+/// The row of a run; none if `stop` was set before the end.
+///
+/// A run that fails, or panics, is a row with its error.
+#[must_use]
+pub fn row(run: &Run, stop: &AtomicBool) -> Option<Row> {
+    row_with(run, |scenario| simulate(scenario, stop))
+}
+
+/// The rows of some runs, on the cores of rayon's current pool; those of runs that `stop` ended are not among them.
+#[must_use]
+pub fn rows(runs: &[Run], stop: &AtomicBool) -> Vec<Row> {
+    runs.par_iter().filter_map(|run| row(run, stop)).collect()
+}
+
+/// An outcome, and why the run ended early if it did.
+pub type Ended = (Outcome, Option<omni_sim::Error>);
+
+/// [`row`] with another way to an outcome; none says that the run was stopped.
+///
+/// ```
+/// use use omni_config
+/// use omni_study::{Plan, row_with};::{Override, Study};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[])?;
+/// let row = row_with(&plan.runs()[23], |_| panic!("no ground")).expect("not stopped");
+/// assert_eq!((row.seed, row.error.as_deref()), (23, Some("panic: no ground")));
+/// # Ok::<(), omni_study::Error>(())
+/// ```
+pub fn row_with(
+    run: &Run,
+    outcome: impl FnOnce(&Scenario) -> Result<Option<Ended>, omni_sim::Error>,
+) -> Option<Row> {
+    let scenario = run.scenario();
+    // Nothing outlives the closure that a panic could have left half done.
+    let done = catch_unwind(AssertUnwindSafe(|| outcome(&scenario)));
+    let (figures, error) = match done {
+        Ok(Ok(None)) => return None,
+        Ok(Ok(Some((outcome, ended)))) => match figures(run, &outcome) {
+            Ok(figures) => (figures, ended.map(|error| error.to_string())),
+            Err(misfit) => (Vec::new(), Some(misfit)),
+        },
+        Ok(Err(error)) => (Vec::new(), Some(error.to_string())),
+        Err(panic) => (Vec::new(), Some(format!("panic: {}", message(&*panic)))),
+    };
+    let mut figures = figures;
+    figures.resize(run.columns.figures.len(), Cell::Missing);
+    Some(Row {
+        key: run.key.clone(),
+        seed: run.seed,
+        axes: run.axes.to_vec(),
+        figures,
+        error: error.map(|text| text.split_whitespace().collect::<Vec<_>>().join(" ")),
+    })
+}
+
+/// The figures in the columns' order, or what does not fit its column.
+fn figures(run: &Run, outcome: &Outcome) -> Result<Vec<Cell>, String> {
+    let mut fields = fields(outcome);
+    let columns = run.columns.figures.iter();
+    columns
+        .map(|column| {
+            let cell = fields.remove(&column.name).unwrap_or(Cell::Missing);
+            match (cell, column.kind) {
+                (Cell::Integer(value), Kind::Float) => Ok(Cell::Float(value as f64)),
+                (cell, kind) if cell.kind().is_none_or(|own| own == kind) => Ok(cell),
+                (cell, kind) => Err(format!(
+                    "{} = {cell} is no {kind:?}, as its column is",
+                    column.name
+                )),
+            }
+        })
+        .collect()
+}
+
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("without a message")
+}
+
+/// Why a run ended before its end.
+enum End {
+    Failed(omni_sim::Error),
+    Stopped,
+}
+
+impl From<omni_sim::Error> for End {
+    fn from(error: omni_sim::Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// The outcome; none if `stop` was set before the end.
+fn simulate(scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, omni_sim::Error> {
+    let look = || {
+        if stop.load(Ordering::Relaxed) {
+            Err(End::Stopped)
+        } else {
+            Ok(())
+        }
+    };
+    match look().and_then(|()| measure(scenario, |_, _| look())) {
+        Ok(ended) => Ok(Some(ended)),
+        Err(End::Failed(error)) => Err(error),
+        Err(End::Stopped) => Ok(None),
+    }
+}

@@ -1,0 +1,292 @@
+//! `omnistep compare` and `omnistep run`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use comfy_table::Table;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use omni_config::{Override, Precision, Scenario};
+use omni_log::{FinishedLog, RunLog, record};
+use omni_sim::Outcome;
+use omni_sim::controller::{AnyController, Firmware, LinkCounters};
+
+use crate::Error;
+use crate::args::RunArgs;
+use crate::notices::announce;
+use crate::output::{BEYOND_BALLS, aligned, marked, print, print_path, say};
+use crate::signals::stop_flag;
+
+/// One line of `--json`, one row of the table.
+#[derive(Serialize)]
+struct Row {
+    policy: String,
+    #[serde(flatten)]
+    outcome: Outcome,
+    steps_per_s: f64,
+    realtime_factor: f64,
+    mcap: PathBuf,
+    /// For as long as it is told of, no other run replaces it.
+    #[serde(skip)]
+    _log: FinishedLog,
+}
+
+/// Runs the scenario under each policy (`None`: the scenario's own), with the controller in `firmware` if there is one.
+pub(super) fn compare(
+    args: &RunArgs,
+    policies: &[Option<&str>],
+    firmware: Option<&Firmware>,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let overrides = args.overrides()?;
+    let mut scenario = Scenario::load(&args.scenario, &overrides)?;
+    if firmware.is_some() {
+        in_f32(args, &mut scenario)?;
+    }
+    let names = LogNames::new(args, &overrides)?;
+    announce(&scenario);
+    let runs = policies.iter().map(|policy| match policy {
+        Some(policy) => scenario.with_policy(policy),
+        None => Ok(scenario.clone()),
+    });
+    let runs = runs.collect::<Result<Vec<_>, _>>()?;
+    std::fs::create_dir_all(&args.out).map_err(|source| {
+        let source = std::io::Error::new(
+            source.kind(),
+            format!("cannot make the folder of --out: {source}"),
+        );
+        Error::Io {
+            path: args.out.clone(),
+            source,
+        }
+    })?;
+
+    let bar = if args.quiet {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new(1000 * runs.len() as u64)
+    };
+    if let Ok(style) = ProgressStyle::with_template("{msg:14} {bar:40} {percent:>3} % {eta:>4} left") {
+        bar.set_style(style);
+    }
+    let stop = stop_flag();
+    let (mut rows, mut failed) = (Vec::new(), None);
+    for (k, run) in runs.iter().enumerate() {
+        bar.set_message(run.control.policy.clone());
+        let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
+        let ran = one(run, firmware, &names.of(run), stop, told);
+        let (row, link, ended) = match ran {
+            Ok(ran) => ran,
+            Err(error) => {
+                bar.finish_and_clear();
+                if !args.json && !rows.is_empty() {
+                    // What is done stands; why the rest is not there is said last, also where nobody reads the table.
+                    let _ = show(&scenario, &rows, out);
+                }
+                return Err(error);
+            }
+        };
+        if let Some(link) = link.filter(|link| !link.is_zero()) {
+            // The figures stand, but they are not those of an undisturbed run.
+            bar.suspend(|| say(&format!("not received on the link: {link}")));
+        }
+        if args.json {
+            // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
+            let line = serde_json::to_string(&row).unwrap_or_default();
+            bar.suspend(|| print(out, &format!("{line}\n")))?;
+        }
+        rows.push(row);
+        failed = failed.or(ended);
+    }
+    bar.finish_and_clear();
+    if !args.json {
+        show(&scenario, &rows, out)?;
+    }
+    // The table and the logs show how far a run came; that its physics failed is an error all the same.
+    failed.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Prints the table of what was run, and where the logs are.
+fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Error> {
+    print(out, &format!("{}\n{}\n", headline(scenario), table(rows)))?;
+    if scenario.beyond_balls().is_some() {
+        print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
+    rows.iter().try_for_each(|row| print_path(out, &row.mcap))
+}
+
+/// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
+/// refused; what a file says is overridden.
+fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
+    let asked = args.overrides.iter().any(|text| {
+        text.split_once('=')
+            .is_some_and(|(key, _)| key.trim() == "control.precision")
+    });
+    if asked && scenario.control.precision != Precision::F32 {
+        return Err(Error::Argument {
+            name: "control.precision",
+            value: "f64".into(),
+            allowed: "f32 with --controller qemu",
+        });
+    }
+    scenario.control.precision = Precision::F32;
+    Ok(())
+}
+
+/// What logs are called.
+struct LogNames<'a> {
+    folder: &'a Path,
+    /// The seed that the scenario's file gives.
+    own_seed: u64,
+}
+
+impl<'a> LogNames<'a> {
+    fn new(args: &'a RunArgs, overrides: &[Override]) -> Result<Self, Error> {
+        if args.json && args.out.to_str().is_none() {
+            return Err(Error::Argument {
+                name: "--out",
+                value: format!("{:?}", args.out),
+                allowed: "with --json a folder whose name is UTF-8, as JSON is",
+            });
+        }
+        let others: Vec<_> = overrides
+            .iter()
+            .filter(|each| each.key() != "seed")
+            .cloned()
+            .collect();
+        Ok(Self {
+            folder: &args.out,
+            own_seed: Scenario::load(&args.scenario, &others)?.seed,
+        })
+    }
+
+    /// Runs that differ in their seed have different names, so that they may go on side by side.
+    fn of(&self, run: &Scenario) -> PathBuf {
+        let seed = if run.seed == self.own_seed {
+            String::new()
+        } else {
+            format!("-seed{}", run.seed)
+        };
+        self.folder
+            .join(format!("{}-{}{seed}.mcap", run.name, run.control.policy))
+    }
+}
+
+fn one(
+    scenario: &Scenario,
+    firmware: Option<&Firmware>,
+    path: &Path,
+    stop: &AtomicBool,
+    progress: impl Fn(f64),
+) -> Result<(Row, Option<LinkCounters>, Option<omni_sim::Error>), Error> {
+    let controller = match firmware {
+        Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
+        None => AnyController::new(scenario)?,
+    };
+    let start = Instant::now();
+    let mut log = RunLog::create(path, scenario)?;
+    let mut simulated = 0.0;
+    let interrupted = |time_s, part| Error::RunInterrupted {
+        time_s,
+        duration_s: scenario.duration_s,
+        part,
+    };
+    let record = record(scenario, controller, &mut log, |simulation, part| {
+        simulated = simulation.time_ns() as f64 * 1e-9;
+        progress(part);
+        if stop.load(Ordering::SeqCst) {
+            Err(interrupted(simulated, None))
+        } else {
+            Ok(())
+        }
+    });
+    let record = match record {
+        // Also where what ran beside it, as the processor in QEMU, was ended by the same signal.
+        Err(_) if stop.load(Ordering::SeqCst) => {
+            return Err(interrupted(simulated, Some(log.leave()?)));
+        }
+        record => record?,
+    };
+    let log = log.finish(&record.outcome)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let row = Row {
+        policy: scenario.control.policy.clone(),
+        outcome: record.outcome,
+        steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
+        realtime_factor: simulated / seconds,
+        mcap: log.path().to_owned(),
+        _log: log,
+    };
+    Ok((row, record.link, record.ended))
+}
+
+pub(super) fn headline(scenario: &Scenario) -> String {
+    let vehicle = &scenario.vehicle().name;
+    let command = &scenario.command;
+    let torque = scenario.vehicle().motor.stall_torque_n_m;
+    format!(
+        "{vehicle} {}, friction {}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
+        scenario.terrain.described(),
+        scenario.terrain.friction(),
+        command.vx_m_s,
+        command.vy_m_s,
+        command.wz_rad_s
+    )
+}
+
+/// Headings of [`figures`] behind the verdict.
+pub(super) const FIGURES: [&str; 8] = [
+    "crossing [s]",
+    "pitch [deg]",
+    "yaw [deg]",
+    "slip rms",
+    "disturbed rms",
+    "spread rms",
+    "heat [N2m2s]",
+    "work [J]",
+];
+
+/// The verdict and the figures of a run, as tables show them.
+pub(super) fn figures(o: &Outcome) -> [String; 9] {
+    [
+        verdict(o),
+        number(o.crossing_s.unwrap_or(f64::NAN), 2),
+        number(o.pitch_peak_deg, 2),
+        number(o.yaw_error_deg, 1),
+        number(o.slip_rms, 3),
+        number(o.disturbed_rms, 3),
+        number(o.spread_rms, 3),
+        number(o.heat_n2m2s, 1),
+        number(o.work_j, 1),
+    ]
+}
+
+fn table(rows: &[Row]) -> Table {
+    let headings = ["policy", "verdict"].into_iter().chain(FIGURES);
+    let rows = rows.iter().map(|row| {
+        let named = std::iter::once(row.policy.clone()).chain(figures(&row.outcome));
+        named.chain([format!("{:.1}", row.realtime_factor)])
+    });
+    aligned(headings.chain(["x real time"]), rows, 1)
+}
+
+/// How it ended, and where if it stalled.
+fn verdict(outcome: &Outcome) -> String {
+    let text = match (outcome.stalled_at_m, outcome.stalled_row) {
+        (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
+        _ => outcome.verdict.name().into(),
+    };
+    marked(text, outcome.wheel_model_valid)
+}
+
+/// A figure with so many decimals, `-` where nothing was measured.
+fn number(figure: f64, decimals: usize) -> String {
+    if figure.is_nan() {
+        "-".into()
+    } else {
+        format!("{figure:.decimals$}")
+    }
+}

@@ -1,0 +1,112 @@
+//! What ends a command, in one line.
+
+use std::path::{Path, PathBuf};
+
+use omni_config::shortened;
+
+/// An error of a command. Its message is one line.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The run failed, or what was asked of it.
+    #[error(transparent)]
+    Simulation(#[from] omni_sim::Error),
+    /// A log, or a live view.
+    #[error(transparent)]
+    Log(#[from] omni_log::Error),
+    /// A study.
+    #[cfg(feature = "study")]
+    #[error(transparent)]
+    Study(#[from] omni_study::Error),
+    /// An argument is not usable.
+    #[error("{name} = {}, allowed: {allowed}", shortened(value))]
+    Argument {
+        /// Name of the argument.
+        name: &'static str,
+        /// The value found.
+        value: String,
+        /// The range allowed.
+        allowed: &'static str,
+    },
+    /// A file or folder could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Ctrl-C ended a study before its end.
+    #[error("{done} of {runs} runs are done and kept in {}; the same command goes on", folder.display())]
+    StudyInterrupted {
+        /// Runs whose rows are written.
+        done: usize,
+        /// Runs of the study.
+        runs: usize,
+        /// The folder of results.
+        folder: PathBuf,
+    },
+    /// A signal such as Ctrl-C ended a run before its end.
+    #[error("the run ended at {time_s:.2} s of {duration_s} s{}", its_log(part.as_deref()))]
+    RunInterrupted {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// Simulated time that it would have had \[s\].
+        duration_s: f64,
+        /// The unfinished log; a live run has none.
+        part: Option<PathBuf>,
+    },
+    /// A command that another program has.
+    #[error("omnistep {command} is part of the Python package: {how}")]
+    Elsewhere {
+        /// The command.
+        command: &'static str,
+        /// How to get it.
+        how: &'static str,
+    },
+    /// A command that this program was built without.
+    #[error(
+        "omnistep {what}: this program was built without it; allowed: the Python package's omnistep, or one that is built with \
+         --features {feature} (--features full: with everything)"
+    )]
+    NotBuilt {
+        /// What was asked for.
+        what: &'static str,
+        /// The feature that has it.
+        feature: &'static str,
+    },
+}
+
+impl From<omni_config::Error> for Error {
+    fn from(error: omni_config::Error) -> Self {
+        Self::Simulation(error.into())
+    }
+}
+
+impl From<omni_log::LogError> for Error {
+    fn from(error: omni_log::LogError) -> Self {
+        Self::Log(error.into())
+    }
+}
+
+/// Where the log of a run that was stopped is, if it has one.
+fn its_log(part: Option<&Path>) -> String {
+    part.map_or_else(String::new, |part| {
+        format!("; its log until then is {}", part.display())
+    })
+}
+
+impl Error {
+    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    #[must_use]
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Simulation(error) => error.is_bad_input(),
+            Self::Log(error) => error.is_bad_input(),
+            #[cfg(feature = "study")]
+            Self::Study(error) => error.is_bad_input(),
+            Self::StudyInterrupted { .. } | Self::RunInterrupted { .. } => false,
+            _ => true,
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The command line `omnistep`, also behind the Python package's console script.
+//!
+//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
+//! request was wrong, 130 stopped by Ctrl-C, 143 by SIGTERM.
+
+#![forbid(unsafe_code)]
+
+mod args;
+mod compare;
+mod error;
+mod files;
+#[cfg(feature = "live")]
+mod live;
+mod logs;
+mod notices;
+mod output;
+mod ripple;
+mod signals;
+#[cfg(feature = "study")]
+mod study;
+mod wheels;
+
+use std::ffi::OsString;
+use std::io::Write;
+
+use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, parse_overrides};
+use clap::Parser;
+use notices::announce_gains;
+use omni_config::{Language, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
+use omni_core::Coordination;
+use omni_sim::controller::Firmware;
+use output::{each, print, say, say_error};
+
+pub use error::Error;
+
+/// Runs the command line `args` (the program's name first) and returns the exit code.
+pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
+    signals::survive_full_quota();
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too, with exit code 0. A closed pipe is no reason to fail.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    let mut out = std::io::stdout().lock();
+    match run(cli, &mut out) {
+        Ok(code) => code,
+        Err(error @ (Error::StudyInterrupted { .. } | Error::RunInterrupted { .. })) => {
+            say(&format!("stopped: {error}"));
+            signals::exit_code()
+        }
+        Err(error) => say_error(&error),
+    }
+}
+
+/// The error that a scenario's file gave, as the answer to a subcommand.
+fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::Simulation(omni_sim::Error::Config(error)) => error.to_command(name).into(),
+        other => other,
+    }
+}
+
+/// The exit code.
+fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
+    let default = || {
+        Command::Compare(RunArgs {
+            scenario: "step".into(),
+            overrides: Vec::new(),
+            seed: None,
+            stop_when_done: false,
+            out: "out".into(),
+            json: false,
+            quiet: false,
+        })
+    };
+    let done = match cli.command.unwrap_or_else(default) {
+        Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
+        Command::Check { files } => return Ok(each(&files, |file| files::check(file, out))),
+        Command::Compare(args) => {
+            let policies = Coordination::<f64>::PRESETS.map(Some);
+            compare::compare(&args, &policies, None, out).map_err(to_command("compare"))
+        }
+        Command::Run {
+            args,
+            policy,
+            controller,
+            firmware,
+            live,
+        } => {
+            if live.live {
+                return run_live(&args, policy.as_deref(), live, out).map(|()| 0);
+            }
+            let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
+            compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)
+        }
+        Command::Wheels {
+            experiment,
+            overrides,
+            json,
+        } => wheels::wheels(&experiment, &overrides, json, out),
+        Command::Study(args) => run_study(&args, out),
+        Command::Constants {
+            scenario,
+            overrides,
+            language,
+        } => {
+            let language = match language {
+                ConstantsLanguage::Rust => Language::Rust,
+                ConstantsLanguage::C => Language::C,
+            };
+            let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)
+                .map_err(|error| error.to_command("constants"))?;
+            announce_gains(
+                &scenario.vehicle().name,
+                scenario.period_s(),
+                scenario.derived_gains(),
+            );
+            print(out, &scenario.constants(language)?)
+        }
+        Command::Ripple {
+            vehicle,
+            overrides,
+            json,
+        } => ripple::ripple(&vehicle, &overrides, json, out),
+        Command::Replay {
+            log,
+            policy,
+            overrides,
+        } => logs::replayed(&log, policy.as_deref(), &overrides, out),
+        Command::Urdf { vehicle, overrides } => logs::urdf(&vehicle, &overrides, out),
+        Command::Film(_) => Err(in_python("film")),
+        Command::Strip(_) => Err(in_python("strip")),
+        Command::Report(_) => Err(in_python("report")),
+        Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
+        Command::Schema { kind } => files::schema(kind, out),
+        Command::List => {
+            let lists = [
+                ("scenarios:  ", builtin_scenarios()),
+                ("vehicles:   ", builtin_vehicles()),
+                ("policies:   ", Coordination::<f64>::PRESETS.to_vec()),
+                ("studies:    ", builtin_studies()),
+                ("experiments:", vec!["wheels (run by `omnistep wheels`)"]),
+            ];
+            for (kind, names) in lists {
+                print(out, &format!("{kind} {}\n", names.join(", ")))?;
+            }
+            Ok(())
+        }
+    };
+    done.map(|()| 0)
+}
+
+/// `omnistep run --live`.
+#[cfg(feature = "live")]
+fn run_live(
+    args: &RunArgs,
+    policy: Option<&str>,
+    live: args::LiveArgs,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    live::live(args, policy, live, out)
+}
+
+#[cfg(not(feature = "live"))]
+fn run_live(_: &RunArgs, _: Option<&str>, _: args::LiveArgs, _: &mut dyn Write) -> Result<(), Error> {
+    Err(Error::NotBuilt {
+        what: "run --live",
+        feature: "live",
+    })
+}
+
+/// `omnistep study`.
+#[cfg(feature = "study")]
+fn run_study(args: &args::StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
+    study::study(args, out)
+}
+
+#[cfg(not(feature = "study"))]
+fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
+    Err(Error::NotBuilt {
+        what: "study",
+        feature: "study",
+    })
+}
+
+/// A subcommand that the Python package's `omnistep` has and this program has not.
+fn in_python(command: &'static str) -> Error {
+    Error::Elsewhere {
+        command,
+        how: "in the repository pip install \".[view]\", then the same command with its omnistep",
+    }
+}

@@ -1,0 +1,169 @@
+//! `omnistep inspect`, `omnistep replay` and `omnistep urdf`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use comfy_table::Table;
+use serde::Serialize;
+
+use omni_config::{Override, Source, Vehicle};
+use omni_log::{LogFile, Replay, read_log, replay, vehicle_urdf};
+use omni_sim::Outcome;
+
+use crate::Error;
+use crate::args::parse_overrides;
+use crate::compare::{FIGURES, figures};
+use crate::output::{BEYOND_BALLS, aligned, each, print};
+
+/// A log as `--json` shows it.
+#[derive(Serialize)]
+struct Inspected<'a> {
+    file: String,
+    run: &'a std::collections::BTreeMap<String, String>,
+    complete: bool,
+    until_s: f64,
+    messages: &'a std::collections::BTreeMap<String, u64>,
+    outcome: Option<Outcome>,
+}
+
+/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is that of the worst.
+pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Result<u8, Error> {
+    let mut files = Vec::new();
+    let code = each(paths, |path| {
+        let file = read_log(path, |_, _| Ok(()))?;
+        if json {
+            let shown = Inspected {
+                file: path.display().to_string(),
+                run: &file.run,
+                complete: file.complete,
+                until_s: file.until_ns as f64 / 1e9,
+                messages: &file.counts,
+                outcome: file.outcome,
+            };
+            // Serialising plain numbers and strings cannot fail.
+            print(
+                out,
+                &format!("{}\n", serde_json::to_string(&shown).unwrap_or_default()),
+            )?;
+        } else {
+            print(out, &described(&file))?;
+        }
+        files.push(file);
+        Ok(())
+    });
+    if json || files.is_empty() {
+        return Ok(code);
+    }
+    let rows = files.iter().map(|file| {
+        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+        let mut row = vec![name.into_owned(), file.scenario.control.policy.clone()];
+        match &file.outcome {
+            Some(outcome) => row.extend(figures(outcome)),
+            None => row.push("ended early".into()),
+        }
+        row
+    });
+    let table = aligned(["log", "policy", "verdict"].into_iter().chain(FIGURES), rows, 3);
+    let marks = files.iter().filter_map(|file| file.outcome);
+    let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {
+        String::new()
+    } else {
+        format!("{BEYOND_BALLS}\n")
+    };
+    print(out, &format!("{table}\n{legend}"))?;
+    Ok(code)
+}
+
+fn described(file: &LogFile) -> String {
+    let run = |key: &str| file.run.get(key).map_or("?", String::as_str);
+    let mut text = format!(
+        "{}: {} with {}, policy {}, seed {}, omnistep {}; ",
+        file.path.display(),
+        run("scenario"),
+        run("vehicle"),
+        run("policy"),
+        run("seed"),
+        run("omnistep")
+    );
+    let until_s = file.until_ns as f64 / 1e9;
+    text += &if file.complete {
+        format!("complete, {until_s} s, every checksum is right\n")
+    } else {
+        format!("not finished: read up to {until_s} s, every checksum until there is right\n")
+    };
+    for (topic, count) in &file.counts {
+        text += &format!("  {count:8}  {topic}\n");
+    }
+    if file.foreign > 0 {
+        text += &format!("  {:8}  of other topics\n", file.foreign);
+    }
+    text
+}
+
+/// Feeds a log's measurements to its controller again and prints where it says something else.
+pub(super) fn replayed(
+    path: &PathBuf,
+    policy: Option<&str>,
+    overrides: &[String],
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let mut overrides = parse_overrides(overrides)?;
+    overrides.extend(policy.map(|policy| Override::new("control.policy", policy)));
+    let replay = replay(path, &overrides)?;
+    print(out, &said(&replay))?;
+    if !overrides.is_empty() {
+        print(out, &format!("{}\n", torques(&replay)))?;
+    }
+    Ok(())
+}
+
+fn said(replay: &Replay) -> String {
+    let (file, periods) = (replay.file.path.display(), replay.periods);
+    let Some(first) = &replay.first else {
+        return format!(
+            "{file}: policy {}: {periods} control periods, no difference in any bit\n",
+            replay.policy
+        );
+    };
+    let wheel = first
+        .wheel
+        .as_ref()
+        .map_or(String::new(), |wheel| format!("wheel {wheel}, "));
+    format!(
+        "{file}: policy {}: {} of {periods} control periods differ, first at t = {} s (period {}): {wheel}{}: logged {}, replayed {}\n",
+        replay.policy,
+        replay.differing,
+        first.time_ns as f64 / 1e9,
+        first.period,
+        first.signal,
+        first.logged,
+        first.replayed
+    )
+}
+
+fn torques(replay: &Replay) -> Table {
+    let headings = [
+        "wheel",
+        "logged rms [N.m]",
+        "replayed rms [N.m]",
+        "largest difference [N.m]",
+        "at [s]",
+    ];
+    let rows = replay.wheels.iter().map(|wheel| {
+        [
+            wheel.wheel.clone(),
+            format!("{:.4}", wheel.logged_rms_n_m),
+            format!("{:.4}", wheel.replayed_rms_n_m),
+            format!("{:.4}", wheel.largest_n_m),
+            format!("{:.3}", wheel.largest_at_ns as f64 / 1e9),
+        ]
+    });
+    aligned(headings, rows, 1)
+}
+
+/// Prints a vehicle as URDF.
+pub(super) fn urdf(vehicle: &str, overrides: &[String], out: &mut dyn Write) -> Result<(), Error> {
+    let source = Source::vehicle(vehicle, None)?;
+    let vehicle = Vehicle::from_source(&source, &parse_overrides(overrides)?)?;
+    print(out, &format!("{}\n", vehicle_urdf(&vehicle)))
+}

@@ -1,0 +1,64 @@
+//! What is said of a scenario before it is run: gains that were derived, and all that is doubtful.
+
+use omni_config::{DerivedGains, Scenario, WheelModel};
+
+use crate::output::{say, warn};
+
+/// Warns of a scenario that ends before its vehicle can be across, and of encoders of which one count is more than the motor has.
+pub(crate) fn warn_of(scenario: &Scenario) {
+    for text in scenario.too_short().into_iter().chain(coarse(scenario)) {
+        warn(&format!("{}: {text}", scenario.name));
+    }
+}
+
+/// Why a scenario's encoders are too coarse, where they are.
+pub(crate) fn coarse(scenario: &Scenario) -> Option<String> {
+    scenario.coarse_encoder().ok().flatten()
+}
+
+/// What is said of a scenario before it is run: gains that its vehicle got, and all that is doubtful.
+pub(crate) fn announce(scenario: &Scenario) {
+    announce_gains(
+        &scenario.vehicle().name,
+        scenario.period_s(),
+        scenario.derived_gains(),
+    );
+    announce_beyond_balls(scenario);
+    warn_of(scenario);
+}
+
+/// Says on standard error which gains a vehicle got whose file gives none.
+pub(crate) fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) {
+    if let Some(derived) = derived {
+        let period_ms = 1e3 * period_s;
+        say(&format!(
+            "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
+        ));
+    }
+}
+
+/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
+    let beyond = scenario.beyond_balls()?;
+    let vehicle = scenario.vehicle();
+    let wheels = 0..vehicle.wheel.len();
+    let instead = if wheels
+        .clone()
+        .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
+    {
+        "--set physics.wheel_model=rollers simulates them"
+    } else {
+        "the vehicle's file has no [rollers] that would be"
+    };
+    let (name, ground) = (&vehicle.name, scenario.terrain.described());
+    Some(format!(
+        "{name} {ground}: balls do not stand for its wheels here: {beyond}; {instead}"
+    ))
+}
+
+/// Says that on standard error.
+pub(crate) fn announce_beyond_balls(scenario: &Scenario) {
+    if let Some(why) = beyond_balls(scenario) {
+        warn(&why);
+    }
+}

@@ -1,0 +1,77 @@
+//! What is written to standard output and standard error: every line goes through here.
+
+use std::io::Write;
+use std::path::Path;
+
+use comfy_table::{CellAlignment, Row, Table, presets};
+use omni_config::shortened_line;
+
+use crate::Error;
+
+/// A line on standard error, no longer than somebody reads it: every one goes through here.
+pub(crate) fn say(line: &str) {
+    // Nobody listening is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "{}", shortened_line(line));
+}
+
+/// Says what went wrong, in one line; the exit code.
+pub(crate) fn say_error(error: &Error) -> u8 {
+    say(&format!("error: {error}"));
+    if error.is_bad_input() { 2 } else { 1 }
+}
+
+/// Does the same with each file, also behind one that is bad: what is wrong with it is said as it comes. The exit code of the worst.
+pub(crate) fn each<T>(files: &[T], mut look: impl FnMut(&T) -> Result<(), Error>) -> u8 {
+    let code = |file| look(file).map_or_else(|error| say_error(&error), |()| 0);
+    files.iter().map(code).max().unwrap_or(0)
+}
+
+/// What is doubtful but no error, in one line on standard error.
+pub(crate) fn warn(text: &str) {
+    say(&format!("warning: {text}"));
+}
+
+/// What the mark of [`marked`] means.
+pub(crate) const BEYOND_BALLS: &str =
+    "* on balls that do not stand for its wheels there (docs/physics.md, Where a ball is the wheel)";
+
+/// What a run amounts to, with a mark where its balls do not stand for its wheels.
+pub(crate) fn marked(text: String, wheel_model_valid: bool) -> String {
+    if wheel_model_valid { text } else { text + " *" }
+}
+
+/// A table with `left` columns of words, the others numbers, flush right.
+pub(crate) fn aligned<H: Into<Row>, R: Into<Row>>(
+    headings: H,
+    rows: impl IntoIterator<Item = R>,
+    left: usize,
+) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header(headings);
+    table.add_rows(rows);
+    for column in table.column_iter_mut().skip(left) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// Writes to standard output; a reader that has gone away is no error of ours.
+pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
+    print_bytes(out, text.as_bytes())
+}
+
+/// A file's name as the system has it, also where it is no UTF-8, on a line of its own.
+pub(crate) fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> {
+    print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
+}
+
+pub(crate) fn print_bytes(out: &mut dyn Write, bytes: &[u8]) -> Result<(), Error> {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Io {
+            path: "standard output".into(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}

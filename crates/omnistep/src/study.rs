@@ -1,0 +1,226 @@
+//! `omnistep study`.
+
+mod tables;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Map, Value};
+
+use omni_config::{Override, Scenario, Seeds, Study};
+use omni_study::{MapCell, Plan, Store, cells, compute};
+
+use crate::Error;
+use crate::args::{StudyArgs, parse_overrides, whole};
+use crate::notices;
+use crate::output::{BEYOND_BALLS, print, say, warn};
+use crate::signals::stop_flag;
+
+pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
+    let mut study = Study::load(&args.study)?;
+    if let Some(count) = &args.seeds {
+        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
+        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
+    }
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if args.stop_when_done {
+        overrides.push(Override::new("stop_when_done", true));
+    }
+    let plan = Plan::new(&study, &overrides)?;
+    if let Some(short) = too_short(&plan) {
+        warn(&short);
+    }
+    for why in [notices::beyond_balls, notices::coarse].map(|why| of_runs(&plan, why)) {
+        why.iter().for_each(|why| warn(why));
+    }
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from("out").join(&study.name));
+    let store = Store::new(folder, &plan)?;
+    let _lock = store.lock()?;
+    if args.retry_errors {
+        store.forget_errors()?;
+    }
+    let found = store.read()?;
+    for (path, reason) in &found.damaged {
+        say(&format!(
+            "{}: cannot be read ({reason}): set aside as .damaged, its runs are run again",
+            path.display()
+        ));
+    }
+    let missing = plan.missing(&found);
+    let stop = stop_flag();
+    let start = Instant::now();
+    let bar = progress(args, missing.len());
+    let mut errors = 0_usize;
+    let computed = compute(&missing, &store, args.jobs, stop, |row| {
+        if row.error.is_some() {
+            errors += 1;
+            bar.set_message(format!("{errors} failed"));
+        }
+        bar.inc(1);
+    })?;
+    bar.finish_and_clear();
+    let runs = plan.runs().len();
+    if computed.rows < missing.len() {
+        return Err(Error::StudyInterrupted {
+            done: runs - missing.len() + computed.rows,
+            runs,
+            folder: store.folder().into(),
+        });
+    }
+    let rows = store.read()?.rows;
+    let map = cells(&plan, &rows);
+    if args.json {
+        return json(&plan, &map, out);
+    }
+    print(out, &tables::tables(&plan, &map))?;
+    if map.iter().any(|cell| cell.beyond_balls > 0) {
+        print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
+    let mut line = format!("{runs} runs");
+    if computed.rows < runs {
+        line += &format!(", {} of them done before", runs - computed.rows);
+    }
+    if computed.rows > 0 {
+        let seconds = start.elapsed().as_secs_f64();
+        line += &format!("; {seconds:.1} s, {:.1} runs/s", computed.rows as f64 / seconds);
+    }
+    let failed = map.iter().map(|cell| cell.errors).sum::<usize>();
+    print(
+        out,
+        &format!("{line}; {failed} failed; {}\n", store.folder().display()),
+    )?;
+    let of_plan = |key: &str| plan.runs().iter().any(|run| run.key == key);
+    if let Some(row) = rows.iter().find(|row| row.error.is_some() && of_plan(&row.key)) {
+        let error = row.error.as_deref().unwrap_or_default();
+        print(
+            out,
+            &format!("the first of {failed} that failed, seed {}: {error}\n", row.seed),
+        )?;
+    }
+    Ok(())
+}
+
+/// `climb_map: 320 runs: 64 combinations of 3 axes with 5 seeds, scenario step`.
+fn described(study: &Study, combinations: usize) -> String {
+    let seeds = study.seeds.list().len();
+    format!(
+        "{}: {} runs, {combinations} combinations of {} axes with {seeds} seeds; scenario {}",
+        study.name,
+        combinations * seeds,
+        study.axis.len(),
+        study.scenario
+    )
+}
+
+/// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
+/// wheels; warns of the first that ends before its vehicle can be across, and of the first whose encoders are too coarse.
+pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
+    let mut looked_at = 0;
+    let (mut beyond, mut short, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
+    let combinations = Plan::check(study, |scenario| {
+        looked_at += 1;
+        beyond.extend(notices::beyond_balls(scenario));
+        short.extend(scenario.too_short());
+        coarse.extend(notices::coarse(scenario));
+    })?;
+    let seeds = study.seeds.list().len();
+    let some = |count: usize| {
+        if looked_at == combinations {
+            format!("{} of {} runs", seeds * count, seeds * combinations)
+        } else {
+            format!("{count} of the {looked_at} combinations looked at")
+        }
+    };
+    if let Some(first) = short.first() {
+        warn(&format!(
+            "{}: {} cannot get across in time; the first: {first}",
+            study.name,
+            some(short.len())
+        ));
+    }
+    if let Some(first) = coarse.first() {
+        warn(&format!("{}: {}: {first}", study.name, some(coarse.len())));
+    }
+    let warning = beyond
+        .first()
+        .map(|first| format!("{}: {first}", some(beyond.len())));
+    Ok((described(study, combinations), warning))
+}
+
+/// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what of the first; nothing where there are none.
+fn of_runs(plan: &Plan, why: fn(&Scenario) -> Option<String>) -> Option<String> {
+    let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
+    let mut whys = runs
+        .chunks(seeds)
+        .filter_map(|same| why(&same.first()?.scenario()));
+    let first = whys.next()?;
+    Some(format!(
+        "{} of {} runs: {first}",
+        seeds * (1 + whys.count()),
+        runs.len()
+    ))
+}
+
+/// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.
+fn too_short(plan: &Plan) -> Option<String> {
+    let seeds = plan.study().seeds.list().len().max(1);
+    // All seeds of a combination have the same time and way.
+    let short = plan.runs().iter().step_by(seeds).filter_map(|run| {
+        let said = run.too_short()?;
+        let axes = plan.study().axis.iter().zip(&*run.axes);
+        let axes: Vec<_> = axes
+            .map(|(axis, value)| format!("{} = {value}", axis.key))
+            .collect();
+        Some((axes.join(", "), said))
+    });
+    let mut short = short.peekable();
+    let (axes, said) = short.peek().cloned()?;
+    let (name, runs, all) = (&plan.study().name, short.count() * seeds, plan.runs().len());
+    let first = if axes.is_empty() {
+        String::new()
+    } else {
+        format!("the first with {axes}: ")
+    };
+    Some(format!(
+        "{name}: {runs} of {all} runs cannot get across in time; {first}{said}"
+    ))
+}
+
+fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
+    if args.quiet || runs == 0 {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(runs as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure.
+fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> {
+    for cell in map {
+        let mut object = Map::new();
+        for (column, value) in plan.columns().axes.iter().zip(&cell.axes) {
+            object.insert(
+                column.name.clone(),
+                serde_json::to_value(value).unwrap_or_default(),
+            );
+        }
+        object.insert("runs".into(), cell.runs.into());
+        object.insert("errors".into(), cell.errors.into());
+        object.insert("unfinished".into(), cell.unfinished.into());
+        object.insert("beyond_balls".into(), cell.beyond_balls.into());
+        for (i, figure) in plan.study().map.figures.iter().enumerate() {
+            object.insert(figure.clone(), cell.mean(i).map_or(Value::Null, Value::from));
+        }
+        print(out, &format!("{}\n", Value::Object(object)))?;
+    }
+    Ok(())
+}

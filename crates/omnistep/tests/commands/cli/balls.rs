@@ -1,0 +1,156 @@
+//! What is said where balls are not the wheels they stand for.
+
+use std::path::Path;
+use std::process::Output;
+
+use super::{omnistep, rows, stdout};
+
+const SIDE_ON: [&str; 6] = [
+    "--set",
+    "vehicle=mecanum4",
+    "--set",
+    "start.heading_rad=1.57",
+    "--set",
+    "command.frame=world",
+];
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// A run of a tenth of a second of a scenario, and what it says.
+fn run(folder: &Path, scenario: &str, more: &[&str]) -> Output {
+    let short = ["run", scenario, "--quiet", "--set", "duration_s=0.1"];
+    let output = omnistep(folder, &[&short[..], more].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    output
+}
+
+/// The small robot of docs/physics.md.
+fn small_robot() -> String {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../scripts/wheel_models/small_mecanum.toml"
+    );
+    format!("vehicle={path}")
+}
+
+#[test]
+fn a_run_on_balls_that_are_not_its_wheels_says_so_in_one_line_and_marks_its_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = small_robot();
+    let head_on = ["--set", &robot];
+    for keys in [&SIDE_ON[..], &head_on] {
+        let low = [keys, &["--set", "terrain.height_m=0.02"]].concat();
+        let output = run(folder.path(), "step", &low);
+        let said = stderr(&output);
+        let warnings: Vec<_> = said.lines().filter(|line| line.contains("balls")).collect();
+        assert_eq!(warnings.len(), 1, "{said}");
+        assert!(
+            warnings[0].contains("balls do not stand for its wheels here"),
+            "{said}"
+        );
+        assert!(
+            warnings[0].ends_with("--set physics.wheel_model=rollers simulates them"),
+            "{said}"
+        );
+        assert!(warnings[0].chars().count() <= 300, "{said}");
+        let text = stdout(&output);
+        assert!(text.contains("unfinished *"), "{text}");
+        assert!(text.lines().any(|line| line.starts_with("* on balls")), "{text}");
+        let json = rows(&run(folder.path(), "step", &[&low[..], &["--json"]].concat()));
+        assert_eq!(json[0]["wheel_model_valid"], false);
+    }
+}
+
+#[test]
+fn nothing_is_said_of_balls_that_are_the_wheels_nor_of_rollers() {
+    let folder = tempfile::tempdir().unwrap();
+    let rollers = [&SIDE_ON[..], &["--set", "physics.wheel_model=rollers"]].concat();
+    let runs: [(&str, &[&str]); 4] = [
+        ("step", &[]),
+        ("flat", &[]),
+        ("flat", &["--set", "vehicle=mecanum4"]),
+        ("step", &rollers),
+    ];
+    for (scenario, keys) in runs {
+        let output = run(folder.path(), scenario, keys);
+        assert!(!stderr(&output).contains("balls"), "{scenario} {keys:?}");
+        assert!(!stdout(&output).contains('*'), "{scenario} {keys:?}");
+        let json = rows(&run(folder.path(), scenario, &[keys, &["--json"]].concat()));
+        assert_eq!(json[0]["wheel_model_valid"], true, "{scenario} {keys:?}");
+    }
+}
+
+#[test]
+fn a_log_of_balls_that_are_not_its_wheels_is_marked_when_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), "step", &SIDE_ON);
+    let text = stdout(&omnistep(
+        folder.path(),
+        &["inspect", "out/step-synchronised.mcap"],
+    ));
+    assert!(text.contains("unfinished *"), "{text}");
+    assert!(text.lines().any(|line| line.starts_with("* on balls")), "{text}");
+}
+
+#[test]
+fn a_study_counts_its_runs_on_balls_that_are_not_their_wheels_and_marks_their_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = "schema_version = 1\nname = \"sides\"\nscenario = \"step\"\nseeds = 2\n[set]\nduration_s = 0.05\n\
+         [[axis]]\nkey = \"vehicle\"\nvalues = [\"chugo7\", \"mecanum4\"]\n";
+    std::fs::write(folder.path().join("sides.toml"), study).unwrap();
+    let output = omnistep(folder.path(), &["study", "sides.toml", "--quiet"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = stderr(&output);
+    let said: Vec<_> = said.lines().filter(|line| line.contains("balls")).collect();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("warning: 2 of 4 runs: mecanum4 over a step of 5.0 cm: "),
+        "{said:?}"
+    );
+    let text = stdout(&output);
+    assert_eq!(text.matches("unfinished *").count(), 1, "{text}");
+    let cells = rows(&omnistep(
+        folder.path(),
+        &["study", "sides.toml", "--quiet", "--json"],
+    ));
+    let beyond: Vec<_> = cells.iter().map(|cell| cell["beyond_balls"].as_u64()).collect();
+    assert_eq!(beyond, [Some(0), Some(2)]);
+    let checked = stdout(&omnistep(folder.path(), &["check", "sides.toml"]));
+    assert!(checked.contains("WARNING: 2 of 4 runs"), "{checked}");
+}
+
+#[test]
+fn check_says_where_balls_are_the_wheels() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |text: &str| {
+        std::fs::write(folder.path().join("some.toml"), text).unwrap();
+        let output = omnistep(folder.path(), &["check", "some.toml"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let step = include_str!("../../../../omni-config/assets/scenarios/step.toml");
+    assert!(check(step).contains("balls    stand for its wheels over a step of 5.0 cm"));
+    let mecanum = check(&step.replace("\"chugo7\"", "\"mecanum4\""));
+    assert!(
+        mecanum.contains(
+            "balls    WARNING: mecanum4 over a step of 5.0 cm: balls do not stand for its wheels here"
+        ),
+        "{mecanum}"
+    );
+    let chugo7 = check(include_str!(
+        "../../../../omni-config/assets/vehicles/chugo7.toml"
+    ));
+    assert!(
+        chugo7.contains("balls    stand for its wheels on level ground and at an edge straight ahead"),
+        "{chugo7}"
+    );
+    let mecanum4 = check(include_str!(
+        "../../../../omni-config/assets/vehicles/mecanum4.toml"
+    ));
+    assert!(
+        mecanum4.contains("not at an upright edge straight ahead"),
+        "{mecanum4}"
+    );
+}

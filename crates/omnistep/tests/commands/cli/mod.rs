@@ -1,0 +1,52 @@
+//! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
+
+mod balls;
+mod files;
+mod foreign_logs;
+mod logs;
+mod others;
+mod refusals;
+mod results;
+mod rollers;
+mod side_by_side;
+mod stopped;
+mod told;
+
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// Runs `omnistep` in a folder.
+pub(crate) fn omnistep(folder: &Path, args: &[&str]) -> Output {
+    Command::cargo_bin("omnistep")
+        .unwrap()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+pub(crate) fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// The objects of standard output, one a line.
+pub(crate) fn rows(output: &Output) -> Vec<Value> {
+    let text = stdout(output);
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+/// The one line on standard error of a refused request: exit code 2, nothing on standard output.
+pub(crate) fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = omnistep(folder, args);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+    assert!(output.stdout.is_empty(), "{args:?}");
+    assert_eq!(said.lines().count(), 1, "{args:?}: {said}");
+    assert!(!said.contains("panicked"), "{said}");
+    said
+}

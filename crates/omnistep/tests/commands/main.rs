@@ -1,0 +1,7 @@
+//! The command line and what it leaves behind.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod cli;
+#[cfg(unix)]
+mod firmware;
+mod study;

@@ -1,0 +1,17 @@
+//! The laws that a simulation keeps, and the figures that documents promise.
+
+mod core_serde;
+mod derived_gains;
+mod figures;
+mod flat_ground;
+mod imperfections;
+mod other_vehicles;
+mod randomised_steps;
+mod rocker_bogie;
+mod roller_wheels;
+mod snapshots;
+mod statics;
+mod step_section_4;
+mod terrain;
+mod verdicts;
+mod wheels_section_3_3;
