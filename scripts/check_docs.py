@@ -27,8 +27,8 @@ def tracked(*patterns: str) -> list[Path]:
 
 def subcommands() -> set[str]:
     """Subcommands of the command line, from its source."""
-    source = (ROOT / "crates/omni-sim/src/cli.rs").read_text()
-    body = source[source.index("enum Command {") : source.index("struct RunArgs")]
+    source = (ROOT / "crates/omnistep/src/args.rs").read_text()
+    body = source[source.index("enum Command {") : source.index("enum FileKindArg")]
     return {name.lower() for name in re.findall(r"^    ([A-Z]\w+)(?:\(| \{|,)", body, re.MULTILINE)} | {"help"}
 
 

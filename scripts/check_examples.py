@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-CRATE = "omni-core"
+CRATE = "omnistep-core"
+LIBRARY = "omni_core"
 # Attributes of a code block that rustdoc compiles and runs; `text`, `no_run`, `ignore` and `compile_fail` are not here.
 RUNS = re.compile(r"rust|should_panic|edition\d{4}")
 # A number within an assertion, though not the one in `f64`.
@@ -35,7 +36,7 @@ def rustdoc() -> Item:
     subprocess.run(["cargo", "rustdoc", *options], cwd=ROOT, check=True, env={**os.environ, "RUSTC_BOOTSTRAP": "1"})
     metadata = ["cargo", "metadata", "--locked", "--no-deps", "--format-version", "1"]
     output = subprocess.run(metadata, cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    path = Path(json.loads(output)["target_directory"]) / "doc" / f"{CRATE.replace('-', '_')}.json"
+    path = Path(json.loads(output)["target_directory"]) / "doc" / f"{LIBRARY}.json"
     documented: Item = json.loads(path.read_text(encoding="utf-8"))
     return documented
 

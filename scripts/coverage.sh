@@ -19,9 +19,9 @@ mkdir -p "$out/doctests"
 export RUSTFLAGS="-Cinstrument-coverage" LLVM_PROFILE_FILE="$out/%p-%m.profraw"
 # Keeping the compiled examples of the documentation is a flag that stable rustdoc hides; it changes no language rule.
 export RUSTDOCFLAGS="-Cinstrument-coverage -Zunstable-options --persist-doctests=$out/doctests"
-cargo test --locked --quiet -p omni-core --lib --tests --no-run --message-format=json >"$out/build.json"
-cargo test --locked --quiet -p omni-core --lib --tests
-RUSTC_BOOTSTRAP=1 cargo test --locked --quiet -p omni-core --doc
+cargo test --locked --quiet -p omnistep-core --lib --tests --no-run --message-format=json >"$out/build.json"
+cargo test --locked --quiet -p omnistep-core --lib --tests
+RUSTC_BOOTSTRAP=1 cargo test --locked --quiet -p omnistep-core --doc
 "$profdata" merge --sparse -o "$out/all.profdata" "$out"/*.profraw
 mapfile -t binaries < <(
     grep -o '"executable":"[^"]*"' "$out/build.json" | cut -d'"' -f4

@@ -9,7 +9,7 @@ toolchain=$(scripts/embedded-toolchain.sh "${targets[@]}") # empty where rustup 
 output=${CARGO_TARGET_DIR:-target}
 for target in "${targets[@]}"; do rm -f "$output/$target/release/libomni_core.rlib"; done
 # shellcheck disable=SC2086 # an empty toolchain must vanish
-cargo $toolchain build --locked --quiet --release -p omni-core --no-default-features "${targets[@]/#/--target=}"
+cargo $toolchain build --locked --quiet --release -p omnistep-core --no-default-features "${targets[@]/#/--target=}"
 for target in "${targets[@]}"; do
     [ -s "$output/$target/release/libomni_core.rlib" ] || { echo "$target: nothing was built" >&2; exit 1; }
     # shellcheck disable=SC2086

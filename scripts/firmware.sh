@@ -28,7 +28,7 @@ fi
 # omni-core with every combination of its features.
 for features in "" defmt serde defmt,serde; do
     # shellcheck disable=SC2086 # an empty toolchain must vanish
-    cargo $toolchain build --locked --quiet --release -p omni-core --features "$features" --target thumbv7em-none-eabihf
+    cargo $toolchain build --locked --quiet --release -p omnistep-core --features "$features" --target thumbv7em-none-eabihf
     echo "omni-core with features \"$features\": built for thumbv7em-none-eabihf"
 done
 
@@ -70,7 +70,7 @@ echo "$said"
 
 cd ..
 # The processor in the loop: the whole climb, and faults of every kind in both directions.
-ran=$(cargo test --locked --quiet -p omni-sim --test link -- --ignored)
+ran=$(cargo test --locked --quiet -p omni-sim --test links -- --ignored)
 echo "$ran"
 grep -q "6 passed; 0 failed" <<<"$ran"
 [ -x .venv/bin/python ] || scripts/venv.sh

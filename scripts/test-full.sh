@@ -4,9 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
 scripts/sdist.sh
-cargo test --release --test roller_wheels -- --ignored
-cargo test --release --test figures -- --ignored
-cargo test --release --test imperfections -- --ignored
+cargo test --release --test physics -- --ignored
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py
@@ -17,6 +15,6 @@ results=$(mktemp -d) # a new folder: results that are there are not computed aga
 trap 'rm -rf "$results"' EXIT
 for torque in 1.0 1.4 1.8 2.0; do
     echo "torque limit $torque N.m"
-    cargo run --release --quiet -- study ensemble --set "vehicle.motor.stall_torque_n_m=$torque" --out "$results/$torque"
+    cargo run --release --quiet --features full -- study ensemble --set "vehicle.motor.stall_torque_n_m=$torque" --out "$results/$torque"
 done
 scripts/bench.sh

@@ -231,3 +231,8 @@ pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
         refuse(format!("{value:?}"), "1 to 40 letters, digits, '_' or '-'")
     }
 }
+
+/// What a ratio is where a file leaves it out.
+pub(crate) fn one() -> f64 {
+    1.0
+}

@@ -27,6 +27,7 @@ mod nearest;
 mod physics;
 mod regular;
 mod rest;
+mod roller_wheel;
 mod rollers;
 mod scenario;
 mod schema;
@@ -35,6 +36,7 @@ mod study;
 mod tagged;
 mod terrain;
 mod vehicle;
+mod wheel_spec;
 mod wheels;
 
 pub use balls::{BALL_LEAN_RAD, BeyondBall};
@@ -53,14 +55,14 @@ pub use nearest::did_you_mean;
 pub use physics::Physics;
 pub use regular::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;
-pub use rollers::{Barrel, Ripple, RollerWheel, Rollers, WheelModel};
+pub use roller_wheel::{Barrel, Ripple, RollerWheel};
+pub use rollers::{Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
 pub use shortened::{shortened, shortened_line};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
-pub use vehicle::{
-    Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle, WheelContact, WheelSpec,
-};
+pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle};
+pub use wheel_spec::{WheelContact, WheelSpec};
 pub use wheels::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.

@@ -22,7 +22,8 @@ use crate::log_rates::LogRates;
 use crate::nearest::did_you_mean;
 use crate::physics::{Physics, ROLLER_STEP_US};
 use crate::rest::Rest;
-use crate::rollers::{RollerWheel, WheelModel};
+use crate::roller_wheel::RollerWheel;
+use crate::rollers::WheelModel;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 

@@ -18,8 +18,9 @@ use crate::check::{
 };
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
-use crate::rollers::{Misfit, RollerWheel, Rollers, WheelModel};
-use crate::tagged::deserialize_by_kind;
+use crate::roller_wheel::{Misfit, RollerWheel};
+use crate::rollers::{Rollers, WheelModel};
+use crate::wheel_spec::{WheelContact, WheelSpec};
 pub use coupling::{Coupling, CouplingSpring};
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
@@ -125,120 +126,6 @@ pub struct Hinge {
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
     #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damping_n_m_s_rad: f64,
-}
-
-/// What of a wheel touches the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum WheelContact {
-    /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
-    Ball {},
-    /// A ball of the rollers' radius under the axle, geared so that the wheel's rim and inertia are right: for wheels
-    /// that meet obstacles sideways, with a roller.
-    Roller {
-        /// Radius of the rollers \[m\], 0.001 to 10, less than the wheel's.
-        #[garde(custom(within(RADIUS_M)))]
-        #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
-        radius_m: f64,
-    },
-    /// Rollers, each a body on its own bearing.
-    Rollers(#[garde(dive)] Rollers),
-}
-
-#[derive(Deserialize)]
-#[serde(remote = "WheelContact", rename_all = "snake_case", deny_unknown_fields)]
-enum ContactByKind {
-    Ball {},
-    Roller { radius_m: f64 },
-    Rollers(Rollers),
-}
-deserialize_by_kind!(WheelContact, ContactByKind);
-
-/// A driven wheel with free rollers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WheelSpec {
-    /// Name, unique among wheels.
-    #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
-    pub name: String,
-    /// The body that carries it.
-    #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
-    pub body: String,
-    /// Place on the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
-    #[garde(custom(within(PLACE_M)))]
-    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
-    pub position_m: [f64; 2],
-    /// The way the vehicle moves when this wheel alone turns positively.
-    #[garde(custom(direction))]
-    #[schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max)))]
-    pub rolling_direction: [f64; 2],
-    /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
-    /// wheel, usually +-pi/4 for a mecanum wheel.
-    #[serde(default)]
-    #[garde(custom(within(ROLLER_ANGLE_RAD)))]
-    #[schemars(range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max))]
-    pub roller_angle_rad: f64,
-    /// Rolling radius \[m\], 0.001 to 10.
-    #[garde(custom(within(RADIUS_M)))]
-    #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
-    pub radius_m: f64,
-    /// Width \[m\], 0.001 to 10, for pictures and URDF: the physics ask for none. Left out: half the radius.
-    #[serde(default)]
-    #[garde(inner(custom(within(WIDTH_M))))]
-    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
-    pub width_m: Option<f64>,
-    /// Mass \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
-    pub mass_kg: f64,
-    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6.
-    #[garde(custom(within(INERTIA_KG_M2)))]
-    #[schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
-    pub inertia_kg_m2: f64,
-    /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
-    #[serde(default = "one")]
-    #[garde(custom(within(GEAR)))]
-    #[schemars(range(min = GEAR.min, max = GEAR.max))]
-    pub gear: f64,
-    /// What touches the ground.
-    #[garde(dive)]
-    pub contact: WheelContact,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-impl WheelSpec {
-    /// Radius of the ball that a wheel touches the ground with where it is one \[m\]: its own, or its rollers'.
-    ///
-    /// ```
-    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
-    /// let [along, crosswise] = [0, 1].map(|i| vehicle.wheel[i].contact_radius_m());
-    /// assert_eq!((along, crosswise), (0.066, 0.025)); // wheel 2 meets a riser with a roller
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn contact_radius_m(&self) -> f64 {
-        match self.contact {
-            WheelContact::Ball {} | WheelContact::Rollers(_) => self.radius_m,
-            WheelContact::Roller { radius_m } => radius_m,
-        }
-    }
-
-    /// Width \[m\]: the file's, or half the radius.
-    ///
-    /// ```
-    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
-    /// assert_eq!(vehicle.wheel[0].width_m(), 0.033);
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn width_m(&self) -> f64 {
-        self.width_m.unwrap_or(0.5 * self.radius_m)
-    }
 }
 
 /// Torque-speed line of every actuator, four-quadrant.

@@ -42,7 +42,7 @@ pub(crate) struct Controller {
 }
 
 fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
-    AnyController::new(scenario).map_err(|error| exception(error))
+    AnyController::new(scenario).map_err(exception)
 }
 
 #[pymethods]

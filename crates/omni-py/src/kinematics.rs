@@ -1,115 +1,18 @@
 //! The linear maps of a layout over arrays of twists and of wheel velocities.
 
 use numpy::PyArrayDyn;
-use omni_core::{BodyTwist, Desaturation, ForwardMap, SpeedLimits, WheelVelocities};
+use omni_core::{Desaturation, ForwardMap};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::{Array, Rows, array, choice, numbers, sized};
+use crate::arrays::{Array, Rows, array, choice, numbers};
 use crate::counts;
-use crate::error::{of_core, refused};
+use crate::error::refused;
 use crate::layout::Layout;
-use crate::odometry::{self, Track};
+use crate::maps::{Maps, named, weighted};
+use crate::track::Track;
 use crate::values::{Pickled, rebuilt};
-
-/// The maps of any wheel count: rows of 3 or N numbers in, rows out.
-trait Maps: Send + Sync {
-    fn inverse(&self, twists: &[f64]) -> Vec<f64>;
-    fn forward(&self, velocities: &[f64]) -> Vec<f64>;
-    fn residual(&self, velocities: &[f64]) -> Vec<f64>;
-    fn desaturate(&self, twists: &[f64], limits_rad_s: &[f64], gives_way: Desaturation) -> PyResult<Reduced>;
-    fn inverse_matrix(&self) -> Vec<f64>;
-    fn forward_matrix(&self) -> Vec<f64>;
-    /// Odometry that starts at the origin.
-    fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>>;
-}
-
-/// Columns of [`Desaturated`], row after row.
-#[derive(Default)]
-struct Reduced {
-    twist: Vec<f64>,
-    velocities: Vec<f64>,
-    translation_factor: Vec<f64>,
-    yaw_factor: Vec<f64>,
-    limiting: Vec<i64>,
-}
-
-/// Every row through `map`.
-fn each<const FROM: usize, const TO: usize>(
-    rows: &[f64],
-    map: impl Fn([f64; FROM]) -> [f64; TO],
-) -> Vec<f64> {
-    let (rows, _) = rows.as_chunks();
-    rows.iter().flat_map(|&row| map(row)).collect()
-}
-
-impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
-    fn inverse(&self, twists: &[f64]) -> Vec<f64> {
-        each(twists, |twist| self.inverse(&BodyTwist::from_array(twist)).rad_s)
-    }
-
-    fn forward(&self, velocities: &[f64]) -> Vec<f64> {
-        each(velocities, |rad_s| {
-            self.forward(&WheelVelocities { rad_s }).to_array()
-        })
-    }
-
-    fn residual(&self, velocities: &[f64]) -> Vec<f64> {
-        each(velocities, |rad_s| {
-            self.residual(&WheelVelocities { rad_s }).rad_s
-        })
-    }
-
-    fn desaturate(&self, twists: &[f64], limits_rad_s: &[f64], gives_way: Desaturation) -> PyResult<Reduced> {
-        let limits = SpeedLimits::<f64, N>::new(*sized("limits_rad_s", limits_rad_s)?, gives_way)
-            .map_err(|error| of_core(&indexed("limits_rad_s", error.index), &error))?;
-        let mut reduced = Reduced::default();
-        let (twists, _) = twists.as_chunks();
-        for &twist in twists {
-            let row = limits.desaturate(self, &BodyTwist::from_array(twist));
-            reduced.twist.extend(row.twist.to_array());
-            reduced.velocities.extend(row.velocities.rad_s);
-            reduced.translation_factor.push(row.translation_factor);
-            reduced.yaw_factor.push(row.yaw_factor);
-            reduced
-                .limiting
-                .push(row.limiting.map_or(-1, |index| index as i64));
-        }
-        Ok(reduced)
-    }
-
-    fn inverse_matrix(&self) -> Vec<f64> {
-        self.inverse_matrix().as_flattened().to_vec()
-    }
-
-    fn forward_matrix(&self) -> Vec<f64> {
-        self.forward_matrix().as_flattened().to_vec()
-    }
-
-    fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
-        odometry::track(self, period_s)
-    }
-}
-
-/// An argument, or the element of it that a wheel's index points to.
-fn indexed(name: &str, index: Option<usize>) -> String {
-    index.map_or(name.into(), |index| format!("{name}[{index}]"))
-}
-
-fn named<const N: usize>(layout: &Layout, map: ForwardMap) -> PyResult<Box<dyn Maps>> {
-    match omni_core::Kinematics::<f64, N>::with_forward(&layout.sized()?, map) {
-        Ok(maps) => Ok(Box::new(maps)),
-        Err(error) => Err(of_core("forward", &error)),
-    }
-}
-
-fn weighted<const N: usize>(layout: &Layout, weights: &[f64]) -> PyResult<Box<dyn Maps>> {
-    match omni_core::Kinematics::<f64, N>::weighted(&layout.sized()?, sized("weights", weights)?) {
-        Ok(maps) => Ok(Box::new(maps)),
-        Err(error) => Err(of_core(&indexed("weights", error.index), &error)),
-    }
-}
 
 /// Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
 ///
@@ -144,25 +47,7 @@ pub(crate) struct Kinematics {
 }
 
 impl Kinematics {
-    /// Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
-    ///
-    /// Args:
-    ///     policy: ``independent``, ``paper`` or ``synchronised``.
-    ///     overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
-    ///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
-    ///
-    /// Returns:
-    ///     A row every 0.1 s, or every control period where that is longer.
-    ///
-    /// Raises:
-    ///     ConfigError: a name, key or value is wrong.
-    ///
-    /// Example:
-    ///     >>> import omnistep
-    ///     >>> trace = omnistep.wheels("synchronised")
-    ///     >>> trace.speed_rpm.shape, float(trace.t_s[-1])
-    ///     ((651, 3), 65.0)
-    pub(crate) fn wheels(&self) -> usize {
+    pub(crate) fn wheel_count(&self) -> usize {
         self.wheels
     }
 

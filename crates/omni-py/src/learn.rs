@@ -48,7 +48,7 @@ fn watched(
             interrupted.is_none()
         })
     });
-    match (turns.map_err(|error| exception(error))?, interrupted) {
+    match (turns.map_err(exception)?, interrupted) {
         (Some(turns), _) => Ok(turns),
         (None, Some(interrupted)) => Err(interrupted),
         (None, None) => Err(PyRuntimeError::new_err("stopped by nobody")),
@@ -80,7 +80,7 @@ impl Episodes {
         let batch =
             py.detach(|| learn::Episodes::new(task, &scenario, &ranges, frame_skip, num_envs, threads));
         Ok(Self {
-            batch: batch.map_err(|error| exception(error))?,
+            batch: batch.map_err(exception)?,
         })
     }
 

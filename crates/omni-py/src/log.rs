@@ -64,7 +64,7 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     if let Some(interrupted) = interrupted {
         return Err(interrupted);
     }
-    let logged = logged.map_err(|error| exception(error))?;
+    let logged = logged.map_err(exception)?;
     let file = logged.file;
     // Plain data, which was read from such a text.
     let scenario = toml::to_string(&file.scenario).unwrap_or_default();

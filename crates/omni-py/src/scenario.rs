@@ -81,7 +81,7 @@ pub(crate) fn load(
 ) -> PyResult<config::Scenario> {
     match scenario {
         ScenarioArg::Name(name) => {
-            let source = Source::scenario(&name).map_err(|error| exception(error))?;
+            let source = Source::scenario(&name).map_err(exception)?;
             read(&source, policy, None, overrides, seed)
         }
         ScenarioArg::Loaded(scenario) => changed(*scenario, policy, None, overrides, seed),
@@ -94,7 +94,7 @@ pub(crate) fn warn_of_coarse_encoder(
     scenario: &config::Scenario,
     level: i32,
 ) -> PyResult<()> {
-    let coarse = scenario.coarse_encoder().map_err(|error| exception(error))?;
+    let coarse = scenario.coarse_encoder().map_err(exception)?;
     let Some(text) = coarse else { return Ok(()) };
     let text = CString::new(text)?;
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, level)
@@ -111,7 +111,7 @@ fn changed(
         return finished(scenario, policy, seed);
     }
     let file = format!("scenario {}", scenario.name);
-    let text = scenario.to_toml().map_err(|error| exception(error))?;
+    let text = scenario.to_toml().map_err(exception)?;
     read(&Source::text(file, text), policy, vehicle, overrides, seed)
 }
 
@@ -144,7 +144,7 @@ fn read(
         all.rotate_right(1);
         config::Scenario::from_source(source, &all)
     };
-    let scenario = build().map_err(|error| exception(error))?;
+    let scenario = build().map_err(exception)?;
     finished(scenario, policy, seed)
 }
 
@@ -154,7 +154,7 @@ fn finished(
     seed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<config::Scenario> {
     let mut scenario = match policy {
-        Some(policy) => scenario.with_policy(policy).map_err(|error| exception(error))?,
+        Some(policy) => scenario.with_policy(policy).map_err(exception)?,
         None => scenario,
     };
     if let Some(seed) = seed {
@@ -213,7 +213,7 @@ impl Scenario {
         let inner = match scenario {
             ScenarioArg::Loaded(scenario) => changed(*scenario, policy, vehicle, overrides, seed)?,
             ScenarioArg::Name(name) => {
-                let source = Source::scenario(&name).map_err(|error| exception(error))?;
+                let source = Source::scenario(&name).map_err(exception)?;
                 read(&source, policy, vehicle, overrides, seed)?
             }
         };

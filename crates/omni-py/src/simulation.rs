@@ -61,7 +61,7 @@ impl Simulation {
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, seed)?;
         warn_of_coarse_encoder(py, &scenario, 1)?;
-        let inner = omni_sim::Simulation::new(&scenario).map_err(|error| exception(error))?;
+        let inner = omni_sim::Simulation::new(&scenario).map_err(exception)?;
         let inner = Mutex::new(inner);
         Ok(Self { scenario, inner })
     }
@@ -199,11 +199,11 @@ impl Simulation {
         py: Python<'_>,
         step: impl FnOnce(&mut omni_sim::Simulation) -> Result<ControlSample, Error> + Send,
     ) -> PyResult<Sample> {
-        let work = |simulation: &mut omni_sim::Simulation| {
+        let work = |simulation: &mut omni_sim::Simulation| -> Result<_, Error> {
             let control = step(simulation)?;
             Ok((control, simulation.observation().clone()))
         };
-        let (control, observation) = self.with(py, work)?.map_err(|error| exception(error))?;
+        let (control, observation) = self.with(py, work)?.map_err(exception)?;
         Ok(Sample::new(self.scenario.vehicle(), control, observation))
     }
 }

@@ -7,9 +7,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 
-use omni_sim::Error;
 use omni_sim::config::{Override, Scenario, Seeds, Study};
-use omni_study::{self, Batch, Cell, Kind, Row, Run, cells, compute};
+use omni_study::{Batch, Cell, Kind, Row, Run, cells, compute};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
@@ -21,7 +20,7 @@ use crate::watched::{attended, watched};
 /// The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of.
 #[pyclass(frozen, module = "omnistep._omnistep")]
 pub(crate) struct Plan {
-    inner: study::Plan,
+    inner: omni_study::Plan,
 }
 
 #[pymethods]
@@ -40,7 +39,7 @@ impl Plan {
     ) -> PyResult<Self> {
         let overrides = without_seed(overrides)?;
         let seeds = seeds.map(checked_seeds).transpose()?;
-        let mut study = Study::load(&study.to_string_lossy()).map_err(|error| exception(error))?;
+        let mut study = Study::load(&study.to_string_lossy()).map_err(exception)?;
         study.seeds = seeds.unwrap_or(study.seeds);
         let is_axis = |key: &str| study.axis.iter().any(|axis| axis.key == key);
         if let Some(each) = overrides.iter().find(|each| is_axis(each.key())) {
@@ -48,7 +47,7 @@ impl Plan {
             let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
             return Err(refused(key, &message));
         }
-        let inner = attended(py, |stop| study::Plan::new_until(&study, &overrides, stop))?;
+        let inner = attended(py, |stop| omni_study::Plan::new_until(&study, &overrides, stop))?;
         Ok(Self { inner })
     }
 
@@ -68,7 +67,7 @@ impl Plan {
         let py = seeds.py();
         let seeds = checked_seeds(seeds)?;
         without_seed(overrides)?;
-        study::Plan::check_size("sweep", points.len(), &seeds).map_err(|error| exception(error))?;
+        omni_study::Plan::check_size("sweep", points.len(), &seeds).map_err(exception)?;
         let mut scenarios = Vec::with_capacity(points.len());
         for (i, point) in points.iter().enumerate() {
             let own = || -> PyResult<(Vec<_>, Scenario)> {
@@ -85,7 +84,7 @@ impl Plan {
             py.detach(|| ());
             py.check_signals()?;
         }
-        let plan = |stop: &AtomicBool| study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
+        let plan = |stop: &AtomicBool| omni_study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
         let inner = attended(py, plan)?;
         Ok(Self { inner })
     }
@@ -128,7 +127,7 @@ impl Plan {
 #[pyclass(module = "omnistep._omnistep")]
 pub(crate) struct Store {
     plan: Py<Plan>,
-    store: study::Store,
+    store: omni_study::Store,
     lock: Option<File>,
 }
 
@@ -137,11 +136,11 @@ impl Store {
     #[new]
     fn new(folder: PathBuf, plan: Py<Plan>) -> PyResult<Self> {
         let opened = || {
-            let store = study::Store::new(folder, &plan.get().inner)?;
+            let store = omni_study::Store::new(folder, &plan.get().inner)?;
             let lock = store.lock()?;
             Ok((store, lock))
         };
-        let (store, lock) = opened().map_err(|error| exception(error))?;
+        let (store, lock) = opened().map_err(exception)?;
         Ok(Self {
             plan,
             store,
@@ -223,8 +222,7 @@ impl Store {
 ///     StudyError: it cannot be read.
 #[pyfunction]
 pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static str>> {
-    py.detach(|| study::damage(&path))
-        .map_err(|error| exception(error))
+    py.detach(|| omni_study::damage(&path)).map_err(exception)
 }
 
 /// Compute what a batch's part in the folder lacks, each row written as soon as it is done.
@@ -249,7 +247,7 @@ pub(crate) fn compute_batch(
     folder: PathBuf,
     jobs: Option<NonZeroUsize>,
 ) -> PyResult<(usize, usize)> {
-    let batch = Batch::from_text(batch).map_err(|error| exception(error))?;
+    let batch = Batch::from_text(batch).map_err(exception)?;
     let computed = attended(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
     Ok((computed.rows, computed.errors))
 }
@@ -272,7 +270,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    fn columns(&self) -> Vec<study::Column> {
+    fn columns(&self) -> Vec<omni_study::Column> {
         self.plan.get().inner.columns().all()
     }
 }
@@ -297,7 +295,7 @@ impl Rows {
         attended(py, |stop| {
             let text = |runs: &[Run]| {
                 if stop.load(Ordering::Relaxed) {
-                    return Err(Error::Stopped);
+                    return Err(omni_study::Error::Stopped);
                 }
                 Ok(Batch::new(plan, runs)?.to_text())
             };

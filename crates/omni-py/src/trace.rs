@@ -62,7 +62,7 @@ impl Trace {
     #[staticmethod]
     fn _of_state(scenario: String, state: &[u8]) -> PyResult<Self> {
         let source = Source::embedded("pickle", scenario);
-        let scenario = Scenario::from_source(&source, &[]).map_err(|error| exception(error))?;
+        let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
         let trace = postcard::from_bytes(state);
         let trace =
             trace.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use omni_log::vehicle_urdf;
-use omni_sim::Error;
 use omni_sim::config::{self, Source};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -89,7 +88,7 @@ fn read(source: &Source, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<V
     let overrides = values::overrides(overrides)?;
     let inner = config::Vehicle::from_source(source, &overrides);
     Ok(Vehicle {
-        inner: inner.map_err(|error| exception(error))?,
+        inner: inner.map_err(exception)?,
     })
 }
 

@@ -64,7 +64,7 @@ pub(crate) fn watched<T: Send, E: Into<Error> + Send>(
                 .join()
                 .map_err(|_| PyRuntimeError::new_err("a thread of the study panicked"))?;
             ended?;
-            let computed = computed.map_err(|error| exception(error))?;
+            let computed = computed.map_err(exception)?;
             look(rows, errors)?;
             Ok(computed)
         })

@@ -103,6 +103,6 @@ pub(crate) fn wheels(
     let overrides = values::overrides(overrides)?;
     let experiment = experiment.to_string_lossy();
     let run = || omni_sim::run_wheels(&WheelsExperiment::load(&experiment, &overrides)?, policy);
-    let inner = py.detach(run).map_err(|error| exception(error))?;
+    let inner = py.detach(run).map_err(exception)?;
     Ok(WheelsTrace { inner })
 }

@@ -1,10 +1,11 @@
 //! What no single key shows: names that refer to each other, wheels that together move the vehicle, and a shape that can
 //! stand.
 
-use super::{Vehicle, WheelContact, WheelSpec};
+use super::Vehicle;
 use crate::Error;
 use crate::load::Source;
 use crate::nearest::did_you_mean;
+use crate::wheel_spec::{WheelContact, WheelSpec};
 
 impl Vehicle {
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.

@@ -4,8 +4,8 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Vehicle, one};
-use crate::check::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, within};
+use super::Vehicle;
+use crate::check::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
 use crate::load::Source;
 use crate::{Error, Scenario};
 

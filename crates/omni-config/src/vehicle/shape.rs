@@ -1,8 +1,9 @@
 //! A shape that can be and can stand: wheels clear of each other, hinges near the vehicle, its weight over its wheels.
 
-use super::{Vehicle, WheelSpec};
+use super::Vehicle;
 use crate::Error;
 use crate::load::Source;
+use crate::wheel_spec::WheelSpec;
 
 /// A centre of mass this far beyond the wheels is rounding \[m\].
 const ROUNDING_M: f64 = 1e-6;

@@ -1,0 +1,230 @@
+//! Wheels whose rollers are bodies of their own: from what a file gives to what is built.
+
+mod barrel;
+mod geometry;
+#[cfg(test)]
+mod tests;
+
+pub use barrel::Barrel;
+pub use geometry::{Ripple, RollerWheel};
+
+use crate::rollers::Rollers;
+use crate::wheel_spec::WheelSpec;
+
+/// A key of [`Rollers`] that does not fit, and what would.
+pub(crate) struct Misfit {
+    pub(crate) key: &'static str,
+    pub(crate) message: String,
+}
+
+/// Parts of the wheel's mass and inertia that rollers have by default, and that the hub keeps at least.
+const MASS_PART: f64 = 0.3;
+const INERTIA_PART: f64 = 0.8;
+const HUB_PART: f64 = 0.1;
+/// Shortest roller, as a part of its diameter: shorter ones are discs with nothing to crown.
+const SHORTEST: f64 = 0.15;
+
+impl Rollers {
+    /// These rollers on a wheel.
+    pub(crate) fn on(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {
+        let most = 0.5 * wheel.radius_m;
+        if self.radius_m >= most {
+            return Err(misfit(
+                "radius_m",
+                self.radius_m,
+                &format!("less than half the wheel's, {most}"),
+            ));
+        }
+        if let (1, Some(gap)) = (self.rows, self.row_gap_m) {
+            return Err(Misfit {
+                key: "row_gap_m",
+                message: format!("{gap}, allowed: only with rows = 2"),
+            });
+        }
+        let half_length_m = self.half_length(wheel)?;
+        let mut built = self
+            .sized(wheel, self.radius_m, half_length_m)
+            .ok_or_else(|| self.too_long(wheel, half_length_m))?;
+        if let Some(crown) = self.crown_m {
+            let mut round = *self;
+            round.crown_m = None;
+            let most = round
+                .sized(wheel, self.radius_m, half_length_m)
+                .map_or(self.radius_m, |b| b.barrel.crown_m());
+            if crown > most {
+                return Err(misfit(
+                    "crown_m",
+                    crown,
+                    &format!("0 to {}, which follows the rim", down(most)),
+                ));
+            }
+        }
+        if !built.fits_in_row() {
+            return Err(self.too_long(wheel, half_length_m));
+        }
+        if self.rows == 2 {
+            let least = smallest(4.0 * self.radius_m + 2.0 * half_length_m, |gap| {
+                built.row_gap_m = gap;
+                built.fits()
+            });
+            built.row_gap_m = self.row_gap_m.unwrap_or(least);
+            if built.row_gap_m < least {
+                let allowed = format!("{} and more: closer rows overlap", up(least));
+                return Err(misfit("row_gap_m", built.row_gap_m, &allowed));
+            }
+        }
+        self.weigh(wheel, &mut built)?;
+        Ok(built)
+    }
+
+    /// What a length that was given ought to be.
+    fn too_long(&self, wheel: &WheelSpec, half_length_m: f64) -> Misfit {
+        // What is shorter than its edges are round is no barrel; anything below is good for the search.
+        let least = barrel::EDGE * self.radius_m;
+        let most = largest(wheel.radius_m, |length| {
+            length <= least
+                || self
+                    .sized(wheel, self.radius_m, length)
+                    .is_some_and(|b| b.fits_in_row())
+        });
+        if most <= least * 1.001 {
+            return self.too_thick(wheel);
+        }
+        let allowed = if half_length_m <= least {
+            format!(
+                "more than {}, twice what its edges are rounded by",
+                up(2.0 * least)
+            )
+        } else {
+            format!(
+                "up to {}: longer rollers overlap their neighbours",
+                down(2.0 * most)
+            )
+        };
+        misfit("length_m", 2.0 * half_length_m, &allowed)
+    }
+
+    /// What a radius that was given ought to be.
+    fn too_thick(&self, wheel: &WheelSpec) -> Misfit {
+        let most = largest(self.radius_m, |radius| {
+            self.longest(wheel, radius) >= SHORTEST * radius
+        });
+        let allowed = format!(
+            "up to {}: thicker rollers than that, {} a row, overlap their neighbours",
+            down(most),
+            self.count
+        );
+        misfit("radius_m", self.radius_m, &allowed)
+    }
+
+    /// Half the longest length of rollers of a radius that fits in its row and is of any use.
+    fn longest(&self, wheel: &WheelSpec, radius_m: f64) -> f64 {
+        largest(wheel.radius_m, |length| {
+            self.sized(wheel, radius_m, length)
+                .is_some_and(|b| b.fits_in_row() && (length < radius_m * SHORTEST || !b.closes_gaps()))
+        })
+    }
+
+    /// Half the length of a roller: the one given, or the longest that fits in its row and is of any use.
+    fn half_length(&self, wheel: &WheelSpec) -> Result<f64, Misfit> {
+        if let Some(length) = self.length_m {
+            return Ok(0.5 * length);
+        }
+        let found = self.longest(wheel, self.radius_m);
+        if found >= SHORTEST * self.radius_m {
+            return Ok(found);
+        }
+        Err(self.too_thick(wheel))
+    }
+
+    /// The wheel with rollers of that size, its rows in one plane and its rollers without mass; none where there is no such
+    /// barrel.
+    fn sized(&self, wheel: &WheelSpec, radius_m: f64, half_length_m: f64) -> Option<RollerWheel> {
+        let cos = libm::cos(wheel.roller_angle_rad);
+        let barrel = Barrel::new(radius_m, half_length_m, [wheel.radius_m, cos], self.crown_m)?;
+        let mut built = RollerWheel {
+            barrel,
+            pitch_radius_m: wheel.radius_m - radius_m,
+            radius_m: wheel.radius_m,
+            roller_angle_rad: wheel.roller_angle_rad,
+            count: self.count,
+            rows: self.rows,
+            row_gap_m: 0.0,
+            roller_mass_kg: 0.0,
+            friction_n_m_s_rad: self.friction_n_m_s_rad,
+        };
+        built.touch_rim().then_some(built)
+    }
+
+    /// Gives the rollers their mass and leaves the hub its own.
+    fn weigh(&self, wheel: &WheelSpec, built: &mut RollerWheel) -> Result<(), Misfit> {
+        let rollers = (self.rows * self.count) as f64;
+        built.roller_mass_kg = 1.0;
+        let inertia_a_kg = built.rollers_inertia_kg_m2();
+        let within = |mass_part: f64, inertia_part: f64| {
+            (mass_part * wheel.mass_kg / rollers).min(inertia_part * wheel.inertia_kg_m2 / inertia_a_kg)
+        };
+        built.roller_mass_kg = self.roller_mass_kg.unwrap_or(within(MASS_PART, INERTIA_PART));
+        let most = within(1.0 - HUB_PART, 1.0 - HUB_PART);
+        if built.roller_mass_kg > most {
+            let allowed = format!(
+                "up to {}: the hub keeps a tenth of the wheel's mass and inertia",
+                down(most)
+            );
+            return Err(misfit("roller_mass_kg", built.roller_mass_kg, &allowed));
+        }
+        Ok(())
+    }
+}
+
+fn misfit(key: &'static str, value: f64, allowed: &str) -> Misfit {
+    Misfit {
+        key,
+        message: format!("{value}, allowed: {allowed}"),
+    }
+}
+
+/// The largest value from 0 to `most` that is good, if smaller ones are good too.
+fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if good(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The smallest value from 0 to `most` that is good, if larger ones are good too.
+fn smallest(most: f64, mut good: impl FnMut(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if good(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// A bound for a message, rounded to four digits so that it is within.
+fn down(value: f64) -> f64 {
+    rounded(value, f64::floor)
+}
+
+fn up(value: f64) -> f64 {
+    rounded(value, f64::ceil)
+}
+
+fn rounded(value: f64, round: fn(f64) -> f64) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    let digits = libm::pow(10.0, 3.0 - libm::floor(libm::log10(value)));
+    round(value * digits) / digits
+}
