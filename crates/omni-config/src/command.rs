@@ -5,7 +5,7 @@ use omni_core::{BodyTwist, PlanarPose, WorldTwist};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
+use crate::ranges::{PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
 
 /// Where the vehicle stands at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]

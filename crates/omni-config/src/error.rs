@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use crate::file_kind::FileKind;
-use crate::nearest::did_you_mean;
 use crate::shortened;
 use crate::shortened::{fits, short_key};
+use crate::suggestion::did_you_mean;
 
 /// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
 /// the file holds, no part of it is longer than [`shortened`] leaves it.

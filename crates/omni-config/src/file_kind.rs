@@ -74,7 +74,7 @@ mod tests {
             ("scenario", include_str!("scenario.rs")),
             ("study", include_str!("study.rs")),
             ("vehicle", include_str!("vehicle.rs")),
-            ("wheels", include_str!("wheels.rs")),
+            ("wheels_experiment", include_str!("wheels_experiment.rs")),
         ] {
             assert!(text.contains("use crate::file_kind::FileKind;"), "{room}");
             assert!(!text.contains("crate::file::"), "{room} imports the top room");

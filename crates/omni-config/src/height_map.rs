@@ -11,7 +11,7 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::load::Source;
-use crate::regular::{MOST_PNG_BYTES, read_regular};
+use crate::regular_file::{MOST_PNG_BYTES, read_regular};
 
 /// How a picture inside a text begins.
 const DATA_URL: &str = "data:image/png;base64,";

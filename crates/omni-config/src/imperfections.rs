@@ -6,11 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Vehicle;
-use crate::check::{
+use crate::ranges::{
     BIAS_RAD_S, DAMPING_N_M_S_RAD, DELAY_US, ENCODER_COUNTS, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S,
     HOLD_PER_S, LAG_S, MASS_KG, NAME, PLACE_M, SAG, SPEED_RAD_S, TIME_S, is_name, within,
 };
-use crate::nearest::did_you_mean;
+use crate::suggestion::did_you_mean;
 use crate::tagged::deserialize_by_kind;
 
 /// Encoders and the gyro; ideal by default.

@@ -7,25 +7,23 @@
 
 #![forbid(unsafe_code)]
 
-mod balls;
-mod check;
+mod ball_validity;
 mod command;
 mod constants;
-mod control;
-mod crossing;
+mod controller;
+mod crossing_time;
+mod derived_gains;
 mod encoding;
 mod error;
-mod facts;
 mod file;
 mod file_kind;
-mod gains;
 mod height_map;
 mod imperfections;
 mod load;
 mod log_rates;
-mod nearest;
 mod physics;
-mod regular;
+mod ranges;
+mod regular_file;
 mod rest;
 mod roller_wheel;
 mod rollers;
@@ -33,37 +31,39 @@ mod scenario;
 mod schema;
 mod shortened;
 mod study;
+mod suggestion;
 mod tagged;
 mod terrain;
 mod vehicle;
+mod vehicle_properties;
 mod wheel_spec;
-mod wheels;
+mod wheels_experiment;
 
-pub use balls::{BALL_LEAN_RAD, BeyondBall};
+pub use ball_validity::{BALL_LEAN_RAD, BeyondBall};
 pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
-pub use control::wheel_count_refused;
+pub use controller::wheel_count_refused;
+pub use derived_gains::DerivedGains;
 pub use error::Error;
 pub use file::File;
 pub use file_kind::FileKind;
-pub use gains::DerivedGains;
 pub use height_map::HeightMap;
 pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use log_rates::LogRates;
-pub use nearest::did_you_mean;
 pub use physics::Physics;
-pub use regular::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
+pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;
 pub use roller_wheel::{Barrel, Ripple, RollerWheel};
 pub use rollers::{Rollers, WheelModel};
 pub use scenario::{Control, Perturbation, Precision, Scenario};
 pub use shortened::{shortened, shortened_line};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
+pub use suggestion::did_you_mean;
 pub use terrain::{FrictionPatch, Obstacle, Terrain};
 pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle};
 pub use wheel_spec::{WheelContact, WheelSpec};
-pub use wheels::{DamperLoad, WheelsExperiment};
+pub use wheels_experiment::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::file_kind::FileKind;
-use crate::nearest::with_nearest;
-use crate::regular::{MOST_TOML_BYTES, read_regular};
+use crate::regular_file::{MOST_TOML_BYTES, read_regular};
+use crate::suggestion::with_nearest;
 use crate::tagged::INNER_KEY;
 use crate::{Error, SCHEMA_VERSION};
 

@@ -4,7 +4,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{LOG_HZ, within};
+use crate::ranges::{LOG_HZ, within};
 
 /// Messages a second of each topic; 0: none; more than control periods: one a period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]

@@ -4,7 +4,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_US, SUBSTEPS, within};
+use crate::ranges::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_US, SUBSTEPS, within};
 use crate::rollers::WheelModel;
 
 /// How finely to simulate.

@@ -4,7 +4,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
+use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 
 /// What becomes of the loops' integrals once the command is rest: by default they fall to 0 within half a second, and a vehicle
 /// on a slope then creeps. Holding it there is bounded by time and heat.

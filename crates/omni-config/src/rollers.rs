@@ -4,7 +4,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{
+use crate::ranges::{
     BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M, within,
 };
 

@@ -9,21 +9,21 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::Error;
-use crate::check::{
-    DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
-};
 use crate::command::{Command, Start};
+use crate::derived_gains::DerivedGains;
 use crate::file_kind::FileKind;
-use crate::gains::DerivedGains;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
 use crate::log_rates::LogRates;
-use crate::nearest::did_you_mean;
 use crate::physics::{Physics, ROLLER_STEP_US};
+use crate::ranges::{
+    DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
+};
 use crate::rest::Rest;
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
+use crate::suggestion::did_you_mean;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::Error;
-use crate::check::{NAME, is_name};
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, dotted, read};
-use crate::nearest::did_you_mean;
+use crate::ranges::{NAME, is_name};
+use crate::suggestion::did_you_mean;
 pub use points::Point;
 pub use seeds::Seeds;
 

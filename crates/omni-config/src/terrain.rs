@@ -4,11 +4,11 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{
+use crate::height_map::HeightMap;
+use crate::ranges::{
     BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED, SLOPE_RAD,
     STEP_HEIGHT_M, TREAD_M, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
-use crate::height_map::HeightMap;
 use crate::tagged::deserialize_by_kind;
 
 /// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `at_m` on, an obstacle across the way. Every kind has

@@ -1,8 +1,8 @@
 //! A vehicle: bodies, passive hinges, couplings, wheels, motors, gains.
 
-mod check;
 mod coupling;
 mod shape;
+mod validation;
 
 use garde::Validate;
 use omni_core::{AxisLimits, PidGains, TorqueLimit, TwistLimits, Wheel, WheelLayout};
@@ -11,13 +11,12 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use crate::Error;
-use crate::check::{
-    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, GEAR, INERTIA_KG_M2,
-    MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD,
-    WIDTH_M, counted, direction, is_name, within,
-};
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
+use crate::ranges::{
+    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, MASS_KG, NAME,
+    PLACE_M, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD, counted, direction, is_name, within,
+};
 use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
 use crate::wheel_spec::{WheelContact, WheelSpec};

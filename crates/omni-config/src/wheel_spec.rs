@@ -4,7 +4,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{
+use crate::ranges::{
     DIRECTION, GEAR, INERTIA_KG_M2, MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M, direction,
     is_name, one, within,
 };

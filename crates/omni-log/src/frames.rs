@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use omni_config::Vehicle;
 
 use crate::ros2::{TfMessage, TransformStamped};
-use crate::turn::{after, rotate};
+use crate::rotation::{after, rotate};
 use crate::urdf::{BASE_LINK, WORLD_LINK, link_name, wheel_link};
 
 /// A pose: x, y, z \[m\] and the unit quaternion x, y, z, w.

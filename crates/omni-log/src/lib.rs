@@ -5,7 +5,6 @@
 //! viewers while it goes on.
 #![forbid(unsafe_code)]
 
-mod bounds;
 mod error;
 mod frames;
 #[cfg(feature = "live")]
@@ -17,8 +16,9 @@ mod reader;
 mod record;
 mod replay;
 pub mod ros2;
+mod rotation;
 mod run_log;
-mod turn;
+mod size_limits;
 mod urdf;
 mod writer;
 

@@ -3,20 +3,20 @@
 //! The messages are those of a log, over Foxglove's WebSocket protocol. With [`Live::steer`], parameters, and
 //! `geometry_msgs/msg/Twist` that a client publishes on `/cmd_vel`, change the run.
 
-mod desk;
+mod client;
 mod guard;
+mod requests;
 mod server;
-mod viewer;
 
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use desk::{COMMAND_HOLDS, Desk};
 use guard::Guard;
 use omni_config::Scenario;
 use omni_sim::controller::AnyController;
 use omni_sim::{Outcome, Simulation, drive};
+use requests::{COMMAND_HOLDS, Requests};
 use server::{Event, Hub, Server, Topic};
 
 use crate::Error;
@@ -88,11 +88,11 @@ pub fn run_live<E: From<Error>>(
         })
     })?;
     let controller = AnyController::new(scenario).map_err(refused)?;
-    let desk = Arc::new(Desk::new(scenario));
+    let requests = Arc::new(Requests::new(scenario));
     let steering = (live.steer, guard);
     let server = Server::start(
         live.port,
-        desk.clone(),
+        requests.clone(),
         &TOPICS.map(|topic| topic()),
         steering,
         Box::new(warn),
@@ -107,7 +107,7 @@ pub fn run_live<E: From<Error>>(
         buffer: Vec::new(),
     };
     started(&format!("ws://127.0.0.1:{}", server.port));
-    while live.wait && !desk.take_subscribed() {
+    while live.wait && !requests.take_subscribed() {
         if let Err(error) = watch(None, 0.0) {
             server.stop();
             return Err(error);
@@ -119,21 +119,23 @@ pub fn run_live<E: From<Error>>(
     let start = Instant::now();
     let messages = RefCell::new(messages);
     let steer = |simulation: &mut Simulation| -> Result<_, omni_sim::Error> {
-        if let Some(changed) = desk.take_changed() {
+        if let Some(changed) = requests.take_changed() {
             simulation.take_control(&changed)?;
             // From the next message on; the description is sent to whoever subscribes next.
             messages.borrow_mut().describes(&changed);
         }
-        if desk.time_out(Instant::now()) {
+        if requests.time_out(Instant::now()) {
             server
                 .hub
                 .rests(&format!("no command for {} s", COMMAND_HOLDS.as_secs_f64()));
         }
-        Ok(desk.command().unwrap_or_else(|| simulation.scenario_command()))
+        Ok(requests
+            .command()
+            .unwrap_or_else(|| simulation.scenario_command()))
     };
     let ended = drive(scenario, controller, steer, |simulation, part| {
         let mut messages = messages.borrow_mut();
-        if desk.take_subscribed() {
+        if requests.take_subscribed() {
             // Latched, as ROS has it: who comes later gets them too.
             let _ = messages.describe(&mut served);
         }

@@ -20,7 +20,7 @@ use crate::ros2::{
     Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped,
     TwistWithCovariance, Vector3, VehicleState, WheelState,
 };
-use crate::turn::about;
+use crate::rotation::about;
 use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};
 
 /// Topics, by what they carry.
@@ -365,7 +365,7 @@ fn twist(t: &BodyTwist<f64>) -> Twist {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::turn::rotate;
+    use crate::rotation::rotate;
     use omni_sim::Simulation;
 
     #[test]

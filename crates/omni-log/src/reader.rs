@@ -16,7 +16,7 @@ use crate::ros2::{
     JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
 };
 use crate::run_log::{OUTCOME, RUN, SCENARIO};
-use crate::{Error, LogError, bounds, topic};
+use crate::{Error, LogError, size_limits, topic};
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
@@ -128,7 +128,7 @@ pub(crate) fn read_log_watched(
         .with_validate_data_section_crc(true)
         .with_validate_summary_section_crc(true)
         .with_check_finishes_after_end_magic(true)
-        .with_record_length_limit(bounds::largest_record(length));
+        .with_record_length_limit(size_limits::largest_record(length));
     let mut reader = LinearReader::new_with_options(options);
     let mut seen = Seen::default();
     let (mut read, mut last, mut footer_bytes) = (0, Vec::new(), 0);
@@ -161,11 +161,11 @@ pub(crate) fn read_log_watched(
                     footer_bytes = data.len();
                 }
                 // Records of nothing are work too.
-                unpacked += bounds::HEAD_BYTES + data.len() as u64;
-                if unpacked > bounds::most_unpacked(length) {
+                unpacked += size_limits::HEAD_BYTES + data.len() as u64;
+                if unpacked > size_limits::most_unpacked(length) {
                     return Err(damaged(format!("{length} bytes that unpack to {unpacked} and more")).into());
                 }
-                bounds::fits(opcode, data).map_err(damaged)?;
+                size_limits::fits(opcode, data).map_err(damaged)?;
                 let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
                 if doubt.is_some() && matches!(record, Record::Message { .. }) {
                     continue;

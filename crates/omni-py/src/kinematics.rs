@@ -7,12 +7,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{Array, Rows, array, choice, numbers};
-use crate::counts;
 use crate::error::refused;
 use crate::layout::Layout;
 use crate::maps::{Maps, named, weighted};
 use crate::track::Track;
 use crate::values::{Pickled, rebuilt};
+use crate::wheel_count;
 
 /// Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
 ///
@@ -70,9 +70,9 @@ impl Kinematics {
         let weights = weights.map(|weights| numbers("weights", weights, "one number a wheel"));
         let weights = weights.transpose()?;
         let maps = match (&weights, map) {
-            (None, _) => for_wheel_count!(built.len(), named[](built, map), counts::refuse)?,
+            (None, _) => for_wheel_count!(built.len(), named[](built, map), wheel_count::refuse)?,
             (Some(weights), ForwardMap::LeastSquares) => {
-                for_wheel_count!(built.len(), weighted[](built, weights), counts::refuse)?
+                for_wheel_count!(built.len(), weighted[](built, weights), wheel_count::refuse)?
             }
             (Some(_), ForwardMap::PaperAverage) => {
                 let message =

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{fixed, whole};
-use crate::counts::{self, unusable};
 use crate::error::{of_core, refused};
 use crate::values::{Pickled, rebuilt};
+use crate::wheel_count::{self, unusable};
 
 /// One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
 ///
@@ -163,7 +163,7 @@ impl Layout {
 
     /// The layout of a vehicle that was checked.
     pub(crate) fn of_vehicle(vehicle: &Vehicle) -> PyResult<Self> {
-        for_wheel_count!(vehicle.wheel.len(), vehicles[](vehicle), counts::refuse)
+        for_wheel_count!(vehicle.wheel.len(), vehicles[](vehicle), wheel_count::refuse)
     }
 
     fn checked<const N: usize>(layout: &WheelLayout<f64, N>) -> Result<Self, ConfigError> {
@@ -240,7 +240,7 @@ impl Layout {
             PyTypeError::new_err(format!("wheels: {found}, allowed: a list of omnistep.Wheel"))
         })?;
         let wheels: Vec<_> = wheels.iter().map(|wheel| wheel.inner).collect();
-        for_wheel_count!(wheels.len(), checked_wheels[](&wheels), counts::refuse)
+        for_wheel_count!(wheels.len(), checked_wheels[](&wheels), wheel_count::refuse)
     }
 
     /// The seven-wheel vehicle of the paper; ``docs/conventions.md`` draws it.
@@ -277,8 +277,8 @@ impl Layout {
         offset_rad: f64,
         wheel_radius_m: f64,
     ) -> PyResult<Self> {
-        let count = whole("wheels", wheels, counts::ALLOWED)?;
-        for_wheel_count!(count, omni[](circle_radius_m, offset_rad, wheel_radius_m), counts::refuse)
+        let count = whole("wheels", wheels, wheel_count::ALLOWED)?;
+        for_wheel_count!(count, omni[](circle_radius_m, offset_rad, wheel_radius_m), wheel_count::refuse)
     }
 
     /// Four mecanum wheels at the corners of a rectangle: front left, front right, rear left, rear right.

@@ -37,7 +37,7 @@ fn one_of<T>(name: &'static str, found: &str, known: Option<T>, allowed: &'stati
 }
 
 /// Works outside the interpreter's lock and looks at Ctrl-C meanwhile.
-fn watched(
+fn with_progress(
     py: Python<'_>,
     work: impl FnOnce(&mut dyn FnMut() -> bool) -> Result<Option<Vec<Turn>>, omni_sim::Error> + Send,
 ) -> PyResult<Vec<Turn>> {
@@ -108,7 +108,7 @@ impl Episodes {
             .iter()
             .map(|(name, value)| (name.as_str(), *value))
             .collect();
-        let turns = watched(py, |look| self.batch.reset(&seeds, &fixed, &mask, look))?;
+        let turns = with_progress(py, |look| self.batch.reset(&seeds, &fixed, &mask, look))?;
         let begun = turns.iter().zip(&mask);
         let info = self.info(py, begun.map(|(turn, begun)| begun.then_some(&turn.info)))?;
         Ok((
@@ -157,7 +157,7 @@ impl Episodes {
         )?;
         // A copy: nobody can write to it while the lock is released.
         let actions: Vec<f32> = actions.as_array().iter().copied().collect();
-        let turns = watched(py, |look| self.batch.step(&actions, mode, look))?;
+        let turns = with_progress(py, |look| self.batch.step(&actions, mode, look))?;
         let last = if turns.iter().any(|turn| turn.last.is_some()) {
             let ended = |turn: &Turn| turn.last.as_ref().map(|(seen, _)| PyArray1::from_slice(py, seen));
             let info = turns.iter().map(|turn| turn.last.as_ref().map(|(_, info)| info));

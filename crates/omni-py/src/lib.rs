@@ -5,8 +5,8 @@ mod arrays;
 mod arrow;
 mod cli;
 mod controller;
-mod counts;
 mod error;
+mod interruptible;
 mod kinematics;
 mod layout;
 mod learn;
@@ -25,7 +25,7 @@ mod trace;
 mod track;
 mod values;
 mod vehicle;
-mod watched;
+mod wheel_count;
 mod wheels;
 
 /// Control and simulation of omni-directional vehicles that climb steps.

@@ -13,9 +13,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
 use crate::error::{about, exception, refused};
+use crate::interruptible::{interruptible, with_progress};
 use crate::scenario::{ScenarioArg, load};
 use crate::values;
-use crate::watched::{attended, watched};
 
 /// The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of.
 #[pyclass(frozen, module = "omnistep._omnistep")]
@@ -47,7 +47,7 @@ impl Plan {
             let message = format!("overrides: {key} is an axis of {file}, allowed: any other key");
             return Err(refused(key, &message));
         }
-        let inner = attended(py, |stop| omni_study::Plan::new_until(&study, &overrides, stop))?;
+        let inner = interruptible(py, |stop| omni_study::Plan::new_until(&study, &overrides, stop))?;
         Ok(Self { inner })
     }
 
@@ -85,7 +85,7 @@ impl Plan {
             py.check_signals()?;
         }
         let plan = |stop: &AtomicBool| omni_study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
-        let inner = attended(py, plan)?;
+        let inner = interruptible(py, plan)?;
         Ok(Self { inner })
     }
 
@@ -155,7 +155,7 @@ impl Store {
 
     /// Take the rows with an error out, so that their runs are missing again; return how many.
     fn forget_errors(&self, py: Python<'_>) -> PyResult<usize> {
-        attended(py, |stop| self.store.forget_errors_until(stop))
+        interruptible(py, |stop| self.store.forget_errors_until(stop))
     }
 
     /// Every row of the plan that is there.
@@ -165,7 +165,7 @@ impl Store {
     ///     StudyError: the folder cannot be read.
     fn read(&self, py: Python<'_>) -> PyResult<Rows> {
         let plan = &self.plan.get().inner;
-        let (rows, missing, damaged) = attended(py, |stop| {
+        let (rows, missing, damaged) = interruptible(py, |stop| {
             let found = self.store.read_until(stop)?;
             let missing = plan.missing(&found);
             let mut by_key: BTreeMap<String, Row> =
@@ -203,7 +203,7 @@ impl Store {
         watch: Option<Py<PyAny>>,
     ) -> PyResult<(usize, usize)> {
         let missing = &rows.get().missing;
-        let computed = watched(py, watch, |stop, heard| {
+        let computed = with_progress(py, watch, |stop, heard| {
             compute(missing, &self.store, jobs, stop, hearing(heard))
         })?;
         Ok((computed.rows, computed.errors))
@@ -248,7 +248,7 @@ pub(crate) fn compute_batch(
     jobs: Option<NonZeroUsize>,
 ) -> PyResult<(usize, usize)> {
     let batch = Batch::from_text(batch).map_err(exception)?;
-    let computed = attended(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
+    let computed = interruptible(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
     Ok((computed.rows, computed.errors))
 }
 
@@ -292,7 +292,7 @@ impl Rows {
     /// The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each.
     fn batches(&self, py: Python<'_>, size: NonZeroUsize) -> PyResult<Vec<String>> {
         let plan = &self.plan.get().inner;
-        attended(py, |stop| {
+        interruptible(py, |stop| {
             let text = |runs: &[Run]| {
                 if stop.load(Ordering::Relaxed) {
                     return Err(omni_study::Error::Stopped);

@@ -53,11 +53,12 @@ pub enum Shape {
 /// ```
 /// use omni_sim::{config::Scenario, ground::{Shape, shapes}};
 /// let ground = shapes(&Scenario::load("step", &[])?, 100.0);
-/// let tops = ground.iter().map(|shape| match shape {
+/// let top_m = |shape: &Shape| match shape {
 ///     Shape::Box { half_m, centre_m, .. } => centre_m[2] + half_m[2],
 ///     _ => f64::NAN,
-/// });
-/// assert_eq!(tops.collect::<Vec<_>>(), [0.0, 0.06]); // the floor, and a step of 60 mm
+/// };
+/// assert_eq!((ground.len(), top_m(&ground[0])), (2, 0.0)); // the floor
+/// assert!((top_m(&ground[1]) - 0.05).abs() < 1e-12); // and a step of 5 cm
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[must_use]

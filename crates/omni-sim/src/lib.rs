@@ -6,6 +6,7 @@ pub mod controller;
 mod error;
 pub mod ground;
 pub mod learn;
+mod motors_on_dampers;
 pub mod observation;
 mod outcome;
 mod run;
@@ -13,7 +14,6 @@ mod sensing;
 mod simulation;
 mod snapshot;
 mod trace;
-mod wheels;
 mod world;
 
 /// Vehicles and scenarios as plain data from TOML, checked when they are loaded.
@@ -21,9 +21,9 @@ pub use omni_config as config;
 
 pub use control_loop::ControlLoop;
 pub use error::Error;
+pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use outcome::{Outcome, Verdict};
 pub use run::{control_periods, drive, measure, own_command, run, run_watched, run_with};
 pub use simulation::Simulation;
 pub use trace::{Rows, Trace, TraceBuilder};
-pub use wheels::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use world::ground_heights_m;

@@ -1,6 +1,6 @@
 //! What a run amounts to in a few numbers.
 
-mod bounds;
+mod criteria;
 mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};

@@ -56,7 +56,7 @@ impl Simulation {
         let mut world = World::new(scenario, x_m, yaw_rad);
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
-        world.open_books(&mut observation);
+        world.start_energy_balance(&mut observation);
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
@@ -176,7 +176,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The physics of one control period and nothing else: no control, no observation, no books. What a benchmark measures
+    /// The physics of one control period and nothing else: no control, no observation, no energy balance. What a benchmark measures
     /// all the rest against.
     #[doc(hidden)]
     pub fn advance_physics(&mut self, torques_n_m: &[f64]) {

@@ -1,4 +1,4 @@
-//! A simulation as bytes and back: it goes on bit for bit, controller, sensors and books included.
+//! A simulation as bytes and back: it goes on bit for bit, controller, sensors and energy balance included.
 
 use omni_core::HeadingHoldState;
 use serde::{Deserialize, Serialize};

@@ -10,8 +10,8 @@ use omni_config::{Scenario, Source};
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Lines, VERSION};
-use crate::names::named;
-use crate::part::Part;
+use crate::part_names::named;
+use crate::part_writer::PartWriter;
 use crate::run::compute_into;
 use crate::{Cell, Columns, Computed, Error, Plan, Row, Run, Store, key};
 
@@ -21,8 +21,8 @@ use crate::{Cell, Columns, Computed, Error, Plan, Row, Run, Store, key};
 /// gets the same batch again goes on where it was.
 ///
 /// ```
-/// use use omni_config
-/// use omni_study::{Batch, Plan};::{Override, Study};
+/// use omni_config::{Override, Study};
+/// use omni_study::{Batch, Plan};
 /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::parse("duration_s=0.5")?])?;
 /// let batch = Batch::new(&plan, &plan.runs()[..30])?;
 /// assert_eq!(Batch::from_text(&batch.to_text())?, batch);
@@ -122,7 +122,13 @@ impl Batch {
         let mut missing = self.runs(stop)?;
         missing.retain(|run| !done.contains(&run.key));
         let keys: BTreeSet<String> = self.runs.iter().map(|run| run.key.clone()).collect();
-        compute_into(&missing, Part::of_batch(&store, name, keys), jobs, stop, watch)
+        compute_into(
+            &missing,
+            PartWriter::of_batch(&store, name, keys),
+            jobs,
+            stop,
+            watch,
+        )
     }
 
     /// The runs, as the plan had them; only some where `stop` is set meanwhile.

@@ -21,8 +21,8 @@ pub(crate) type Lines = BTreeMap<String, String>;
 /// [`omni_sim::Error::Config`] where the scenario cannot be written as TOML: its seed is above 2^63 - 1.
 ///
 /// ```
-/// use use omni_config
-/// use omni_study::key;::{Override, Scenario};
+/// use omni_config::{Override, Scenario};
+/// use omni_study::key;
 /// let (one, other) = (Scenario::load("step", &[])?, Scenario::load("step", &[Override::parse("seed=1")?])?);
 /// assert_eq!(key(&one)?.len(), 32);
 /// assert_ne!(key(&one)?, key(&other)?);

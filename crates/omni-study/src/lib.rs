@@ -8,19 +8,19 @@
 
 mod batch;
 mod cell;
+mod checksum;
 mod columns;
 mod error;
 mod key;
 mod map;
-mod names;
-mod part;
+mod merged_rows;
+mod parquet_table;
+mod part_names;
+mod part_writer;
 mod plan;
 mod row;
 mod run;
-mod seal;
 mod store;
-mod table;
-mod union;
 
 pub use batch::Batch;
 pub use cell::{Cell, Column, Columns, Kind};

@@ -53,8 +53,8 @@ impl Run {
 /// The runs of a study, every scenario checked.
 ///
 /// ```
-/// use use omni_config
-/// use omni_study::Plan;::{Override, Study};
+/// use omni_config::{Override, Study};
+/// use omni_study::Plan;
 /// let plan = Plan::new(&Study::load("climb_map")?, &[Override::parse("duration_s=0.5")?])?;
 /// assert_eq!(plan.runs().len(), 4 * 4 * 4 * 5);
 /// assert_eq!(plan.columns().axes[1].name, "terrain_height_m");
@@ -104,8 +104,8 @@ impl Plan {
     /// As [`Plan::new`].
     ///
     /// ```
-    /// use use omni_config
-    /// use omni_study::Plan;::Study;
+    /// use omni_config::Study;
+    /// use omni_study::Plan;
     /// let mut looked_at = 0;
     /// assert_eq!(Plan::check(&Study::load("climb_map")?, |_| looked_at += 1)?, 4 * 4 * 4);
     /// assert_eq!(looked_at, 1 + 3 * 3);
@@ -175,8 +175,8 @@ impl Plan {
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
     ///
     /// ```
-    /// use use omni_config
-    /// use omni_study::Plan;::{Override, Scenario, Seeds};
+    /// use omni_config::{Override, Scenario, Seeds};
+    /// use omni_study::Plan;
     /// let points = [("terrain.height_m", 0.03), ("terrain.friction", 0.5)].map(|(key, value)| {
     ///     let replaced = vec![Override::new(key, value)];
     ///     Scenario::load("step", &replaced).map(|scenario| (replaced, scenario))

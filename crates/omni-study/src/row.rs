@@ -60,8 +60,8 @@ pub type Ended = (Outcome, Option<omni_sim::Error>);
 /// [`row`] with another way to an outcome; none says that the run was stopped.
 ///
 /// ```
-/// use use omni_config
-/// use omni_study::{Plan, row_with};::{Override, Study};
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, row_with};
 /// let plan = Plan::new(&Study::load("ensemble")?, &[])?;
 /// let row = row_with(&plan.runs()[23], |_| panic!("no ground")).expect("not stopped");
 /// assert_eq!((row.seed, row.error.as_deref()), (23, Some("panic: no ground")));

@@ -6,7 +6,7 @@ use std::sync::mpsc;
 
 use rayon::prelude::*;
 
-use crate::part::Part;
+use crate::part_writer::PartWriter;
 use crate::{Error, Row, Run, Store, row};
 
 /// What [`compute`] did.
@@ -31,13 +31,13 @@ pub fn compute(
     stop: &AtomicBool,
     watch: impl FnMut(&Row),
 ) -> Result<Computed, Error> {
-    compute_into(runs, Part::new(store), jobs, stop, watch)
+    compute_into(runs, PartWriter::new(store), jobs, stop, watch)
 }
 
 /// [`compute`], beginning with that part.
 pub(crate) fn compute_into(
     runs: &[Run],
-    part: Part<'_>,
+    part: PartWriter<'_>,
     jobs: Option<NonZeroUsize>,
     stop: &AtomicBool,
     mut watch: impl FnMut(&Row),
@@ -74,7 +74,7 @@ pub(crate) fn compute_into(
 /// Writes rows as they come, until nobody sends any. Those that come while others are written wait for one another.
 fn collect(
     receiver: &mpsc::Receiver<Row>,
-    mut part: Part<'_>,
+    mut part: PartWriter<'_>,
     watch: &mut dyn FnMut(&Row),
 ) -> Result<Computed, Error> {
     let mut computed = Computed::default();

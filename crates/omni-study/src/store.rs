@@ -8,18 +8,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use omni_config::open_regular;
 
+use crate::checksum::{self, Checksum};
 use crate::key::{Lines, VERSION};
-use crate::names::{GROWING, WHOLE, file_name, grows, io_error, named, unique, unless_gone};
-use crate::seal::{self, Seal};
-use crate::table::{self, Notes, Opened};
-use crate::union::Union;
+use crate::merged_rows::MergedRows;
+use crate::parquet_table::{self, Notes, Opened};
+use crate::part_names::{GROWING, WHOLE, file_name, grows, io_error, named, unique, unless_gone};
 use crate::{Columns, Error, Plan, Row};
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
-/// What is said of a part whose seal is broken, and of one without.
+/// What is said of a part whose checksum is broken, and of one without.
 const CHANGED: &str = "its bytes are not those that were written: its SHA-256 differs";
-const UNSEALED: &str = "it has no checksum: damaged, or written by an earlier build";
+const WITHOUT_CHECKSUM: &str = "it has no checksum: damaged, or written by an earlier build";
 
 /// What is wrong with the bytes of a part of some study, if anything; none for Parquet that is not of this program.
 ///
@@ -32,15 +32,15 @@ const UNSEALED: &str = "it has no checksum: damaged, or written by an earlier bu
 /// ```
 pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
     let mut file = open_regular(path).map_err(io_error(path))?;
-    Ok(match seal::check(&mut file).map_err(io_error(path))? {
-        Seal::Right => None,
-        Seal::Wrong => Some(CHANGED),
-        Seal::Missing => {
+    Ok(match checksum::check(&mut file).map_err(io_error(path))? {
+        Checksum::Right => None,
+        Checksum::Wrong => Some(CHANGED),
+        Checksum::Missing => {
             // What is no Parquet at all is for the reader to say.
-            let opened = table::open(file).ok();
+            let opened = parquet_table::open(file).ok();
             opened
                 .filter(|opened| opened.note("omnistep.version").is_some())
-                .map(|_| UNSEALED)
+                .map(|_| WITHOUT_CHECKSUM)
         }
     })
 }
@@ -77,9 +77,9 @@ impl Found {
 #[derive(Default)]
 struct OfBatch {
     /// All of it.
-    rows: Union,
+    rows: MergedRows,
     /// That of the whole part.
-    whole: Union,
+    whole: MergedRows,
     /// The parts that are not whole.
     growing: Vec<PathBuf>,
 }
@@ -169,7 +169,7 @@ impl Store {
     }
 
     /// The part of that name, which has all rows that it will have, is whole.
-    pub(crate) fn seal(&self, name: &str) -> Result<(), Error> {
+    pub(crate) fn checksum(&self, name: &str) -> Result<(), Error> {
         let growing = self.part(name, GROWING);
         // Whoever came to hold the folder has done it, if it is gone.
         unless_gone(fs::rename(&growing, self.part(name, WHOLE))).map_err(io_error(&growing))
@@ -239,7 +239,7 @@ impl Store {
             ("omnistep.study", self.study.clone()),
             ("omnistep.scenario", shared.collect()),
         ];
-        let bytes = table::written(&self.columns, &notes, rows).map_err(io::Error::other)?;
+        let bytes = parquet_table::written(&self.columns, &notes, rows).map_err(io::Error::other)?;
         let mut file = File::create_new(path)?;
         file.write_all(&bytes)?;
         file.sync_all()
@@ -259,7 +259,7 @@ impl Store {
     /// # Errors
     /// As [`Store::read`]; [`Error::Stopped`].
     pub fn read_until(&self, stop: &AtomicBool) -> Result<Found, Error> {
-        let (mut union, mut damaged) = (Union::default(), Vec::new());
+        let (mut union, mut damaged) = (MergedRows::default(), Vec::new());
         self.each_part(
             |_| true,
             stop,
@@ -369,18 +369,18 @@ impl Store {
             file => file.map_err(io_error(path))?,
         };
         // Before anything in it is believed.
-        let seal = seal::check(&mut file).map_err(io_error(path))?;
-        if seal == Seal::Wrong {
+        let checksum = checksum::check(&mut file).map_err(io_error(path))?;
+        if checksum == Checksum::Wrong {
             return Ok(Some(Err(CHANGED.into())));
         }
-        let opened = match table::open(file) {
+        let opened = match parquet_table::open(file) {
             Ok(opened) => opened,
             Err(error) => return Ok(Some(Err(error.to_string()))),
         };
         self.check(&opened)?;
         match opened.difference(&self.columns) {
             // Of this version and this study: only that may be told from one that is damaged.
-            Ok(None) if seal == Seal::Missing => Ok(Some(Err(UNSEALED.into()))),
+            Ok(None) if checksum == Checksum::Missing => Ok(Some(Err(WITHOUT_CHECKSUM.into()))),
             Ok(None) => Ok(Some(
                 opened.rows(&self.columns).map_err(|error| error.to_string()),
             )),

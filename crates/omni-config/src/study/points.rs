@@ -4,7 +4,7 @@ use toml::Value;
 
 use super::Study;
 use crate::load::{Override, Source, VEHICLES, dotted};
-use crate::nearest::did_you_mean;
+use crate::suggestion::did_you_mean;
 use crate::{Error, Scenario};
 
 /// A combination of the axes' values, and the scenario it makes.

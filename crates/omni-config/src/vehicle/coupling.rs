@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Vehicle;
-use crate::check::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
 use crate::load::Source;
+use crate::ranges::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
 use crate::{Error, Scenario};
 
 /// Swing of the coupled bodies against each other, were they held by nothing else \[Hz\]: far above what a vehicle does

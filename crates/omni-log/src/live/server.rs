@@ -21,9 +21,9 @@ use tokio_tungstenite::tungstenite::handshake::server::{ErrorResponse, Request, 
 use tokio_tungstenite::tungstenite::http::{HeaderValue, StatusCode, header};
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 
-use super::desk::{ClientId, Desk};
+use super::client;
 use super::guard::Guard;
-use super::viewer;
+use super::requests::{ClientId, Requests};
 
 /// How long a client may take to say what it wants.
 const HANDSHAKE: Duration = Duration::from_secs(10);
@@ -69,7 +69,7 @@ pub(super) enum Event {
 
 /// What the run, the port and every client share.
 pub(super) struct Hub {
-    pub(super) desk: Arc<Desk>,
+    pub(super) requests: Arc<Requests>,
     pub(super) steer: bool,
     pub(super) greeting: [Message; 2],
     pub(super) topics: usize,
@@ -111,7 +111,7 @@ impl Hub {
         self.send(Event::Status(Arc::new(Status::warning(format!(
             "{why}: the vehicle is told to rest"
         )))));
-        self.send(Event::Parameters(Arc::new(self.desk.parameters())));
+        self.send(Event::Parameters(Arc::new(self.requests.parameters())));
     }
 
     /// A line for whoever started the run; others must not fill the screen.
@@ -135,7 +135,7 @@ impl Server {
     /// Opens a port on 127.0.0.1, or says why not. `warn` is told what whoever started the run should know.
     pub(super) fn start(
         port: u16,
-        desk: Arc<Desk>,
+        requests: Arc<Requests>,
         topics: &[Topic],
         (steer, guard): (bool, Guard),
         warn: Box<dyn Fn(&str) + Send + Sync>,
@@ -148,7 +148,7 @@ impl Server {
         let listener = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))))?;
         let port = listener.local_addr()?.port();
         let hub = Arc::new(Hub {
-            desk,
+            requests,
             steer,
             greeting: greeting(steer, topics),
             topics: topics.len(),
@@ -277,7 +277,7 @@ async fn connect(stream: TcpStream, hub: Arc<Hub>) {
         tokio::spawn(async move {
             let _place: OwnedSemaphorePermit = place;
             let id: ClientId = hub.next.fetch_add(1, Ordering::Relaxed);
-            viewer::serve(socket, id, hub).await;
+            client::serve(socket, id, hub).await;
         });
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread};
 
-use super::bounds::{Gain, Gained, Lean, Runaway};
+use super::criteria::{Gain, Gained, Lean, Runaway};
 use super::{Outcome, Verdict};
 use crate::config::{Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;

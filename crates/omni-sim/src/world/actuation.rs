@@ -158,7 +158,7 @@ impl Actuation {
         -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
-    /// Books a physics step that has been made: angles, work, torques.
+    /// EnergyBalance a physics step that has been made: angles, work, torques.
     pub(super) fn book(
         &mut self,
         physics: &PhysicsWorld,

@@ -3,12 +3,12 @@
 use rapier3d_f64::prelude::*;
 use rapier3d_f64::utils::OrthonormalBasis;
 
-use super::books::Books;
+use super::energy_balance::EnergyBalance;
 use super::vehicle::VehicleBodies;
 use crate::observation::{ContactForce, Observation};
 
 /// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the control period, and their work to
-/// the books.
+/// the energy balance.
 ///
 /// Under the Coulomb friction model the sum over the solver's contacts of normal and tangent impulses over dt is the
 /// whole force on the wheel: it closes the vehicle's Newton balance to rounding (`tests/physics.rs`).
@@ -16,7 +16,7 @@ pub(super) fn accumulate(
     physics: &PhysicsWorld,
     vehicle: &VehicleBodies,
     share: f64,
-    books: &mut Books,
+    energy: &mut EnergyBalance,
     observation: &mut Observation,
 ) {
     let per_second = share / physics.integration_parameters.dt;
@@ -47,7 +47,7 @@ pub(super) fn accumulate(
                     let push = direction * (data.impulse * sign);
                     let rub = (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
                     let arm = if first { data.solver_dp1 } else { data.solver_dp2 };
-                    books.contact(handle, body, arm, push, rub);
+                    energy.contact(handle, body, arm, push, rub);
                     normal += push;
                     force += push + rub;
                     moment += (body.center_of_mass() + arm) * data.impulse.abs();

@@ -1,8 +1,8 @@
 //! The plant: bodies, hinges, wheels and ground in rapier. The only room that names rapier.
 
 mod actuation;
-mod books;
 mod contact;
+mod energy_balance;
 mod snapshot;
 mod terrain;
 #[cfg(test)]
@@ -16,7 +16,7 @@ use crate::Error;
 use crate::config::{Fault, RollerWheel, Scenario};
 use crate::observation::{Observation, Pose3};
 use actuation::Actuation;
-use books::Books;
+use energy_balance::EnergyBalance;
 pub(crate) use snapshot::{WorldSnapshot, WorldView};
 use terrain::Patches;
 pub use terrain::ground_heights_m;
@@ -27,7 +27,7 @@ pub(crate) struct World {
     physics: PhysicsWorld,
     vehicle: VehicleBodies,
     actuation: Actuation,
-    books: Books,
+    energy: EnergyBalance,
     patches: Option<Patches>,
     loads: Vec<Load>,
     steps_per_period: u64,
@@ -86,7 +86,7 @@ impl World {
             AngVector::new(0.0, 0.0, place.heading_rad + yaw_rad),
         );
         let vehicle = VehicleBodies::insert(&mut physics, scenario, &rollers, start);
-        // Masses are known from here on: the books need them.
+        // Masses are known from here on: the energy balance need them.
         let handles: Vec<_> = physics.bodies.iter().map(|(handle, _)| handle).collect();
         for handle in handles {
             physics.bodies[handle].recompute_mass_properties_from_colliders(&physics.colliders);
@@ -109,7 +109,7 @@ impl World {
         });
         Self {
             actuation: Actuation::new(scenario, physics.integration_parameters.dt),
-            books: Books::new(&physics),
+            energy: EnergyBalance::new(&physics),
             patches: patches.map(Patches),
             loads: loads.collect(),
             physics,
@@ -149,7 +149,7 @@ impl World {
             self.add_loads();
             self.actuation
                 .apply(&mut self.physics, &self.vehicle, time_s, torques_n_m);
-            self.books.open(&self.physics);
+            self.energy.open(&self.physics);
             match &self.patches {
                 Some(patches) => self.physics.step_with_events(patches, &()),
                 None => self.physics.step(),
@@ -164,8 +164,8 @@ impl World {
             }
             self.actuation
                 .book(&self.physics, &self.vehicle, time_s, share, observation);
-            contact::accumulate(&self.physics, &self.vehicle, share, &mut self.books, observation);
-            self.books.joints(&self.physics);
+            contact::accumulate(&self.physics, &self.vehicle, share, &mut self.energy, observation);
+            self.energy.joints(&self.physics);
         }
         if let Some((part, gap_m)) = self.vehicle.torn(&self.physics) {
             self.failed = Some(Failure::FellApart {
@@ -176,7 +176,7 @@ impl World {
         }
         self.observe(observation);
         let period_s = (self.steps_per_period * self.step_ns) as f64 * 1e-9;
-        self.books
+        self.energy
             .close(&self.physics, &self.actuation, period_s, observation);
         self.check()
     }
@@ -196,7 +196,7 @@ impl World {
     fn add_loads(&mut self) {
         let Self {
             loads,
-            books,
+            energy,
             physics,
             time_ns,
             ..
@@ -206,7 +206,7 @@ impl World {
             .filter(|load| !load.done && *time_ns >= load.from_ns)
         {
             load.done = true;
-            books.around(physics, |physics| {
+            energy.around(physics, |physics| {
                 let body = &mut physics.bodies[load.body];
                 let (centre, turning) = (body.center_of_mass(), body.angvel());
                 let point = MassProperties::new(load.at_m, load.mass_kg, AngVector::ZERO);
@@ -229,8 +229,9 @@ impl World {
     }
 
     /// The energies at the start; nothing has moved yet.
-    pub(crate) fn open_books(&mut self, observation: &mut Observation) {
-        self.books.close(&self.physics, &self.actuation, 0.0, observation);
+    pub(crate) fn start_energy_balance(&mut self, observation: &mut Observation) {
+        self.energy
+            .close(&self.physics, &self.actuation, 0.0, observation);
     }
 
     /// Writes the present poses and velocities; leaves the contact averages alone.

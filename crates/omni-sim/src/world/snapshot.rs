@@ -3,14 +3,14 @@
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{World, actuation, books};
+use super::{World, actuation, energy_balance};
 
 /// Everything of a world that changes while it runs.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct WorldSnapshot {
     physics: PhysicsWorld,
     actuation: actuation::State,
-    books: books::State,
+    energy: energy_balance::State,
     time_ns: u64,
     loads_done: Vec<bool>,
 }
@@ -20,7 +20,7 @@ pub(crate) struct WorldSnapshot {
 pub(crate) struct WorldView<'a> {
     physics: &'a PhysicsWorld,
     actuation: &'a actuation::State,
-    books: books::State,
+    energy: energy_balance::State,
     time_ns: u64,
     loads_done: Vec<bool>,
 }
@@ -31,7 +31,7 @@ impl World {
         WorldView {
             physics: &self.physics,
             actuation: self.actuation.state(),
-            books: self.books.state(),
+            energy: self.energy.state(),
             time_ns: self.time_ns,
             loads_done: self.loads.iter().map(|load| load.done).collect(),
         }
@@ -47,7 +47,7 @@ impl World {
             }
         }
         self.actuation.restore(snapshot.actuation);
-        self.books.restore(snapshot.books);
+        self.energy.restore(snapshot.energy);
         self.time_ns = snapshot.time_ns;
         for (load, done) in self.loads.iter_mut().zip(snapshot.loads_done) {
             load.done = done;

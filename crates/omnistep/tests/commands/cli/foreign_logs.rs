@@ -12,7 +12,7 @@ use toml::{Table, Value};
 
 use super::logs::{copied, logged};
 use super::omnistep;
-use super::others::refused_soon;
+use super::untrusted_files::refused_soon;
 
 /// As [`refused`](super::refused), within 1 GB of address space: what asks for more is ended by a signal.
 fn refused_small(folder: &Path, args: &str) -> String {

@@ -4,13 +4,13 @@ mod balls;
 mod files;
 mod foreign_logs;
 mod logs;
-mod others;
+mod messages;
 mod refusals;
 mod results;
 mod rollers;
 mod side_by_side;
 mod stopped;
-mod told;
+mod untrusted_files;
 
 use std::path::Path;
 use std::process::Output;

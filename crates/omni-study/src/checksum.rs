@@ -13,12 +13,12 @@ use crate::key::hex;
 const BEFORE: &[u8] = b"PAR1";
 const NAME: &[u8] = b"omnistep sha256 ";
 const DIGITS: usize = 64;
-/// Bytes that a seal takes behind `PAR1`, its last one the end of the line.
+/// Bytes that a checksum takes behind `PAR1`, its last one the end of the line.
 const BYTES: usize = NAME.len() + DIGITS + 1;
 
-/// What a part's seal says.
+/// What a part's checksum says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Seal {
+pub(crate) enum Checksum {
     /// The bytes are those that were written.
     Right,
     /// They are not.
@@ -27,12 +27,12 @@ pub(crate) enum Seal {
     Missing,
 }
 
-/// The place of a seal, to be written behind `PAR1`.
+/// The place of a checksum, to be written behind `PAR1`.
 pub(crate) fn empty() -> [u8; BYTES] {
     [b' '; BYTES]
 }
 
-/// Writes the seal of a whole file in its place.
+/// Writes the checksum of a whole file in its place.
 pub(crate) fn close(bytes: &mut [u8]) {
     let Some((head, rest)) = bytes.split_at_mut_checked(BEFORE.len() + BYTES) else {
         return;
@@ -42,22 +42,22 @@ pub(crate) fn close(bytes: &mut [u8]) {
 }
 
 /// Reads a whole file and says whether it is as it was written.
-pub(crate) fn check(file: &mut impl Read) -> io::Result<Seal> {
+pub(crate) fn check(file: &mut impl Read) -> io::Result<Checksum> {
     let mut head = [0; BEFORE.len() + BYTES];
     match file.read_exact(&mut head) {
-        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(Seal::Missing),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(Checksum::Missing),
         read => read?,
     }
-    let (before, seal) = head.split_at(BEFORE.len());
-    if before != BEFORE || !seal.starts_with(NAME) {
-        return Ok(Seal::Missing);
+    let (before, checksum) = head.split_at(BEFORE.len());
+    if before != BEFORE || !checksum.starts_with(NAME) {
+        return Ok(Checksum::Missing);
     }
     let mut digest = Sha256::new();
     io::copy(file, &mut digest)?;
-    Ok(if seal == line(&digest.finalize()) {
-        Seal::Right
+    Ok(if checksum == line(&digest.finalize()) {
+        Checksum::Right
     } else {
-        Seal::Wrong
+        Checksum::Wrong
     })
 }
 

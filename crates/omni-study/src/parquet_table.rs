@@ -14,7 +14,7 @@ use parquet::record::Field;
 use parquet::schema::types::Type;
 
 use crate::key::VERSION;
-use crate::{Cell, Column, Columns, Kind, Row, seal};
+use crate::{Cell, Column, Columns, Kind, Row, checksum};
 
 /// Texts that go with a file, by name.
 pub(crate) type Notes = Vec<(&'static str, String)>;
@@ -30,7 +30,7 @@ pub(crate) fn written(columns: &Columns, notes: &Notes, rows: &[Row]) -> Result<
         .set_key_value_metadata(Some(notes.collect()))
         .build();
     let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema(columns)?), Arc::new(properties))?;
-    writer.write_all(&seal::empty())?;
+    writer.write_all(&checksum::empty())?;
     let mut group = writer.next_row_group()?;
     let all = columns.all();
     let cells: Vec<Vec<Cell>> = rows.iter().map(Row::cells).collect();
@@ -82,7 +82,7 @@ pub(crate) fn written(columns: &Columns, notes: &Notes, rows: &[Row]) -> Result<
     }
     group.close()?;
     let mut bytes = writer.into_inner()?;
-    seal::close(&mut bytes);
+    checksum::close(&mut bytes);
     Ok(bytes)
 }
 

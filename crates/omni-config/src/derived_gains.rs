@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::check::{Bounded, GAIN};
+use crate::ranges::{Bounded, GAIN};
 use crate::{Error, Gains, Vehicle};
 
 /// How soon a wheel follows, unless something below asks for more time \[s\]: at once for a person who drives, and twenty times

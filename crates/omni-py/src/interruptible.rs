@@ -15,15 +15,15 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C, which sets the flag that
 /// the work gets.
-pub(crate) fn attended<T: Send, E: Into<Error> + Send>(
+pub(crate) fn interruptible<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    watched(py, None, |stop, _heard| work(stop))
+    with_progress(py, None, |stop, _heard| work(stop))
 }
 
-/// [`attended`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.
-pub(crate) fn watched<T: Send, E: Into<Error> + Send>(
+/// [`interruptible`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.
+pub(crate) fn with_progress<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     watch: Option<Py<PyAny>>,
     work: impl FnOnce(&AtomicBool, Sender<bool>) -> Result<T, E> + Send,

@@ -25,13 +25,13 @@ pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
 pub(super) type ClientId = u64;
 
 /// Where the threads of clients leave what the run's thread takes.
-pub(super) struct Desk {
-    papers: Mutex<Papers>,
+pub(super) struct Requests {
+    pending: Mutex<Pending>,
     /// Held by who changes the scenario, never by the run: checking one with a picture of a ground inside takes longer than a period.
     setting: Mutex<()>,
 }
 
-struct Papers {
+struct Pending {
     scenario: Arc<Scenario>,
     command: Command,
     changed: bool,
@@ -48,28 +48,28 @@ enum Command {
     Rest,
 }
 
-impl Desk {
+impl Requests {
     pub(super) fn new(scenario: &Scenario) -> Self {
-        let papers = Papers {
+        let pending = Pending {
             scenario: Arc::new(scenario.clone()),
             command: Command::Scenario,
             changed: false,
             subscribed: false,
         };
         Self {
-            papers: Mutex::new(papers),
+            pending: Mutex::new(pending),
             setting: Mutex::new(()),
         }
     }
 
     /// Nobody panics while writing; if somebody did, what is there is still whole.
-    fn papers(&self) -> MutexGuard<'_, Papers> {
-        self.papers.lock().unwrap_or_else(PoisonError::into_inner)
+    fn pending(&self) -> MutexGuard<'_, Pending> {
+        self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The twist that clients want; none: the scenario's.
     pub(super) fn command(&self) -> Option<BodyTwist<f64>> {
-        match self.papers().command {
+        match self.pending().command {
             Command::Scenario => None,
             Command::Client(_, _, twist) => Some(twist),
             Command::Rest => Some(BodyTwist::zero()),
@@ -87,33 +87,33 @@ impl Desk {
     }
 
     fn rest_if(&self, ends: impl Fn(ClientId, Instant) -> bool) -> bool {
-        let mut papers = self.papers();
-        let ended = matches!(papers.command, Command::Client(who, at, _) if ends(who, at));
+        let mut pending = self.pending();
+        let ended = matches!(pending.command, Command::Client(who, at, _) if ends(who, at));
         if ended {
-            papers.command = Command::Rest;
+            pending.command = Command::Rest;
         }
         ended
     }
 
     /// The scenario with what was changed since the last time.
     pub(super) fn take_changed(&self) -> Option<Arc<Scenario>> {
-        let mut papers = self.papers();
-        std::mem::take(&mut papers.changed).then(|| papers.scenario.clone())
+        let mut pending = self.pending();
+        std::mem::take(&mut pending.changed).then(|| pending.scenario.clone())
     }
 
     /// A client subscribed to something.
     pub(super) fn subscribe(&self) {
-        self.papers().subscribed = true;
+        self.pending().subscribed = true;
     }
 
     /// Did a client subscribe to something since the last time?
     pub(super) fn take_subscribed(&self) -> bool {
-        std::mem::take(&mut self.papers().subscribed)
+        std::mem::take(&mut self.pending().subscribed)
     }
 
     /// The parameters as they are now.
     pub(super) fn parameters(&self) -> Vec<Parameter> {
-        self.papers().parameters()
+        self.pending().parameters()
     }
 
     /// Sets what is allowed of a client's parameters; why not the rest.
@@ -125,7 +125,7 @@ impl Desk {
         set.filter_map(Result::err).collect()
     }
 
-    /// Sets a parameter, or says why not. Checked without the papers, which the run looks at every period.
+    /// Sets a parameter, or says why not. Checked without the pending, which the run looks at every period.
     fn set_one(&self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
         let name = parameter.name.as_str();
         let number = || match parameter.value {
@@ -134,15 +134,15 @@ impl Desk {
             ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
         };
         let (scenario, twist) = {
-            let papers = self.papers();
-            (papers.scenario.clone(), papers.twist())
+            let pending = self.pending();
+            (pending.scenario.clone(), pending.twist())
         };
         let with = match name {
             VX | VY | WZ => {
                 let mut twist = twist.to_array();
                 twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
                 let twist = allowed(&scenario, twist)?;
-                self.papers().command = Command::Client(who, now, twist);
+                self.pending().command = Command::Client(who, now, twist);
                 return Ok(());
             }
             POLICY => match &parameter.value {
@@ -157,9 +157,9 @@ impl Desk {
             }
         };
         let changed = Arc::new(checked(&scenario, &[with])?);
-        let mut papers = self.papers();
-        papers.scenario = changed;
-        papers.changed = true;
+        let mut pending = self.pending();
+        pending.scenario = changed;
+        pending.changed = true;
         Ok(())
     }
 
@@ -171,15 +171,15 @@ impl Desk {
         payload: &[u8],
         now: Instant,
     ) -> Result<(), String> {
-        // Checked without the papers, which the run looks at every period.
-        let scenario = self.papers().scenario.clone();
+        // Checked without the pending, which the run looks at every period.
+        let scenario = self.pending().scenario.clone();
         let twist = allowed(&scenario, twist(published, payload)?)?;
-        self.papers().command = Command::Client(who, now, twist);
+        self.pending().command = Command::Client(who, now, twist);
         Ok(())
     }
 }
 
-impl Papers {
+impl Pending {
     /// What the vehicle is told: a client's twist, else the scenario's.
     fn twist(&self) -> BodyTwist<f64> {
         let own = &self.scenario.command;
@@ -264,76 +264,78 @@ mod tests {
         }
     }
 
-    fn desk() -> Desk {
-        Desk::new(&Scenario::load("flat", &[]).expect("built-in"))
+    fn requests() -> Requests {
+        Requests::new(&Scenario::load("flat", &[]).expect("built-in"))
     }
 
-    fn commanded(desk: &Desk) -> Option<f64> {
-        desk.command().map(|twist| twist.vx_m_s)
+    fn commanded(requests: &Requests) -> Option<f64> {
+        requests.command().map(|twist| twist.vx_m_s)
     }
 
     #[test]
     fn a_command_holds_for_half_a_second_after_its_last_message_and_then_the_vehicle_rests() {
-        let (desk, start) = (desk(), Instant::now());
+        let (requests, start) = (requests(), Instant::now());
         let after = |seconds| start + Duration::from_secs_f64(seconds);
         assert!(
-            commanded(&desk).is_none() && !desk.time_out(after(100.0)),
+            commanded(&requests).is_none() && !requests.time_out(after(100.0)),
             "the scenario's own does not end"
         );
         // By message and by parameter alike; each starts the time anew.
-        desk.publish(1, &json(), AHEAD, after(0.0)).expect("a twist");
-        assert!(!desk.time_out(after(0.5)) && commanded(&desk) == Some(-0.3));
+        requests.publish(1, &json(), AHEAD, after(0.0)).expect("a twist");
+        assert!(!requests.time_out(after(0.5)) && commanded(&requests) == Some(-0.3));
         assert_eq!(
-            desk.set(1, &[Parameter::float64(VX, 0.2)], after(0.5)),
+            requests.set(1, &[Parameter::float64(VX, 0.2)], after(0.5)),
             Vec::<String>::new()
         );
-        assert!(!desk.time_out(after(1.0)) && commanded(&desk) == Some(0.2));
-        assert!(desk.time_out(after(1.001)) && commanded(&desk) == Some(0.0));
+        assert!(!requests.time_out(after(1.0)) && commanded(&requests) == Some(0.2));
+        assert!(requests.time_out(after(1.001)) && commanded(&requests) == Some(0.0));
         // Said once; not back to the scenario's command; a later command moves the vehicle again.
-        assert!(!desk.time_out(after(2.0)) && commanded(&desk) == Some(0.0));
-        assert_eq!(desk.parameters()[0], Parameter::float64(VX, 0.0));
-        desk.publish(1, &json(), AHEAD, after(3.0)).expect("a twist");
-        assert_eq!(commanded(&desk), Some(-0.3));
+        assert!(!requests.time_out(after(2.0)) && commanded(&requests) == Some(0.0));
+        assert_eq!(requests.parameters()[0], Parameter::float64(VX, 0.0));
+        requests.publish(1, &json(), AHEAD, after(3.0)).expect("a twist");
+        assert_eq!(commanded(&requests), Some(-0.3));
     }
 
     #[test]
     fn what_is_refused_does_not_keep_a_command_alive() {
-        let (desk, start) = (desk(), Instant::now());
+        let (requests, start) = (requests(), Instant::now());
         let late = start + Duration::from_millis(400);
-        desk.publish(1, &json(), AHEAD, start).expect("a twist");
-        assert!(desk.publish(1, &json(), b"{", late).is_err());
+        requests.publish(1, &json(), AHEAD, start).expect("a twist");
+        assert!(requests.publish(1, &json(), b"{", late).is_err());
         assert_eq!(
-            desk.set(
-                1,
-                &[Parameter::float64(VX, 1e9), Parameter::float64("x", 0.0)],
-                late
-            )
-            .len(),
+            requests
+                .set(
+                    1,
+                    &[Parameter::float64(VX, 1e9), Parameter::float64("x", 0.0)],
+                    late
+                )
+                .len(),
             2
         );
         assert!(
-            desk.set(1, &[Parameter::string(POLICY, "paper")], late)
+            requests
+                .set(1, &[Parameter::string(POLICY, "paper")], late)
                 .is_empty()
         );
-        assert!(desk.time_out(start + Duration::from_millis(501)));
+        assert!(requests.time_out(start + Duration::from_millis(501)));
     }
 
     #[test]
     fn a_setting_is_checked_while_the_run_goes_on_taking_its_command() {
         // Its picture is read anew for every setting.
         let scenario = Scenario::load("height_map", &[]).expect("built-in");
-        let desk = Desk::new(&scenario);
+        let requests = Requests::new(&scenario);
         let (done, mut looks, mut held) = (AtomicBool::new(false), 0, 0);
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 for k in 0..100 {
                     let torque = Parameter::float64(TORQUE, 1.0 + f64::from(k) / 100.0);
-                    assert!(desk.set(1, &[torque], Instant::now()).is_empty());
+                    assert!(requests.set(1, &[torque], Instant::now()).is_empty());
                 }
                 done.store(true, Ordering::SeqCst);
             });
             while !done.load(Ordering::SeqCst) {
-                (looks, held) = (looks + 1, held + u32::from(desk.papers.try_lock().is_err()));
+                (looks, held) = (looks + 1, held + u32::from(requests.pending.try_lock().is_err()));
                 std::thread::yield_now();
             }
         });
@@ -343,25 +345,26 @@ mod tests {
 
     #[test]
     fn a_command_goes_with_its_client_and_settings_stay() {
-        let (desk, now) = (desk(), Instant::now());
-        desk.publish(1, &json(), AHEAD, now).expect("a twist");
+        let (requests, now) = (requests(), Instant::now());
+        requests.publish(1, &json(), AHEAD, now).expect("a twist");
         assert!(
-            desk.set(
-                1,
-                &[
-                    Parameter::string(POLICY, "paper"),
-                    Parameter::float64(TORQUE, 1.25)
-                ],
-                now
-            )
-            .is_empty()
+            requests
+                .set(
+                    1,
+                    &[
+                        Parameter::string(POLICY, "paper"),
+                        Parameter::float64(TORQUE, 1.25)
+                    ],
+                    now
+                )
+                .is_empty()
         );
         assert!(
-            !desk.leave(2) && commanded(&desk) == Some(-0.3),
+            !requests.leave(2) && commanded(&requests) == Some(-0.3),
             "another client's going changes nothing"
         );
-        assert!(desk.leave(1) && commanded(&desk) == Some(0.0));
-        let changed = desk.take_changed().expect("settings");
+        assert!(requests.leave(1) && commanded(&requests) == Some(0.0));
+        let changed = requests.take_changed().expect("settings");
         assert_eq!(
             (
                 changed.control.policy.as_str(),
@@ -370,8 +373,8 @@ mod tests {
             ("paper", 1.25)
         );
         // Whoever commanded last is the one whose going counts.
-        desk.publish(1, &json(), AHEAD, now).expect("a twist");
-        desk.publish(2, &json(), AHEAD, now).expect("a twist");
-        assert!(!desk.leave(1) && desk.leave(2));
+        requests.publish(1, &json(), AHEAD, now).expect("a twist");
+        requests.publish(2, &json(), AHEAD, now).expect("a twist");
+        assert!(!requests.leave(1) && requests.leave(2));
     }
 }

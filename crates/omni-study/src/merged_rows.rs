@@ -6,9 +6,9 @@ use crate::Row;
 
 /// Rows by their keys, from several parts: one without an error before one with.
 #[derive(Debug, Default)]
-pub(crate) struct Union(BTreeMap<String, Row>);
+pub(crate) struct MergedRows(BTreeMap<String, Row>);
 
-impl Union {
+impl MergedRows {
     pub(crate) fn add(&mut self, rows: Vec<Row>) {
         for row in rows {
             let known = self.0.get(&row.key);

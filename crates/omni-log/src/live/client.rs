@@ -17,7 +17,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 
-use super::desk::{ClientId, Published};
+use super::requests::{ClientId, Published};
 use super::server::{Event, Hub};
 use crate::topic;
 
@@ -49,7 +49,7 @@ pub(super) async fn serve(socket: Socket, id: ClientId, hub: Arc<Hub>) {
         () = viewer.write(to, inbox, events) => {}
         () = viewer.read(from) => {}
     }
-    if viewer.hub.desk.leave(id) {
+    if viewer.hub.requests.leave(id) {
         viewer.hub.rests("who commanded is gone");
     }
     let wanted = viewer.wants().topics.clone();
@@ -178,7 +178,7 @@ impl Viewer {
             ClientMessage::Unadvertise(message) => {
                 let before = announced.len();
                 announced.retain(|id, _| !message.channel_ids.contains(id));
-                if announced.len() < before && self.hub.desk.leave(self.id) {
+                if announced.len() < before && self.hub.requests.leave(self.id) {
                     self.hub.rests("who commanded publishes no longer");
                 }
                 Ok(())
@@ -189,7 +189,7 @@ impl Viewer {
                 };
                 match self
                     .hub
-                    .desk
+                    .requests
                     .publish(self.id, published, &message.data, Instant::now())
                 {
                     Ok(()) => Ok(()),
@@ -197,15 +197,18 @@ impl Viewer {
                 }
             }
             ClientMessage::GetParameters(message) => {
-                let mut all = self.hub.desk.parameters();
+                let mut all = self.hub.requests.parameters();
                 let names = message.parameter_names;
                 all.retain(|parameter| names.is_empty() || names.contains(&parameter.name));
                 self.answer(&parameters(all, message.id))
             }
             ClientMessage::SetParameters(message) => {
-                let refused = self.hub.desk.set(self.id, &message.parameters, Instant::now());
+                let refused = self
+                    .hub
+                    .requests
+                    .set(self.id, &message.parameters, Instant::now());
                 refused.iter().try_for_each(|why| self.refuse(why))?;
-                let now = self.hub.desk.parameters();
+                let now = self.hub.requests.parameters();
                 self.hub.send(Event::Parameters(Arc::new(now.clone())));
                 message
                     .id
@@ -214,7 +217,7 @@ impl Viewer {
             ClientMessage::SubscribeParameterUpdates(message) => {
                 let known: Vec<String> = self
                     .hub
-                    .desk
+                    .requests
                     .parameters()
                     .into_iter()
                     .map(|parameter| parameter.name)
@@ -248,7 +251,7 @@ impl Viewer {
             Some(wanted) => {
                 *wanted = Some(subscription.id);
                 self.hub.wanted(topic, true);
-                self.hub.desk.subscribe();
+                self.hub.requests.subscribe();
                 return Ok(());
             }
         };

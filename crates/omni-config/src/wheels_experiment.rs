@@ -5,12 +5,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::check::{
+use crate::file_kind::FileKind;
+use crate::load::{Override, Source, read};
+use crate::ranges::{
     DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name,
     within,
 };
-use crate::file_kind::FileKind;
-use crate::load::{Override, Source, read};
 use crate::vehicle::Gains;
 
 /// Three motors, each with an inertia, a friction and dampers that come and go.

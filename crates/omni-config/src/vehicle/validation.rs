@@ -4,7 +4,7 @@
 use super::Vehicle;
 use crate::Error;
 use crate::load::Source;
-use crate::nearest::did_you_mean;
+use crate::suggestion::did_you_mean;
 use crate::wheel_spec::{WheelContact, WheelSpec};
 
 impl Vehicle {
@@ -74,7 +74,7 @@ impl Vehicle {
                 .map_err(|(key, message)| source.refuse(key, message))?;
         }
         self.check_couplings(source)?;
-        crate::control::check_layout(self).map_err(|error| {
+        crate::controller::check_layout(self).map_err(|error| {
             let key = error
                 .index
                 .map_or_else(|| "wheel".to_owned(), |i| format!("wheel[{i}]"));

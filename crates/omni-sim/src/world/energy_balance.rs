@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::actuation::Actuation;
 use crate::observation::{Energy, Observation};
 
-/// The books of a world.
-pub(super) struct Books {
+/// The energy balance of a world.
+pub(super) struct EnergyBalance {
     state: State,
     joints: Vec<Joint>,
     /// One entry a body, by its index in the world.
@@ -56,7 +56,7 @@ fn index(handle: RigidBodyHandle) -> usize {
     handle.into_raw_parts().0 as usize
 }
 
-impl Books {
+impl EnergyBalance {
     pub(super) fn new(physics: &PhysicsWorld) -> Self {
         // Joints are made from the base outwards: backwards, every joint comes before the one it hangs on.
         let mut joints: Vec<_> = physics

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use crate::names::unique;
+use crate::part_names::unique;
 use crate::{Error, Row, Store};
 
 /// A part is whole when it has this many rows or was begun that long ago. Until then it has a name that other programs do
@@ -12,7 +12,7 @@ const MOST_ROWS: usize = 1000;
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// The part that rows are added to.
-pub(crate) struct Part<'a> {
+pub(crate) struct PartWriter<'a> {
     store: &'a Store,
     name: Option<String>,
     rows: Vec<Row>,
@@ -26,7 +26,7 @@ struct OfBatch {
     keys: BTreeSet<String>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> PartWriter<'a> {
     /// Parts of its own, one after the other.
     pub(crate) fn new(store: &'a Store) -> Self {
         Self {
@@ -67,6 +67,6 @@ impl<'a> Part<'a> {
             return self.store.seal_batch(&batch.name, &batch.keys);
         }
         self.rows.clear();
-        self.name.take().map_or(Ok(()), |name| self.store.seal(&name))
+        self.name.take().map_or(Ok(()), |name| self.store.checksum(&name))
     }
 }
