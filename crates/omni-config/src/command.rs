@@ -2,31 +2,34 @@
 
 use garde::Validate;
 use omni_core::{BodyTwist, PlanarPose, WorldTwist};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
 
 /// Where the vehicle stands at the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Start {
     /// World x \[m\], -100 to 100: the phase at which wheels meet the obstacle.
     #[garde(custom(within(PLACE_M)))]
-    #[schemars(range(min = PLACE_M.min, max = PLACE_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub x_m: f64,
     /// World y \[m\], -100 to 100 (left is +).
     #[garde(custom(within(PLACE_M)))]
-    #[schemars(range(min = PLACE_M.min, max = PLACE_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub y_m: f64,
     /// Heading \[rad\], counter-clockwise from world x, -3.2 to 3.2: 0 meets the obstacle head-on.
     #[garde(custom(within(TURN_RAD)))]
-    #[schemars(range(min = TURN_RAD.min, max = TURN_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TURN_RAD.min, max = TURN_RAD.max)))]
     pub heading_rad: f64,
 }
 
 /// The axes of a command.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum CommandFrame {
     /// The vehicle's: forward is where it looks.
@@ -37,24 +40,25 @@ pub enum CommandFrame {
 }
 
 /// A twist, reached on a ramp, and others after it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Command {
     /// Forward \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vx_m_s: f64,
     /// Left \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vy_m_s: f64,
     /// Counter-clockwise \[rad/s\], -1000 to 1000.
     #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
     pub wz_rad_s: f64,
     /// Time from rest to the whole twist \[s\], 0 to 3600.
     #[garde(custom(within(TIME_S)))]
-    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub ramp_s: f64,
     /// Axes that forward and left mean.
     #[serde(default)]
@@ -63,34 +67,35 @@ pub struct Command {
     /// Later twists, in the order of their times.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(custom(counted(0, 1000)), dive)]
-    #[schemars(length(max = 1000))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
     pub then: Vec<Then>,
 }
 
 /// A twist that takes over from the one before.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Then {
     /// When it begins \[s\], 0 to 3600; after the one before it.
     #[garde(custom(within(TIME_S)))]
-    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub at_s: f64,
     /// Forward \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vx_m_s: f64,
     /// Left \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vy_m_s: f64,
     /// Counter-clockwise \[rad/s\], -1000 to 1000.
     #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
     pub wz_rad_s: f64,
     /// Time from the twist at `at_s` to this one \[s\], 0 to 3600.
     #[serde(default)]
     #[garde(custom(within(TIME_S)))]
-    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub ramp_s: f64,
 }
 

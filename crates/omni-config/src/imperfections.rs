@@ -2,70 +2,76 @@
 
 use garde::Validate;
 use omni_core::HeadingHoldConfig;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Vehicle;
+#[cfg(feature = "schema")]
+use crate::ranges::NAME;
 use crate::ranges::{
     BIAS_RAD_S, DAMPING_N_M_S_RAD, DELAY_US, ENCODER_COUNTS, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S,
-    HOLD_PER_S, LAG_S, MASS_KG, NAME, PLACE_M, SAG, SPEED_RAD_S, TIME_S, is_name, within,
+    HOLD_PER_S, LAG_S, MASS_KG, PLACE_M, SAG, SPEED_RAD_S, TIME_S, is_name, within,
 };
 use crate::suggestion::did_you_mean;
 use crate::tagged::deserialize_by_kind;
 
 /// Encoders and the gyro; ideal by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
     /// counts of the last control period over the period.
     #[garde(custom(within(ENCODER_COUNTS)))]
-    #[schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max)))]
     pub encoder_counts: u32,
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
     #[garde(custom(within(ENCODER_NOISE_RAD_S)))]
-    #[schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max)))]
     pub encoder_noise_rad_s: f64,
     /// Age of what the controller is given, gyro included \[us\], a multiple of the control period, up to 100000.
     #[garde(custom(within(DELAY_US)))]
-    #[schemars(range(min = DELAY_US.min, max = DELAY_US.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DELAY_US.min, max = DELAY_US.max)))]
     pub delay_us: u64,
     /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
     #[garde(custom(within(GYRO_NOISE_RAD_S)))]
-    #[schemars(range(min = GYRO_NOISE_RAD_S.min, max = GYRO_NOISE_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GYRO_NOISE_RAD_S.min, max = GYRO_NOISE_RAD_S.max)))]
     pub gyro_noise_rad_s: f64,
     /// Constant error of the gyro's rate \[rad/s\], -1 to 1.
     #[garde(custom(within(BIAS_RAD_S)))]
-    #[schemars(range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max)))]
     pub gyro_bias_rad_s: f64,
 }
 
 /// What lies between the torque commanded and the torque at the wheel; nothing by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Actuators {
     /// Time constant of the torque, first order \[s\], 0 to 1.
     #[garde(custom(within(LAG_S)))]
-    #[schemars(range(min = LAG_S.min, max = LAG_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LAG_S.min, max = LAG_S.max)))]
     pub torque_lag_s: f64,
     /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that. The
     /// motors' torque-speed line falls with the voltage, and the controller does not know.
     #[garde(custom(within(SAG)))]
-    #[schemars(range(min = SAG.min, max = SAG.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SAG.min, max = SAG.max)))]
     pub voltage_sag: f64,
 }
 
 /// An outer loop that holds the heading: the commanded yaw rate, integrated, against a gyro's, integrated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct HeadingHold {
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0.001 to 100.
     #[garde(custom(within(HOLD_PER_S)))]
-    #[schemars(range(min = HOLD_PER_S.min, max = HOLD_PER_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = HOLD_PER_S.min, max = HOLD_PER_S.max)))]
     pub gain_per_s: f64,
     /// Largest correction \[rad/s\], 0.001 to 1000.
     #[garde(custom(within(SPEED_RAD_S)))]
-    #[schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
     pub limit_rad_s: f64,
 }
 
@@ -82,78 +88,79 @@ impl HeadingHold {
 }
 
 /// Something that goes wrong at a time and, where it says so, ends again.
-#[derive(Clone, Debug, PartialEq, Serialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Fault {
     /// A motor gives no torque any more; its wheel turns freely.
     WheelLost {
         /// The wheel's name.
         #[garde(custom(is_name))]
-        #[schemars(regex(pattern = NAME))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
         /// From this time \[s\], 0 to 3600.
         #[garde(custom(within(TIME_S)))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         from_s: f64,
         /// Until this time \[s\]; left out: to the end.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[garde(inner(custom(within(TIME_S))))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
     /// A wheel drags, as in section 3.3 of the paper: a torque against its turning.
     WheelDrag {
         /// The wheel's name.
         #[garde(custom(is_name))]
-        #[schemars(regex(pattern = NAME))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
         /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
         #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-        #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
         damper_n_m_s_rad: f64,
         /// From this time \[s\], 0 to 3600.
         #[garde(custom(within(TIME_S)))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         from_s: f64,
         /// Until this time \[s\]; left out: to the end.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[garde(inner(custom(within(TIME_S))))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
     /// An encoder goes on reading what it last read.
     EncoderStuck {
         /// The wheel's name.
         #[garde(custom(is_name))]
-        #[schemars(regex(pattern = NAME))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
         /// From this time \[s\], 0 to 3600.
         #[garde(custom(within(TIME_S)))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         from_s: f64,
         /// Until this time \[s\]; left out: to the end.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[garde(inner(custom(within(TIME_S))))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
     /// A mass put on a body, at rest with it, for good.
     LoadAdded {
         /// The body's name.
         #[garde(custom(is_name))]
-        #[schemars(regex(pattern = NAME))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         body: String,
         /// Mass \[kg\], 0.001 to 10000.
         #[garde(custom(within(MASS_KG)))]
-        #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
         mass_kg: f64,
         /// Its place in the vehicle's frame as the vehicle stands on flat ground \[m\], -100 to 100.
         #[garde(custom(within(PLACE_M)))]
-        #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
+        #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
         at_m: [f64; 3],
         /// From this time \[s\], 0 to 3600.
         #[garde(custom(within(TIME_S)))]
-        #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         from_s: f64,
     },
 }

@@ -28,6 +28,7 @@ mod rest;
 mod roller_wheel;
 mod rollers;
 mod scenario;
+#[cfg(feature = "schema")]
 mod schema;
 mod shortened;
 mod study;

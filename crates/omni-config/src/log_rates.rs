@@ -1,39 +1,41 @@
 //! How often a run's log has messages.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{LOG_HZ, within};
 
 /// Messages a second of each topic; 0: none; more than control periods: one a period.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LogRates {
     /// `/vehicle_state` \[Hz\], 0 to 1e6; left out: every control period, which replay asks for.
     #[garde(inner(custom(within(LOG_HZ))))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vehicle_state_hz: Option<f64>,
     /// `/tf` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub tf_hz: f64,
     /// `/joint_states` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub joint_states_hz: f64,
     /// `/odom` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub odom_hz: f64,
     /// `/cmd_vel` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub cmd_vel_hz: f64,
     /// `/markers` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
-    #[schemars(range(min = LOG_HZ.min, max = LOG_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub markers_hz: f64,
 }
 

@@ -1,6 +1,7 @@
 //! How finely to simulate, `[physics]` of a scenario.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,30 +9,31 @@ use crate::ranges::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIO
 use crate::rollers::WheelModel;
 
 /// How finely to simulate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Physics {
     /// Physics step \[us\], 1 to 100000.
     #[garde(custom(within(PERIOD_US)))]
-    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub step_us: u64,
     /// Solver iterations a step of the engine, 1 to 100. Left out: 8, and more where a step is longer
     /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(ITERATIONS))))]
-    #[schemars(range(min = ITERATIONS.min, max = ITERATIONS.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]
     pub solver_iterations: Option<usize>,
     /// Natural frequency of contacts \[Hz\], 1 to 100000.
     #[garde(custom(within(CONTACT_HZ)))]
-    #[schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max)))]
     pub contact_hz: f64,
     /// Damping ratio of contacts, 0.001 to 1000.
     #[garde(custom(within(CONTACT_DAMPING)))]
-    #[schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max)))]
     pub contact_damping: f64,
     /// Gravity \[m/s^2\], downwards, 0 to 100.
     #[garde(custom(within(GRAVITY_M_S2)))]
-    #[schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max)))]
     pub gravity_m_s2: f64,
     /// How wheels are simulated.
     #[serde(default)]
@@ -40,7 +42,7 @@ pub struct Physics {
     /// Parts that a physics step is taken in where wheels have rollers, 1 to 16, each 250 us at most; 2 if left out.
     #[serde(default = "two")]
     #[garde(custom(within(SUBSTEPS)))]
-    #[schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max)))]
     pub roller_substeps: u64,
 }
 

@@ -216,6 +216,7 @@ pub(crate) fn counted<T>(min: usize, max: usize) -> impl FnOnce(&Vec<T>, &()) ->
 }
 
 /// What [`is_name`] accepts, as a regular expression.
+#[cfg(feature = "schema")]
 pub(crate) const NAME: &str = "^[A-Za-z0-9_-]{1,40}$";
 
 /// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them.

@@ -1,6 +1,7 @@
 //! The rollers of a wheel, as a file gives them.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,8 @@ use crate::ranges::{
 };
 
 /// How wheels are simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum WheelModel {
     /// Each wheel as its `contact` says.
@@ -22,48 +24,49 @@ pub enum WheelModel {
 }
 
 /// The rollers of a wheel: free barrels around its rim.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Rollers {
     /// Rollers a row, 3 to 32.
     #[garde(custom(within(ROLLER_COUNT)))]
-    #[schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max)))]
     pub count: usize,
     /// Rows side by side, 1 or 2; the second one is turned by half a pitch and closes the gaps of the first.
     #[serde(default = "one_row")]
     #[garde(custom(within(ROLLER_ROWS)))]
-    #[schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max)))]
     pub rows: usize,
     /// Distance of the rows' planes along the axle \[m\], 0.001 to 10, for two rows; left out: as close as they fit.
     #[serde(default)]
     #[garde(inner(custom(within(WIDTH_M))))]
-    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
     pub row_gap_m: Option<f64>,
     /// Largest radius of a roller, in its middle \[m\], 0.00001 to 5, less than half the wheel's.
     #[garde(custom(within(ROLLER_RADIUS_M)))]
-    #[schemars(range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max)))]
     pub radius_m: f64,
     /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, and no longer than closes the gaps.
     #[serde(default)]
     #[garde(inner(custom(within(WIDTH_M))))]
-    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
     pub length_m: Option<f64>,
     /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to what follows the wheel's rim;
     /// left out: follows the rim.
     #[serde(default)]
     #[garde(inner(custom(within(CROWN_M))))]
-    #[schemars(range(min = CROWN_M.min, max = CROWN_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CROWN_M.min, max = CROWN_M.max)))]
     pub crown_m: Option<f64>,
     /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all of them are three tenths of the wheel's mass, or
     /// as much less as leaves the hub a fifth of its inertia.
     #[serde(default)]
     #[garde(inner(custom(within(ROLLER_MASS_KG))))]
-    #[schemars(range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max)))]
     pub roller_mass_kg: Option<f64>,
     /// Viscous damping of a roller's bearing \[N.m.s/rad\], 0 to 1.
     #[serde(default)]
     #[garde(custom(within(BEARING_N_M_S_RAD)))]
-    #[schemars(range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max)))]
     pub friction_n_m_s_rad: f64,
 }
 

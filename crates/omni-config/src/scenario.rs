@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use garde::Validate;
 use omni_core::Coordination;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -17,8 +18,10 @@ use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
 use crate::load::{Override, Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::physics::{Physics, ROLLER_STEP_US};
+#[cfg(feature = "schema")]
+use crate::ranges::NAME;
 use crate::ranges::{
-    DURATION_S, HEADING_RAD, NAME, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
+    DURATION_S, HEADING_RAD, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
 };
 use crate::rest::Rest;
 use crate::roller_wheel::RollerWheel;
@@ -28,24 +31,25 @@ use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
 /// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
-    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
+    #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
     /// Name in logs and file names.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
     #[garde(skip)] // checked with its own source, before it is put here
-    #[schemars(with = "VehicleChoice")]
+    #[cfg_attr(feature = "schema", schemars(with = "VehicleChoice"))]
     vehicle: Vehicle,
     /// Simulated time \[s\], 0.01 to 3600.
     #[garde(custom(within(DURATION_S)))]
-    #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
     /// Ends a run as soon as every wheel stands beyond the obstacle, before `duration_s`; without effect on flat ground. False by default.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -54,7 +58,7 @@ pub struct Scenario {
     /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error.
     #[serde(default = "an_hour")]
     #[garde(custom(within(WALL_CLOCK_S)))]
-    #[schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max)))]
     pub wall_clock_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
     #[serde(default)]
@@ -66,7 +70,7 @@ pub struct Scenario {
     /// Parts of the ground with a friction of their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(custom(counted(0, 1000)), dive)]
-    #[schemars(length(max = 1000))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
     pub friction_patch: Vec<FrictionPatch>,
     /// Where the vehicle stands at the start.
     #[serde(default)]
@@ -93,7 +97,7 @@ pub struct Scenario {
     /// What goes wrong on the way.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(custom(counted(0, 100)), dive)]
-    #[schemars(length(max = 100))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 100)))]
     pub fault: Vec<Fault>,
     /// Random differences between runs of different seeds; none by default.
     #[serde(default)]
@@ -113,6 +117,7 @@ pub struct Scenario {
 }
 
 /// What a file may say of its vehicle.
+#[cfg(feature = "schema")]
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "only its schema is used")]
@@ -128,7 +133,8 @@ fn an_hour() -> f64 {
 }
 
 /// The scalar that the controller computes in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// `f32`, as in firmware.
@@ -139,16 +145,17 @@ pub enum Precision {
 }
 
 /// The controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Control {
     /// Name of a coordination preset.
     #[garde(custom(known_policy))]
-    #[schemars(extend("enum" = Coordination::<f64>::PRESETS))]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = Coordination::<f64>::PRESETS)))]
     pub policy: String,
     /// Control period \[us\], a multiple of the physics step, 1 to 100000.
     #[garde(custom(within(PERIOD_US)))]
-    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[serde(default)]
@@ -161,16 +168,17 @@ pub struct Control {
 }
 
 /// Uniform random differences, plus or minus the amplitude given; all zero by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Perturbation {
     /// Heading at the start \[rad\], 0 to 3.2.
     #[garde(custom(within(HEADING_RAD)))]
-    #[schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max)))]
     pub yaw_rad: f64,
     /// Place along x at the start \[m\], 0 to 100: the phase at which wheels meet the step.
     #[garde(custom(within(OFFSET_M)))]
-    #[schemars(range(min = OFFSET_M.min, max = OFFSET_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = OFFSET_M.min, max = OFFSET_M.max)))]
     pub start_m: f64,
 }
 

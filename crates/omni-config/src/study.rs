@@ -6,6 +6,7 @@ mod seeds;
 use std::path::PathBuf;
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -13,7 +14,9 @@ use toml::{Table, Value};
 use crate::Error;
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, dotted, read};
-use crate::ranges::{NAME, is_name};
+#[cfg(feature = "schema")]
+use crate::ranges::NAME;
+use crate::ranges::is_name;
 use crate::suggestion::did_you_mean;
 pub use points::Point;
 pub use seeds::Seeds;
@@ -27,16 +30,17 @@ pub use seeds::Seeds;
 /// assert_eq!((study.points(&[])?.len(), study.seeds.list().len()), (4 * 4 * 4, 5));
 /// # Ok::<(), omni_config::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Study {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
-    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
+    #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
     /// Name of the folder of results.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// A built-in scenario, or a path relative to the study's file.
     #[garde(skip)] // checked when it is read
@@ -45,7 +49,10 @@ pub struct Study {
     /// keys it names.
     #[serde(default)]
     #[garde(skip)]
-    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
+    #[cfg_attr(
+        feature = "schema",
+        schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")
+    )]
     pub set: Table,
     /// Keys that vary; every combination of their values is run.
     #[serde(default)]
@@ -73,7 +80,8 @@ struct Origin {
 }
 
 /// A key of the scenario and the values it takes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The key, as after `--set`: `terrain.friction`, `vehicle.motor.stall_torque_n_m`, `control.policy`, `vehicle`.
@@ -81,7 +89,7 @@ pub struct Axis {
     pub key: String,
     /// The values, one or more; or else `from`, `to` and `count`.
     #[garde(custom(one_way(self.range())))]
-    #[schemars(with = "Option<Vec<serde_json::Value>>")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<Vec<serde_json::Value>>"))]
     values: Option<Vec<Value>>,
     /// First of `count` evenly spaced values.
     #[garde(custom(is_finite))]
@@ -95,7 +103,8 @@ pub struct Axis {
 }
 
 /// Which axes are the map's, and which figures of the outcome it shows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MapAxes {
     /// Key of the axis along the columns; the first axis by default.

@@ -1,6 +1,7 @@
 //! The ground.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,212 +23,213 @@ use crate::tagged::deserialize_by_kind;
 /// assert!((stairs.level_beyond_m(0.0) - 0.09).abs() < 1e-12);
 /// # Ok::<(), omni_config::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Terrain {
     /// A plane.
     Flat {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
     },
     /// A higher plane from `at_m` on.
     Step {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Height of the step \[m\], 1e-4 to 10.
         #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
         height_m: f64,
         /// World x of the riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// A lower plane from `at_m` on.
     StepDown {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Depth of the step \[m\], 1e-4 to 10.
         #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
         height_m: f64,
         /// World x of the edge \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// Equal steps up, one after the other; the last one goes on as a plane.
     Stairs {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Height of each step \[m\], 1e-4 to 10.
         #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
         height_m: f64,
         /// Way from riser to riser \[m\], 0.01 to 10.
         #[garde(custom(within(TREAD_M)))]
-        #[schemars(range(min = TREAD_M.min, max = TREAD_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TREAD_M.min, max = TREAD_M.max)))]
         tread_m: f64,
         /// Number of steps, 1 to 100.
         #[garde(custom(within(COUNT)))]
-        #[schemars(range(min = COUNT.min, max = COUNT.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = COUNT.min, max = COUNT.max)))]
         count: u32,
         /// World x of the first riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// A slope up to a higher plane.
     Ramp {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Slope \[rad\], 0.001 to 1.2; up is positive.
         #[garde(custom(within(SLOPE_RAD)))]
-        #[schemars(range(min = SLOPE_RAD.min, max = SLOPE_RAD.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = SLOPE_RAD.min, max = SLOPE_RAD.max)))]
         slope_rad: f64,
         /// Length of the slope, measured level \[m\], 0.01 to 100.
         #[garde(custom(within(LENGTH_M)))]
-        #[schemars(range(min = LENGTH_M.min, max = LENGTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
         length_m: f64,
         /// World x of its foot \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// A step that only the left wheels meet: the higher plane lies at y > `left_of_m`.
     HalfStep {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Height of the step \[m\], 1e-4 to 10.
         #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
         height_m: f64,
         /// World y of the step's side (left is +) \[m\], -100 to 100; the step lies to the left of it.
         #[serde(default)]
         #[garde(custom(within(PLACE_M)))]
-        #[schemars(range(min = PLACE_M.min, max = PLACE_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
         left_of_m: f64,
         /// World x of the riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// A trench with upright walls.
     Ditch {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Width of the trench, along x \[m\], 1e-3 to 10.
         #[garde(custom(within(WIDTH_M)))]
-        #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
         width_m: f64,
         /// Depth of the trench \[m\], 1e-3 to 10.
         #[garde(custom(within(WIDTH_M)))]
-        #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
         depth_m: f64,
         /// World x of the near wall \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// Round bars across the way, sunk into the ground: cables and sills.
     Bumps {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Height above the ground \[m\], 1e-4 to 1.
         #[garde(custom(within(BUMP_M)))]
-        #[schemars(range(min = BUMP_M.min, max = BUMP_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = BUMP_M.min, max = BUMP_M.max)))]
         height_m: f64,
         /// Width at the ground, at least twice the height \[m\], 1e-3 to 10. A half round is twice as wide as high.
         #[garde(custom(within(WIDTH_M)))]
-        #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
         width_m: f64,
         /// Way from bar to bar \[m\], 0.01 to 100.
         #[garde(custom(within(LENGTH_M)))]
-        #[schemars(range(min = LENGTH_M.min, max = LENGTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
         spacing_m: f64,
         /// Number of bars, 1 to 100.
         #[garde(custom(within(COUNT)))]
-        #[schemars(range(min = COUNT.min, max = COUNT.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = COUNT.min, max = COUNT.max)))]
         count: u32,
         /// World x of the first bar's near side \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// A random surface: a sum of waves in all directions that fades into the plane at its borders.
     Rough {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// Root mean square of the height \[m\], 0 to 1.
         #[garde(custom(within(RMS_M)))]
-        #[schemars(range(min = RMS_M.min, max = RMS_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RMS_M.min, max = RMS_M.max)))]
         rms_m: f64,
         /// Shortest wave \[m\], 0.02 to 10; the longest is four times as long.
         #[garde(custom(within(WAVELENGTH_M)))]
-        #[schemars(range(min = WAVELENGTH_M.min, max = WAVELENGTH_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = WAVELENGTH_M.min, max = WAVELENGTH_M.max)))]
         wavelength_m: f64,
         /// Extent along x \[m\], 0.1 to 50.
         #[garde(custom(within(FIELD_M)))]
-        #[schemars(range(min = FIELD_M.min, max = FIELD_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FIELD_M.min, max = FIELD_M.max)))]
         length_m: f64,
         /// Extent along y, half of it on either side \[m\], 0.1 to 50.
         #[garde(custom(within(FIELD_M)))]
-        #[schemars(range(min = FIELD_M.min, max = FIELD_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FIELD_M.min, max = FIELD_M.max)))]
         width_m: f64,
         /// Seed of the surface; the scenario's own seed does not change the ground.
         #[serde(default)]
         #[garde(custom(within(SEED)))]
-        #[schemars(range(min = SEED.min, max = SEED.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = SEED.min, max = SEED.max)))]
         seed: u32,
         /// World x at which it begins \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
     /// Heights from a grey picture: up in the picture is forward, its middle column lies at y = 0.
     HeightMap {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
-        #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
         /// A PNG, grey, of 8 or 16 bits: a path relative to this file. (A log holds it as a data URL.)
         #[garde(skip)] // read or refused when the file is loaded
-        #[schemars(with = "String")]
+        #[cfg_attr(feature = "schema", schemars(with = "String"))]
         image: HeightMap,
         /// Edge of a pixel \[m\], 1e-4 to 10.
         #[garde(custom(within(PIXEL_M)))]
-        #[schemars(range(min = PIXEL_M.min, max = PIXEL_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = PIXEL_M.min, max = PIXEL_M.max)))]
         pixel_m: f64,
         /// Height of black \[m\], -10 to 10.
         #[serde(default)]
         #[garde(custom(within(LEVEL_M)))]
-        #[schemars(range(min = LEVEL_M.min, max = LEVEL_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
         black_m: f64,
         /// Height of white \[m\], -10 to 10.
         #[garde(custom(within(LEVEL_M)))]
-        #[schemars(range(min = LEVEL_M.min, max = LEVEL_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
         white_m: f64,
         /// World x of the picture's lower edge \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
-        #[schemars(range(min = RISER_M.min, max = RISER_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
 }
@@ -508,20 +510,21 @@ impl Terrain {
 }
 
 /// A rectangle of the ground with a friction of its own: oil, ice, a carpet.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FrictionPatch {
     /// World x from and to \[m\], in this order, -10000 to 10000.
     #[garde(custom(within(WORLD_M)), custom(interval))]
-    #[schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
     pub x_m: [f64; 2],
     /// World y from and to \[m\], in this order (left is +), -10000 to 10000.
     #[garde(custom(within(WORLD_M)), custom(interval))]
-    #[schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
     pub y_m: [f64; 2],
     /// Coulomb friction coefficient between wheels and ground, 0 to 2. Where patches overlap the last one counts.
     #[garde(custom(within(FRICTION)))]
-    #[schemars(range(min = FRICTION.min, max = FRICTION.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
     pub friction: f64,
 }
 

@@ -6,6 +6,7 @@ mod validation;
 
 use garde::Validate;
 use omni_core::{AxisLimits, PidGains, TorqueLimit, TwistLimits, Wheel, WheelLayout};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -14,9 +15,11 @@ use crate::Error;
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
 use crate::ranges::{
-    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, DIRECTION, EDGE_M, GAIN, MASS_KG, NAME,
-    PLACE_M, SPEED_M_S, SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD, counted, direction, is_name, within,
+    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, EDGE_M, GAIN, MASS_KG, PLACE_M, SPEED_M_S,
+    SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD, counted, direction, is_name, within,
 };
+#[cfg(feature = "schema")]
+use crate::ranges::{DIRECTION, NAME};
 use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
 use crate::wheel_spec::{WheelContact, WheelSpec};
@@ -24,34 +27,35 @@ pub use coupling::{Coupling, CouplingSpring};
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
 /// ground, the origin under the point that the kinematics refer to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
-    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
+    #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
     /// Name in logs.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Rigid bodies; the first one is the base, whose pose is the vehicle's.
     #[garde(custom(counted(1, 16)), dive)]
-    #[schemars(length(min = 1, max = 16))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 16)))]
     pub body: Vec<Body>,
     /// Passive hinges that join the bodies into a tree.
     #[serde(default)]
     #[garde(custom(counted(0, 15)), dive)]
-    #[schemars(length(max = 15))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 15)))]
     pub hinge: Vec<Hinge>,
     /// Hinges that turn together, as a differential makes them.
     #[serde(default)]
     #[garde(custom(counted(0, 15)), dive)]
-    #[schemars(length(max = 15))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 15)))]
     pub coupling: Vec<Coupling>,
     /// Wheels, in the controller's order.
     #[garde(custom(counted(3, 8)), dive)]
-    #[schemars(length(min = 3, max = 8))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 8)))]
     pub wheel: Vec<WheelSpec>,
     /// Rollers of the wheels whose `contact` gives none of their own, for
     /// `physics.wheel_model = "rollers"`.
@@ -72,72 +76,75 @@ pub struct Vehicle {
 }
 
 /// A rigid body without its wheels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Name, unique among bodies.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(custom(within(MASS_KG)))]
-    #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
     pub mass_kg: f64,
     /// Centre of mass \[m\], each within 100.
     #[garde(custom(within(PLACE_M)))]
-    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub com_m: [f64; 3],
     /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It collides with nothing.
     #[garde(custom(within(EDGE_M)))]
-    #[schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max))))]
     pub box_m: [f64; 3],
 }
 
 /// A passive hinge between two bodies: no motor, no sensor in the controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Hinge {
     /// Name, unique among hinges.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Body on the side of the base.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub parent: String,
     /// Body that the hinge carries.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub child: String,
     /// Axis; a positive angle turns the child about it by the right-hand rule.
     #[garde(custom(direction))]
-    #[schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max))))]
     pub axis: [f64; 3],
     /// A point of the axis \[m\], within or near the vehicle.
     #[garde(custom(within(PLACE_M)))]
-    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub anchor_m: [f64; 3],
     /// The angle stays within plus and minus this \[rad\], 0 to 3.
     #[garde(custom(within(STOP_RAD)))]
-    #[schemars(range(min = STOP_RAD.min, max = STOP_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = STOP_RAD.min, max = STOP_RAD.max)))]
     pub limit_rad: f64,
     /// Viscous damping \[N.m.s/rad\], 0 to 1e6.
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub damping_n_m_s_rad: f64,
 }
 
 /// Torque-speed line of every actuator, four-quadrant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Motor {
     /// Torque at rest \[N.m\], 1e-6 to 1e6.
     #[garde(custom(within(STALL_TORQUE_N_M)))]
-    #[schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
     pub stall_torque_n_m: f64,
     /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit.
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub slope_n_m_s_rad: f64,
 }
 
@@ -152,30 +159,31 @@ impl Motor {
 }
 
 /// Limits of the commanded twist, the same forward and in reverse.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Speed forward \[m/s\], 0.001 to 100.
     #[garde(custom(within(SPEED_M_S)))]
-    #[schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
     pub vx_m_s: f64,
     /// Speed sideways \[m/s\], 0.001 to 100.
     #[garde(custom(within(SPEED_M_S)))]
-    #[schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
     pub vy_m_s: f64,
     /// Yaw rate \[rad/s\], 0.001 to 1000.
     #[garde(custom(within(SPEED_RAD_S)))]
-    #[schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
     pub wz_rad_s: f64,
     /// Speeding up and braking, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: at once.
     #[serde(default)]
     #[garde(inner(custom(within(ACCELERATION_M_S2))))]
-    #[schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub linear_m_s2: Option<f64>,
     /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: at once.
     #[serde(default)]
     #[garde(inner(custom(within(ACCELERATION_RAD_S2))))]
-    #[schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
     pub yaw_rad_s2: Option<f64>,
 }
 
@@ -196,21 +204,22 @@ impl Limits {
 }
 
 /// Gains of eq. (10).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Gains {
     /// k_p \[N.m per rad/s\], 0 to 1e6.
     #[garde(custom(within(GAIN)))]
-    #[schemars(range(min = GAIN.min, max = GAIN.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
     pub kp_n_m_s_rad: f64,
     /// k_i \[N.m per rad\], 0 to 1e6.
     #[garde(custom(within(GAIN)))]
-    #[schemars(range(min = GAIN.min, max = GAIN.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
     pub ki_n_m_rad: f64,
     /// k_d \[N.m per rad/s^2\], 0 to 1e6; 0 if left out.
     #[serde(default)]
     #[garde(custom(within(GAIN)))]
-    #[schemars(range(min = GAIN.min, max = GAIN.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
     pub kd_n_m_s2_rad: f64,
 }
 

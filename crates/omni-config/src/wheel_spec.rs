@@ -1,18 +1,22 @@
 //! A driven wheel, as a file gives it.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "schema")]
+use crate::ranges::{DIRECTION, NAME};
 use crate::ranges::{
-    DIRECTION, GEAR, INERTIA_KG_M2, MASS_KG, NAME, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M, direction,
-    is_name, one, within,
+    GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M, direction, is_name, one,
+    within,
 };
 use crate::rollers::Rollers;
 use crate::tagged::deserialize_by_kind;
 
 /// What of a wheel touches the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum WheelContact {
     /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
@@ -22,7 +26,7 @@ pub enum WheelContact {
     Roller {
         /// Radius of the rollers \[m\], 0.001 to 10, less than the wheel's.
         #[garde(custom(within(RADIUS_M)))]
-        #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
+        #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
         radius_m: f64,
     },
     /// Rollers, each a body on its own bearing.
@@ -39,52 +43,53 @@ enum ContactByKind {
 deserialize_by_kind!(WheelContact, ContactByKind);
 
 /// A driven wheel with free rollers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct WheelSpec {
     /// Name, unique among wheels.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// The body that carries it.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub body: String,
     /// Place on the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
     #[garde(custom(within(PLACE_M)))]
-    #[schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub position_m: [f64; 2],
     /// The way the vehicle moves when this wheel alone turns positively.
     #[garde(custom(direction))]
-    #[schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max))))]
     pub rolling_direction: [f64; 2],
     /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
     /// wheel, usually +-pi/4 for a mecanum wheel.
     #[serde(default)]
     #[garde(custom(within(ROLLER_ANGLE_RAD)))]
-    #[schemars(range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max)))]
     pub roller_angle_rad: f64,
     /// Rolling radius \[m\], 0.001 to 10.
     #[garde(custom(within(RADIUS_M)))]
-    #[schemars(range(min = RADIUS_M.min, max = RADIUS_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
     pub radius_m: f64,
     /// Width \[m\], 0.001 to 10, for pictures and URDF: the physics ask for none. Left out: half the radius.
     #[serde(default)]
     #[garde(inner(custom(within(WIDTH_M))))]
-    #[schemars(range(min = WIDTH_M.min, max = WIDTH_M.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
     pub width_m: Option<f64>,
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(custom(within(MASS_KG)))]
-    #[schemars(range(min = MASS_KG.min, max = MASS_KG.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
     pub mass_kg: f64,
     /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6.
     #[garde(custom(within(INERTIA_KG_M2)))]
-    #[schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
     pub inertia_kg_m2: f64,
     /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
     #[serde(default = "one")]
     #[garde(custom(within(GEAR)))]
-    #[schemars(range(min = GEAR.min, max = GEAR.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = GEAR.min, max = GEAR.max)))]
     pub gear: f64,
     /// What touches the ground.
     #[garde(dive)]

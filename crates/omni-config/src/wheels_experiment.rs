@@ -1,78 +1,82 @@
 //! The experiment of section 3.3: motors on dampers, no vehicle. Keys keep the units of the paper's tables.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::file_kind::FileKind;
 use crate::load::{Override, Source, read};
+#[cfg(feature = "schema")]
+use crate::ranges::NAME;
 use crate::ranges::{
-    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, NAME, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name,
-    within,
+    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name, within,
 };
 use crate::vehicle::Gains;
 
 /// Three motors, each with an inertia, a friction and dampers that come and go.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct WheelsExperiment {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
-    #[schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION))]
+    #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
     /// Name in messages.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Reference and initial velocity of every wheel \[rpm\], 0.001 to 100000.
     #[garde(custom(within(SPEED_RPM)))]
-    #[schemars(range(min = SPEED_RPM.min, max = SPEED_RPM.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RPM.min, max = SPEED_RPM.max)))]
     pub speed_rpm: f64,
     /// Simulated time \[s\], 0.01 to 3600.
     #[garde(custom(within(DURATION_S)))]
-    #[schemars(range(min = DURATION_S.min, max = DURATION_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
     /// Control period \[us\], 1 to 100000.
     #[garde(custom(within(PERIOD_US)))]
-    #[schemars(range(min = PERIOD_US.min, max = PERIOD_US.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,
     /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
     #[garde(custom(within(INERTIA_KG_M2)))]
-    #[schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
     pub inertia_kg_m2: f64,
     /// Viscous friction of every wheel besides the loads \[N.m.s/rad\], 0 to 1e6.
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub friction_n_m_s_rad: f64,
     /// Gains of every wheel's loop.
     #[garde(dive)]
     pub gains: Gains,
     /// The dampers.
     #[garde(custom(counted(0, 1000)), dive)]
-    #[schemars(length(max = 1000))]
+    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
     pub load: Vec<DamperLoad>,
 }
 
 /// A damper on one wheel for a while.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DamperLoad {
     /// `A`, `B` or `C`.
     #[garde(custom(wheel_letter))]
-    #[schemars(extend("enum" = LETTERS))]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = LETTERS)))]
     pub wheel: String,
     /// Coefficient \[N.m.s/rad\], 0 to 1e6.
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub damper_n_m_s_rad: f64,
     /// Applied from this time \[s\], 0 to 3600.
     #[garde(custom(within(TIME_S)))]
-    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub from_s: f64,
     /// Until this time \[s\], 0 to 3600.
     #[garde(custom(within(TIME_S)))]
-    #[schemars(range(min = TIME_S.min, max = TIME_S.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub until_s: f64,
 }
 

@@ -170,6 +170,7 @@ fn balls_ahead(vehicle: &Vehicle) -> String {
 }
 
 /// Prints the JSON Schema of a kind of file.
+#[cfg(feature = "schema")]
 pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error> {
     let kind = match kind {
         FileKindArg::Vehicle => FileKind::Vehicle,
@@ -180,6 +181,14 @@ pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error
     // Plain data, which can be written.
     let text = serde_json::to_string_pretty(&kind.schema()).unwrap_or_default();
     print(out, &format!("{text}\n"))
+}
+
+#[cfg(not(feature = "schema"))]
+pub(super) fn schema(_: FileKindArg, _: &mut dyn Write) -> Result<(), Error> {
+    Err(Error::NotBuilt {
+        what: "schema",
+        feature: "schema",
+    })
 }
 
 /// Writes `NAME.toml`, unless there is such a file.

@@ -1,5 +1,6 @@
 //! The seeds of a study.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error as _};
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,8 @@ use toml::Value;
 const MOST_SEEDS: usize = 100_000;
 
 /// Seeds: how many, counted from 0, or which.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum Seeds {
     /// 0 to one less than this.

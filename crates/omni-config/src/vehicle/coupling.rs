@@ -1,12 +1,15 @@
 //! Hinges that turn together: what a file says of them, and the spring and damper that hold them.
 
 use garde::Validate;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Vehicle;
 use crate::load::Source;
-use crate::ranges::{DAMPING_N_M_S_RAD, NAME, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
+#[cfg(feature = "schema")]
+use crate::ranges::NAME;
+use crate::ranges::{DAMPING_N_M_S_RAD, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
 use crate::{Error, Scenario};
 
 /// Swing of the coupled bodies against each other, were they held by nothing else \[Hz\]: far above what a vehicle does
@@ -18,36 +21,37 @@ const DEFAULT_DAMPING_RATIO: f64 = 0.5;
 /// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a damper whose torques on the
 /// hinges are equal and opposite. With ratio 1 on the hinges of two rockers it is a differential: the angle of the body that
 /// carries both is the mean of theirs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
     /// Name, unique among couplings.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// The one hinge.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub hinge_a: String,
     /// The other.
     #[garde(custom(is_name))]
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub hinge_b: String,
     /// What the angle of `hinge_b` counts, -1000 to 1000 and not 0; 1 if left out.
     #[serde(default = "one")]
     #[garde(custom(within(RATIO)))]
-    #[schemars(range(min = RATIO.min, max = RATIO.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = RATIO.min, max = RATIO.max)))]
     pub ratio: f64,
     /// Torque on hinge a per angle by which the coupling is off \[N.m/rad\], 0.001 to 1e9; left out: what makes the coupled bodies swing
     /// with 100 Hz if nothing else held them.
     #[serde(default)]
     #[garde(inner(custom(within(STIFFNESS_N_M_RAD))))]
-    #[schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max)))]
     pub stiffness_n_m_rad: Option<f64>,
     /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for the same swing.
     #[serde(default)]
     #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
-    #[schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub damping_n_m_s_rad: Option<f64>,
 }
 

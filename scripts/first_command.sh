@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# What the first command costs from nothing: builds `omnistep` without optional features into an empty target folder and runs
+# `compare step`. Prints seconds on the clock, CPU seconds and crates. Exit code 1 beyond 1.3 times the budget of CPU seconds
+# (BUDGET, 250), which depends least on what else the machine does. The argument names the folder; target/first if left out.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+budget=${BUDGET:-250}
+export CARGO_TARGET_DIR=${1:-target/first}
+[ -e "$CARGO_TARGET_DIR/release" ] && [ $# -gt 0 ] && { echo "$CARGO_TARGET_DIR/release is there already: nothing would be measured" >&2; exit 1; }
+rm -rf "$CARGO_TARGET_DIR/release"
+cargo fetch --locked --quiet # the network is not measured
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+TIMEFORMAT='%R %U %S'
+{ time cargo run --locked --release -- compare step --out "$work/out" >"$work/said" 2>"$work/build"; } 2>"$work/time" ||
+    { tail -n 30 "$work/build" >&2; exit 1; }
+if grep -q '^warning' "$work/build"; then
+    echo "the build without optional features warns:" >&2
+    grep -A 5 '^warning' "$work/build" >&2
+    exit 1
+fi
+cat "$work/said"
+read -r clock user system <"$work/time"
+awk -v clock="$clock" -v user="$user" -v system="$system" -v crates="$(grep -c '^ *Compiling' "$work/build")" -v budget="$budget" '
+    BEGIN {
+        cpu = user + system
+        printf "the first command from nothing: %.0f s on the clock, %.0f CPU seconds (budget %d, fails beyond %d), %d crates\n",
+            clock, cpu, budget, 1.3 * budget, crates
+        exit cpu > 1.3 * budget
+    }'
