@@ -63,7 +63,8 @@ def main(program: Path) -> None:
     )
     page = PAGE.read_text(encoding="utf-8")
     start = page.index("\n## Ensembles\n")
-    end = page.index("\n## ", start + 1)
+    following = page.find("\n## ", start + 1)
+    end = len(page) if following < 0 else following
     section, found = re.subn(r"(?:^\|.*\n)+", lambda _: next(tables), page[start:end], count=3, flags=re.MULTILINE)
     assert found == 3, found
     PAGE.write_text(page[:start] + section + page[end:], encoding="utf-8")
