@@ -94,9 +94,10 @@ def sh_block(example, info):
         command = shlex.split(line, comments=True)
         if command[:1] != ["omnistep"]:
             assert check_docs().command_findings(line) == []
-            if command[:4] == ["cargo", "run", "--release", "--"]:
-                flags = [word for word in command[4:] if word.startswith("--")]
-                assert [flag for flag in flags if flag not in help_of(command[4])] == [], line
+            if command[:3] == ["cargo", "run", "--release"] and "--" in command:
+                command = command[command.index("--") + 1 :]
+                flags = [word for word in command if word.startswith("--")]
+                assert [flag for flag in flags if flag not in help_of(command[0])] == [], line
             continue
         target = command[command.index(">") + 1] if ">" in command else None
         code, out, err = omnistep(*command[1 : command.index(">") if target else None])
