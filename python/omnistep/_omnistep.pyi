@@ -1139,6 +1139,15 @@ class Outcome:
     def heat_n2m2s(self) -> float:
         """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     @property
+    def relative_speed_error_rms(self) -> float:
+        """``disturbed_rms`` by the name that control engineers have for it."""
+    @property
+    def speed_ratio_spread_rms(self) -> float:
+        """``spread_rms`` with what is spread."""
+    @property
+    def torque_squared_n2m2s(self) -> float:
+        """``heat_n2m2s`` by what it is: heat is proportional to it."""
+    @property
     def work_j(self) -> float:
         """Work of the motors [J]."""
     @property

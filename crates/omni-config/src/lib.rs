@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod ball_validity;
+mod builtin;
 mod command;
 mod constants;
 mod controller;
@@ -21,6 +22,7 @@ mod height_map;
 mod imperfections;
 mod load;
 mod log_rates;
+mod override_key;
 mod physics;
 mod ranges;
 mod regular_file;
@@ -41,6 +43,7 @@ mod wheel_spec;
 mod wheels_experiment;
 
 pub use ball_validity::{BALL_LEAN_RAD, BeyondBall};
+pub use builtin::{builtin_scenarios, builtin_studies, builtin_vehicles};
 pub use command::{Command, CommandFrame, Start, Then};
 pub use constants::{Language, rust_expression};
 pub use controller::wheel_count_refused;
@@ -50,8 +53,9 @@ pub use file::File;
 pub use file_kind::FileKind;
 pub use height_map::HeightMap;
 pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
-pub use load::{Override, Source, builtin_scenarios, builtin_studies, builtin_vehicles};
+pub use load::Source;
 pub use log_rates::LogRates;
+pub use override_key::Override;
 pub use physics::Physics;
 pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;

@@ -15,8 +15,9 @@ use crate::derived_gains::DerivedGains;
 use crate::file_kind::FileKind;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
-use crate::load::{Override, Source, check_version, read};
+use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
+use crate::override_key::Override;
 use crate::physics::{Physics, ROLLER_STEP_US};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;

@@ -13,7 +13,8 @@ use toml::{Table, Value};
 
 use crate::Error;
 use crate::file_kind::FileKind;
-use crate::load::{Override, Source, dotted, read};
+use crate::load::{Source, read};
+use crate::override_key::{Override, dotted};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::is_name;

@@ -13,7 +13,8 @@ use toml::Table;
 
 use crate::Error;
 use crate::file_kind::FileKind;
-use crate::load::{Override, Source, read};
+use crate::load::{Source, read};
+use crate::override_key::Override;
 use crate::ranges::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, EDGE_M, GAIN, MASS_KG, PLACE_M, SPEED_M_S,
     SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD, counted, direction, is_name, within,

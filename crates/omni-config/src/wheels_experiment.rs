@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::file_kind::FileKind;
-use crate::load::{Override, Source, read};
+use crate::load::{Source, read};
+use crate::override_key::Override;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{

@@ -127,6 +127,24 @@ impl Outcome {
         self.inner.heat_n2m2s
     }
 
+    /// ``disturbed_rms`` by the name that control engineers have for it.
+    #[getter]
+    fn relative_speed_error_rms(&self) -> f64 {
+        self.inner.disturbed_rms
+    }
+
+    /// ``spread_rms`` with what is spread.
+    #[getter]
+    fn speed_ratio_spread_rms(&self) -> f64 {
+        self.inner.spread_rms
+    }
+
+    /// ``heat_n2m2s`` by what it is: heat is proportional to it.
+    #[getter]
+    fn torque_squared_n2m2s(&self) -> f64 {
+        self.inner.heat_n2m2s
+    }
+
     /// Work of the motors [J].
     #[getter]
     fn work_j(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
 
 mod link;
+mod linked;
 mod qemu;
 
 use omni_config::for_wheel_count;
@@ -303,5 +304,5 @@ fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
 }
 
 fn linked<const N: usize>(scenario: &Scenario, link: Link) -> Result<Box<dyn Loop>, Error> {
-    Ok(Box::new(link::Linked::<N>::greet(scenario, link)?))
+    Ok(Box::new(linked::Linked::<N>::greet(scenario, link)?))
 }

@@ -119,13 +119,33 @@ pub struct Outcome {
     /// most this times the normal force. Near the ground's own coefficient, wheels slid.
     #[serde(deserialize_with = "or_nan")]
     pub required_friction: f64,
-    /// Energy that the book cannot place, over all that went through the motors since the start
+    /// Energy that the balance cannot place, over all that went through the motors since the start
     /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
     #[serde(deserialize_with = "or_nan")]
     pub energy_residual: f64,
 }
 
 impl Outcome {
+    /// What others call a figure, and its name here, which files, logs and tables keep: a study's `map.figures` and Python's
+    /// outcomes take either.
+    pub const ALIASES: [(&'static str, &'static str); 3] = [
+        ("relative_speed_error_rms", "disturbed_rms"),
+        ("speed_ratio_spread_rms", "spread_rms"),
+        ("torque_squared_n2m2s", "heat_n2m2s"),
+    ];
+
+    /// The name here of a figure that may be called by one of [`Outcome::ALIASES`]; any other name is returned as it is.
+    ///
+    /// ```
+    /// assert_eq!(omni_sim::Outcome::figure("torque_squared_n2m2s"), "heat_n2m2s");
+    /// assert_eq!(omni_sim::Outcome::figure("work_j"), "work_j");
+    /// ```
+    #[must_use]
+    pub fn figure(name: &str) -> &str {
+        let alias = Self::ALIASES.iter().find(|(alias, _)| *alias == name);
+        alias.map_or(name, |(_, figure)| figure)
+    }
+
     /// The outcome of a run of which nothing is known but its scenario: unfinished, nothing measured.
     ///
     /// ```

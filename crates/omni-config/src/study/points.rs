@@ -3,7 +3,9 @@
 use toml::Value;
 
 use super::Study;
-use crate::load::{Override, Source, VEHICLES, dotted};
+use crate::builtin::VEHICLES;
+use crate::load::Source;
+use crate::override_key::{Override, dotted};
 use crate::suggestion::did_you_mean;
 use crate::{Error, Scenario};
 

@@ -224,3 +224,14 @@ fn a_batch_is_refused_where_the_folder_is_not_the_studys_or_the_program_is_anoth
         "{said}"
     );
 }
+
+#[test]
+fn a_figure_by_another_name_is_the_same_column() {
+    let own = plan_of(SMALL);
+    let called = SMALL.replace("\"slip_rms\"", "\"torque_squared_n2m2s\"");
+    let plan = plan_of(&called);
+    assert_eq!(plan.study().map.figures, ["climbed", "heat_n2m2s"]);
+    assert_eq!(plan.columns(), own.columns());
+    let keys = |plan: &Plan| plan.runs().iter().map(|run| run.key.clone()).collect::<Vec<_>>();
+    assert_eq!(keys(&plan), keys(&own));
+}

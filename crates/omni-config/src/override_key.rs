@@ -1,0 +1,133 @@
+//! A key and the value to put there.
+
+use toml::{Table, Value};
+
+use crate::{Error, Source};
+
+/// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
+/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Override {
+    key: String,
+    value: Value,
+}
+
+impl Override {
+    /// `value` for `key`.
+    pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
+        Self {
+            key: dotted(&key.into()),
+            value: value.into(),
+        }
+    }
+
+    /// `key=value`, the value as in TOML; a bare word is a string.
+    ///
+    /// # Errors
+    /// [`Error::Override`] where there is no `=` or no key.
+    ///
+    /// ```
+    /// use omni_config::Override;
+    /// assert_eq!(Override::parse("terrain.friction=0.5")?, Override::new("terrain.friction", 0.5));
+    /// assert_eq!(Override::parse("control.policy=paper")?, Override::new("control.policy", "paper"));
+    /// assert!(Override::parse("friction").is_err());
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let malformed = |message: &str| Error::Override {
+            text: text.into(),
+            message: message.into(),
+        };
+        let (key, value) = text
+            .split_once('=')
+            .ok_or_else(|| malformed("allowed: KEY=VALUE"))?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.is_empty() {
+            return Err(malformed("allowed: KEY=VALUE with a key"));
+        }
+        let parsed = format!("value = {value}")
+            .parse::<Table>()
+            .ok()
+            .and_then(|mut table| table.remove("value"));
+        Ok(Self {
+            key: dotted(key),
+            value: parsed.unwrap_or_else(|| Value::String(value.into())),
+        })
+    }
+
+    /// The key, elements of lists as `wheel.0`.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The value to put there.
+    #[must_use]
+    pub fn value(&self) -> &Value {
+        &self.value
+    }
+
+    /// The override without its leading `vehicle.`, if it has one and is not the vehicle's name itself.
+    pub(crate) fn of_vehicle(&self) -> Option<Self> {
+        self.key.strip_prefix("vehicle.").map(|key| Self {
+            key: key.into(),
+            value: self.value.clone(),
+        })
+    }
+
+    /// Puts the value in its place. An unknown key is put there too: reading the table then names it.
+    pub(crate) fn apply(&self, source: &Source, table: &mut Table) -> Result<(), Error> {
+        let (parents, last) = self
+            .key
+            .rsplit_once('.')
+            .map_or((None, self.key.as_str()), |(p, l)| (Some(p), l));
+        let refuse = |reason: String| source.refuse(self.key.clone(), reason);
+        let mut here: Option<&mut Value> = None;
+        for part in parents.into_iter().flat_map(|p| p.split('.')) {
+            here = Some(match here {
+                None => table.entry(part).or_insert_with(|| Value::Table(Table::new())),
+                Some(value) => child(value, part).map_err(refuse)?,
+            });
+        }
+        match here {
+            None => {
+                table.insert(last.into(), self.value.clone());
+            }
+            Some(Value::Table(inner)) => {
+                inner.insert(last.into(), self.value.clone());
+            }
+            Some(value) => *child(value, last).map_err(refuse)? = self.value.clone(),
+        }
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.value {
+            Value::String(text) => write!(f, "{}={text}", self.key),
+            value => write!(f, "{}={value}", self.key),
+        }
+    }
+}
+
+fn child<'a>(value: &'a mut Value, part: &str) -> Result<&'a mut Value, String> {
+    match value {
+        Value::Table(table) => Ok(table.entry(part).or_insert_with(|| Value::Table(Table::new()))),
+        Value::Array(items) => {
+            let length = items.len();
+            let index = part.parse::<usize>().ok().filter(|i| *i < length);
+            index
+                .and_then(|i| items.get_mut(i))
+                .ok_or_else(|| format!("element {part:?}, allowed: 0 to {}", length.saturating_sub(1)))
+        }
+        _ => Err(format!(
+            "{part:?} is inside a plain value; allowed: a key of a table"
+        )),
+    }
+}
+
+/// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.
+pub(crate) fn dotted(key: &str) -> String {
+    key.replace('[', ".").replace(']', "")
+}
