@@ -13,6 +13,7 @@ mod sensing;
 mod simulation;
 mod snapshot;
 mod trace;
+mod wall_clock;
 mod wheels;
 mod world;
 
