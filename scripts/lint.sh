@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
+cargo fmt --manifest-path wasm/Cargo.toml --check
 cargo clippy --locked --workspace --all-targets -- -D warnings
 scripts/venv.sh
 .venv/bin/ruff check python scripts benches

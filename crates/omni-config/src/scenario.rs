@@ -56,7 +56,8 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[garde(skip)]
     pub stop_when_done: bool,
-    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error.
+    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error. Without effect where there is no clock:
+    /// in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
     #[garde(custom(within(WALL_CLOCK_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max)))]

@@ -71,7 +71,7 @@ pub enum Error {
         /// The physics step \[us\].
         step_us: u64,
     },
-    /// The run took longer on the clock than it may.
+    /// The run took longer on the clock than it may; not where there is no clock.
     #[error("stopped at t = {time_s:.3} s: the run took longer than wall_clock_s, {wall_clock_s} s")]
     OutOfTime {
         /// Simulated time \[s\].

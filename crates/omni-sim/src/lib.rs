@@ -14,6 +14,7 @@ mod sensing;
 mod simulation;
 mod snapshot;
 mod trace;
+mod wall_clock;
 mod world;
 
 /// Vehicles and scenarios as plain data from TOML, checked when they are loaded.

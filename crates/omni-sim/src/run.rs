@@ -1,13 +1,12 @@
 //! A whole scenario from start to end.
 
-use std::time::Instant;
-
 use omni_core::BodyTwist;
 
 use crate::config::Scenario;
 use crate::controller::AnyController;
 use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
+use crate::wall_clock::WallClock;
 use crate::{Error, Outcome, Simulation};
 
 /// Control periods between two looks at the clock.
@@ -16,6 +15,7 @@ const PERIODS_PER_LOOK: u64 = 64;
 /// Runs a scenario from start to end, or until it has climbed where it asks for that.
 ///
 /// A run whose physics gained energy is returned like any other: its verdict says so.
+/// Where there is no clock (`wasm32-unknown-unknown`), `wall_clock_s` never runs out.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::step`]; [`Error::OutOfTime`].
@@ -106,7 +106,7 @@ pub fn drive<E: From<Error>>(
     let mut simulation = Simulation::with_controller(scenario, controller);
     let mut meter = Meter::new(scenario);
     let periods = control_periods(scenario);
-    let start = Instant::now();
+    let clock = WallClock::start(scenario.wall_clock_s);
     for k in 0..periods {
         let command = steer(&mut simulation)?;
         match simulation.step(&command) {
@@ -127,7 +127,7 @@ pub fn drive<E: From<Error>>(
         if done {
             break;
         }
-        if k % PERIODS_PER_LOOK == 0 && start.elapsed().as_secs_f64() > scenario.wall_clock_s {
+        if k % PERIODS_PER_LOOK == 0 && clock.has_expired() {
             return Err(E::from(Error::OutOfTime {
                 time_s: simulation.time_ns() as f64 * 1e-9,
                 wall_clock_s: scenario.wall_clock_s,

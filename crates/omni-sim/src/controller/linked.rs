@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use omni_core::{BodyTwist, Controller, TorqueLimit, WheelTorques};
 use omni_link::{
-    Action, Answer, Counters, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request,
-    ToController,
+    Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
 };
 
 use super::link::{Event, GREETINGS, Link, LinkCounters};

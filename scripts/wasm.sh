@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Builds the simulation for WebAssembly (wasm32-unknown-unknown), runs the first seconds of every built-in scenario in node and
+# natively, and compares poses and traces: equal in every bit, or exit code 1. Where rustup has no such target the first run
+# prepares a toolchain from Debian's packages. With --if-possible: skips, and says so, where node or the toolchain is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+unset CARGO_BUILD_TARGET # where the native program is looked for
+possible=${1:-}
+missing() { # what is missing
+    [ "$possible" = --if-possible ] && { echo "skipped, $1 is missing: the simulation in WebAssembly"; exit 0; }
+    echo "$1 is missing: the simulation in WebAssembly" >&2
+    exit 1
+}
+command -v node >/dev/null || missing "node (apt install nodejs)"
+target=wasm32-unknown-unknown
+[ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
+toolchain=$(scripts/embedded-toolchain.sh $target) || missing "a toolchain for $target (rustup target add $target, or make wasm)"
+# What is compared is what is used: no version that is not the workspace's.
+if grep '^checksum' wasm/Cargo.lock | grep -qvxFf Cargo.lock; then
+    echo "wasm/Cargo.lock has other versions than Cargo.lock: cp Cargo.lock wasm/ && cargo tree --manifest-path wasm/Cargo.toml" >&2
+    exit 1
+fi
+output=${CARGO_TARGET_DIR:-target} # the workspace's, with whose profile all is built: what is there already stays
+build() { cargo "$@" --locked --quiet --release --manifest-path wasm/Cargo.toml --target-dir "$output"; }
+build build
+# shellcheck disable=SC2086 # an empty toolchain must vanish
+build $toolchain rustc --lib --crate-type=cdylib --target=$target
+module=$output/$target/release/omnistep_wasm.wasm
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+seconds=3 # the front wheels are on the step by then
+"$output/release/omnistep-wasm" $seconds >"$work/native"
+node wasm/run.mjs "$module" $seconds >"$work/wasm" || { cat "$work/wasm" >&2; exit 1; }
+diff "$work/native" "$work/wasm" >&2 || { echo "WebAssembly (>) computes other bits than the native program (<)" >&2; exit 1; }
+echo "$(wc -l <"$work/wasm") scenarios, $seconds s each: node and the native program agree in every bit of every pose and trace"
+cut -d ' ' -f -9 "$work/wasm" | sed -n 's/^step [0-9]*/step ends at/p'
+echo "$module: $(wc -c <"$module") bytes, $(gzip -9 <"$module" | wc -c) compressed"

@@ -1,0 +1,9 @@
+// What the module says, in node: node run.mjs MODULE SECONDS. It is given nothing: no clock, no files, no threads.
+import { readFile } from "node:fs/promises";
+
+const [path, seconds] = process.argv.slice(2);
+const { instance } = await WebAssembly.instantiate(await readFile(path));
+const { memory, run, text } = instance.exports;
+const length = run(Number(seconds));
+process.stdout.write(Buffer.from(memory.buffer, text(), Math.abs(length)));
+process.exitCode = length > 0 ? 0 : 1;
