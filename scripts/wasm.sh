@@ -20,16 +20,17 @@ if grep '^checksum' wasm/Cargo.lock | grep -qvxFf Cargo.lock; then
     echo "wasm/Cargo.lock has other versions than Cargo.lock: cp Cargo.lock wasm/ && cargo tree --manifest-path wasm/Cargo.toml" >&2
     exit 1
 fi
-output=${CARGO_TARGET_DIR:-target} # the workspace's, with whose profile all is built: what is there already stays
-build() { cargo "$@" --locked --quiet --release --manifest-path wasm/Cargo.toml --target-dir "$output"; }
+output=${CARGO_TARGET_DIR:-target}
+profile=${PROFILE:-quick} # PROFILE=release: what a page loads, and how large that is
+build() { cargo "$@" --locked --quiet --profile "$profile" --manifest-path wasm/Cargo.toml --target-dir "$output"; }
 build build
 # shellcheck disable=SC2086 # an empty toolchain must vanish
 build $toolchain rustc --lib --crate-type=cdylib --target=$target
-module=$output/$target/release/omnistep_wasm.wasm
+module=$output/$target/$profile/omnistep_wasm.wasm
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 seconds=3 # the front wheels are on the step by then
-"$output/release/omnistep-wasm" $seconds >"$work/native"
+"$output/$profile/omnistep-wasm" $seconds >"$work/native"
 node wasm/run.mjs "$module" $seconds >"$work/wasm" || { cat "$work/wasm" >&2; exit 1; }
 diff "$work/native" "$work/wasm" >&2 || { echo "WebAssembly (>) computes other bits than the native program (<)" >&2; exit 1; }
 echo "$(wc -l <"$work/wasm") scenarios, $seconds s each: node and the native program agree in every bit of every pose and trace"
