@@ -32,6 +32,7 @@ use crate::error::ConfigError;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C, u8)]
+#[non_exhaustive]
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
@@ -72,6 +73,7 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Integral {
     /// Each wheel its own.
     PerWheel,

@@ -27,6 +27,7 @@ use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Desaturation {
     /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,

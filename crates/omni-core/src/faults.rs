@@ -23,6 +23,7 @@ use crate::{Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Fault {
     /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
     NotANumber,

@@ -104,6 +104,7 @@ impl<R: Real> ShapingConfig<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum CommandStatus {
     /// No command since the start or since the release of an emergency stop: rest, or on the way there.
     Idle,

@@ -27,6 +27,7 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum DriveMode {
     /// Every wheel drives and is believed.
     Normal,

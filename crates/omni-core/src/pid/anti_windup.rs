@@ -31,6 +31,7 @@ use crate::error::{ConfigError, within};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C, u8)]
+#[non_exhaustive]
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,

@@ -42,6 +42,7 @@ pub struct PidGains<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum IntegrationOrder {
     /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
     BeforeOutput,
