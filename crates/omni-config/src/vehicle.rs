@@ -326,11 +326,8 @@ impl Vehicle {
                 .iter()
                 .collect::<Vec<_>>()
                 .try_into()
-                .map_err(|wheels: Vec<_>| omni_core::ConfigError {
-                    parameter: "wheel count",
-                    index: None,
-                    value: wheels.len() as f64,
-                    allowed: "the layout's own",
+                .map_err(|wheels: Vec<_>| {
+                    omni_core::ConfigError::new("wheel count", wheels.len() as f64, "the layout's own")
                 })?;
         WheelLayout::new(wheels.map(|w| {
             let (position, direction) = (w.position_m.map(R::of), w.rolling_direction.map(R::of));

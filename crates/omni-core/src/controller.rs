@@ -65,6 +65,7 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// Not `non_exhaustive`: as `WheelSample`.
 #[repr(C)]
 pub struct ControlSample<R, const N: usize> {
     /// The command; rest where the one given was not finite, or beyond 1e6.

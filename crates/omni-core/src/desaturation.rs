@@ -85,6 +85,7 @@ constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], gives_way: Desat
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Desaturated<R, const N: usize> {
     /// The twist as reduced.
     pub twist: BodyTwist<R>,

@@ -130,6 +130,7 @@ pub enum CommandStatus {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct ShapedCommand<R> {
     /// What the vehicle is to do.
     pub twist: BodyTwist<R>,

@@ -60,6 +60,7 @@ pub enum DriveMode {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct DriveSample<R, const N: usize> {
     /// How far the vehicle can be relied on.
     pub mode: DriveMode,

@@ -177,6 +177,7 @@ impl<R: Real> PidConfig<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct EncoderStep<R> {
     /// Velocity that one count in one period reads as \[rad/s\].
     pub velocity_rad_s: R,
