@@ -34,6 +34,7 @@ impl Default for Rest {
             bleed_s,
             hold_s,
             hold_heat_n2m2s,
+            ..
         } = omni_core::Rest::default();
         Self {
             bleed_s,
@@ -46,11 +47,9 @@ impl Default for Rest {
 impl Rest {
     /// As omni-core has it.
     pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::Rest<R> {
-        omni_core::Rest {
-            bleed_s: R::of(self.bleed_s),
-            hold_s: R::of(self.hold_s),
-            hold_heat_n2m2s: R::of(self.hold_heat_n2m2s),
-        }
+        let mut rule = omni_core::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
+        rule.bleed_s = R::of(self.bleed_s);
+        rule
     }
 }
 

@@ -131,8 +131,9 @@ impl<R: Real> PidTerms<R> {
 /// use omni_core::{Pid, PidConfig, PidGains, PidState, TorqueRange};
 /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// let output = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
-/// let pid = Pid::new(PidConfig { output, ..PidConfig::new(gains, 1e-3) })?;
-/// let sample = pid.step(&mut PidState::default(), 0.0, 3.0);
+/// let mut config = PidConfig::new(gains, 1e-3);
+/// config.output = output;
+/// let sample = Pid::new(config)?.step(&mut PidState::default(), 0.0, 3.0);
 /// assert_eq!((sample.terms.sum(), sample.output_n_m, sample.saturated), (-2.0 * 3.0, -1.0, true));
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
