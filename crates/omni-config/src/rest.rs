@@ -12,6 +12,7 @@ use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Rest {
     /// Within this time the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
     #[garde(custom(within(BLEED_S)))]

@@ -30,6 +30,7 @@ pub use coupling::{Coupling, CouplingSpring};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Vehicle {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
@@ -79,6 +80,7 @@ pub struct Vehicle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Body {
     /// Name, unique among bodies.
     #[garde(custom(is_name))]
@@ -102,6 +104,7 @@ pub struct Body {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Hinge {
     /// Name, unique among hinges.
     #[garde(custom(is_name))]
@@ -137,6 +140,7 @@ pub struct Hinge {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Motor {
     /// Torque at rest \[N.m\], 1e-6 to 1e6.
     #[garde(custom(within(STALL_TORQUE_N_M)))]
@@ -162,6 +166,7 @@ impl Motor {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Limits {
     /// Speed forward \[m/s\], 0.001 to 100.
     #[garde(custom(within(SPEED_M_S)))]
@@ -207,6 +212,7 @@ impl Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Gains {
     /// k_p \[N.m per rad/s\], 0 to 1e6.
     #[garde(custom(within(GAIN)))]
@@ -237,6 +243,7 @@ impl Gains {
 
 /// Wheels side by side.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// Place of the foremost of them along x \[m\].
     pub x_m: f64,

@@ -225,6 +225,7 @@ impl AnyController {
         let built = match scenario.control.precision {
             Precision::F32 => for_wheel_count!(count, sized[f32](scenario), refuse),
             Precision::F64 => for_wheel_count!(count, sized[f64](scenario), refuse),
+            _ => Err(unknown(scenario, "control.precision", "")),
         };
         Ok(Self(built?))
     }
@@ -280,6 +281,15 @@ impl AnyController {
     #[must_use]
     pub fn link(&self) -> Option<LinkCounters> {
         self.0.link()
+    }
+}
+
+/// What a newer omni-config reads and this simulation does not know is refused, never left out; `what` says more of it.
+pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Error {
+    config::Error::Key {
+        file: format!("scenario {}", scenario.name),
+        key: key.into(),
+        message: format!("{what}unknown to this simulation, which is older than its files"),
     }
 }
 

@@ -319,7 +319,7 @@ fn the_eleventh_bad_frame_in_a_row_stops_the_run_without_torque(place: Place) {
     ];
     for (requests, answers, why) in cases {
         let controller = linked(place, &scenario, requests, answers);
-        let mut simulation = Simulation::with_controller(&scenario, controller);
+        let mut simulation = Simulation::with_controller(&scenario, controller).unwrap();
         let ahead = scenario.command.at(1.0);
         for period in 1..BAD + 10 {
             simulation.step(&ahead).unwrap();
