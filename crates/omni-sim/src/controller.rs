@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
+use crate::error::unknown;
 pub use link::{Link, LinkCounters};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
@@ -320,15 +321,6 @@ impl AnyController {
     #[must_use]
     pub fn link(&self) -> Option<LinkCounters> {
         self.0.link()
-    }
-}
-
-/// What a newer omni-config reads and this simulation does not know is refused, never left out; `what` says more of it.
-pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Error {
-    config::Error::Key {
-        file: format!("scenario {}", scenario.name),
-        key: key.into(),
-        message: format!("{what}unknown to this simulation, which is older than its files"),
     }
 }
 

@@ -14,7 +14,7 @@ use rapier3d_f64::prelude::*;
 
 use crate::Error;
 use crate::config::{Fault, RollerWheel, Scenario};
-use crate::controller::unknown;
+use crate::error::unknown;
 use crate::observation::{Observation, Pose3};
 use actuation::Actuation;
 use energy_balance::EnergyBalance;
