@@ -7,8 +7,8 @@ use std::path::PathBuf;
 
 use omni_config::{Language, Scenario, rust_expression};
 use omni_core::{
-    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, ForwardMap, Odometry,
-    OdometryNoise, Rest, ShapingConfig, SlipConfig, SpeedLimits, TwistLimits,
+    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, Odometry,
+    OdometryNoise, Rest, SlipConfig, SpeedLimits, TwistLimits,
 };
 
 #[path = "src/randomised.rs"]
@@ -18,47 +18,40 @@ mod randomised;
 /// a shared path, a command point, discretisation.
 fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     let axis = AxisLimits::symmetric(1.0, 1.0, 2.0, 20.0);
-    let config = DriveConfig {
-        layout: scenario.vehicle().layout()?,
-        forward: ForwardMap::LeastSquares,
-        control: scenario.wheel_control()?,
-        rest: Rest::hold(10.0, 100.0),
-        shaping: ShapingConfig {
-            limits: TwistLimits::PerAxis {
-                vx: axis,
-                vy: axis,
-                wz: axis,
-            },
-            timeout_s: Some(0.1),
-            emergency_deceleration: Some(EmergencyDeceleration {
-                linear_m_s2: 4.0,
-                yaw_rad_s2: 8.0,
-            }),
-        },
-        command_point_m: [0.1, 0.0],
-        discretize: true,
-        blind_periods: 10,
-        speed_limits: Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?),
-        slip: Some(SlipConfig {
-            enter_rad_s: 2.0,
-            leave_rad_s: 1.0,
-            enter_periods: 10,
-            leave_periods: 50,
-        }),
-        faults: Some(FaultConfig {
-            jump_rad_s: 20.0,
-            jump_periods: 5,
-            stuck_rad_s: 1.0,
-            stuck_torque_n_m: f32::INFINITY,
-            stuck_periods: 200,
-            silent_periods: 20,
-            recovery_periods: 100,
-        }),
-        noise: Some(OdometryNoise {
-            wheel_rad_per_sqrt_rad: 0.02,
-            residual_gain: 1.0,
-        }),
+    let mut config = DriveConfig::new(scenario.vehicle().layout()?, scenario.wheel_control()?);
+    config.rest = Rest::hold(10.0, 100.0);
+    config.shaping.limits = TwistLimits::PerAxis {
+        vx: axis,
+        vy: axis,
+        wz: axis,
     };
+    config.shaping.timeout_s = Some(0.1);
+    config.shaping.emergency_deceleration = Some(EmergencyDeceleration {
+        linear_m_s2: 4.0,
+        yaw_rad_s2: 8.0,
+    });
+    config.command_point_m = [0.1, 0.0];
+    config.discretize = true;
+    config.blind_periods = 10;
+    config.speed_limits = Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?);
+    config.slip = Some(SlipConfig {
+        enter_rad_s: 2.0,
+        leave_rad_s: 1.0,
+        enter_periods: 10,
+        leave_periods: 50,
+    });
+    let mut faults = FaultConfig::unchecked();
+    faults.jump_rad_s = 20.0;
+    faults.jump_periods = 5;
+    faults.stuck_rad_s = 1.0;
+    faults.stuck_periods = 200;
+    faults.silent_periods = 20;
+    faults.recovery_periods = 100;
+    config.faults = Some(faults);
+    config.noise = Some(OdometryNoise {
+        wheel_rad_per_sqrt_rad: 0.02,
+        residual_gain: 1.0,
+    });
     Ok(Drive::new(config)?)
 }
 

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use omni_config::{Language, Scenario, rust_expression};
-use omni_core::{CommandShaper, EmergencyDeceleration, ShapingConfig};
+use omni_core::{CommandShaper, ShapingConfig};
 
 const SCENARIO: &str = "vehicle/omni4-flat.toml";
 
@@ -19,14 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let limits = vehicle
         .limits
         .ok_or("the vehicle has no [limits]: commands would be followed at once")?;
-    let shaper = CommandShaper::<f32>::new(
-        ShapingConfig {
-            limits: limits.of_twist(),
-            timeout_s: Some(COMMAND_TIMEOUT_S),
-            emergency_deceleration: None::<EmergencyDeceleration<f32>>,
-        },
-        scenario.period_s() as f32,
-    )?;
+    let mut shaping = ShapingConfig::none();
+    shaping.limits = limits.of_twist();
+    shaping.timeout_s = Some(COMMAND_TIMEOUT_S);
+    let shaper = CommandShaper::<f32>::new(shaping, scenario.period_s() as f32)?;
     let [stall, slope] = [vehicle.motor.stall_torque_n_m, vehicle.motor.slope_n_m_s_rad]
         .map(|value| rust_expression(&(value as f32)));
 

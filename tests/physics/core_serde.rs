@@ -70,17 +70,15 @@ fn a_drive_goes_on_from_what_was_written_as_if_nothing_had_happened() {
 
 #[test]
 fn a_configuration_is_plain_data_with_the_names_of_its_fields() {
-    let config = PidConfig {
-        anti_windup: AntiWindup::BackCalculation { tracking_time_s: 0.5 },
-        ..PidConfig::new(
-            PidGains {
-                kp_n_m_s_rad: 0.25,
-                ki_n_m_rad: 2.0,
-                kd_n_m_s2_rad: 0.0,
-            },
-            1e-3,
-        )
-    };
+    let mut config = PidConfig::new(
+        PidGains {
+            kp_n_m_s_rad: 0.25,
+            ki_n_m_rad: 2.0,
+            kd_n_m_s2_rad: 0.0,
+        },
+        1e-3,
+    );
+    config.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 0.5 };
     let value = serde_json::to_value(config.gains).expect("plain data");
     assert_eq!(
         value,

@@ -21,6 +21,7 @@ pub const BALL_LEAN_RAD: f64 = 10.0 * PI / 180.0;
 
 /// A wheel whose ball is not the wheel it stands for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BeyondBall {
     /// Its name.
     pub wheel: String,

@@ -12,6 +12,7 @@ use crate::ranges::{PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, cou
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Start {
     /// World x \[m\], -100 to 100: the phase at which wheels meet the obstacle.
     #[garde(custom(within(PLACE_M)))]
@@ -31,6 +32,7 @@ pub struct Start {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CommandFrame {
     /// The vehicle's: forward is where it looks.
     #[default]
@@ -43,6 +45,7 @@ pub enum CommandFrame {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Command {
     /// Forward \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
@@ -75,6 +78,7 @@ pub struct Command {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Then {
     /// When it begins \[s\], 0 to 3600; after the one before it.
     #[garde(custom(within(TIME_S)))]

@@ -30,6 +30,7 @@ pub fn rust_expression(value: &dyn Constant) -> String {
 
 /// A language that constants can be written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Language {
     /// Items for `include!`, which name `omni_core`.
     Rust,

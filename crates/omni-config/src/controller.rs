@@ -36,12 +36,7 @@ macro_rules! for_wheel_count {
 /// The error for a vehicle with too few or too many wheels.
 #[must_use]
 pub fn wheel_count_refused(count: usize) -> ConfigError {
-    ConfigError {
-        parameter: "wheel count",
-        index: None,
-        value: count as f64,
-        allowed: "3 to 8",
-    }
+    ConfigError::new("wheel count", count as f64, "3 to 8")
 }
 
 impl Scenario {

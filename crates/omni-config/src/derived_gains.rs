@@ -18,6 +18,7 @@ const SHARE_OF_A_FREE_WHEEL: f64 = 0.5;
 
 /// Gains that were derived, and from what.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DerivedGains {
     /// The gains.
     pub gains: Gains,

@@ -5,6 +5,7 @@ use crate::{Error, Scenario, Source, Study, Vehicle, WheelsExperiment};
 
 /// A file that has been checked.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum File {
     /// A vehicle.
     Vehicle(Box<Vehicle>),

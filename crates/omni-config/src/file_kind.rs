@@ -4,6 +4,7 @@ use toml::Table;
 
 /// Kinds of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FileKind {
     /// A vehicle.
     Vehicle,
@@ -30,6 +31,17 @@ impl FileKind {
             Some(Self::Study)
         } else {
             None
+        }
+    }
+
+    /// Its name as a word, as `vehicle` in `vehicle.schema.json`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vehicle => "vehicle",
+            Self::Scenario => "scenario",
+            Self::Experiment => "experiment",
+            Self::Study => "study",
         }
     }
 

@@ -20,6 +20,7 @@ use crate::tagged::deserialize_by_kind;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
     /// counts of the last control period over the period.
@@ -48,6 +49,7 @@ pub struct Sensors {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Actuators {
     /// Time constant of the torque, first order \[s\], 0 to 1.
     #[garde(custom(within(LAG_S)))]
@@ -64,6 +66,7 @@ pub struct Actuators {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct HeadingHold {
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0.001 to 100.
     #[garde(custom(within(HOLD_PER_S)))]
@@ -91,6 +94,7 @@ impl HeadingHold {
 #[derive(Clone, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Fault {
     /// A motor gives no torque any more; its wheel turns freely.
     WheelLost {

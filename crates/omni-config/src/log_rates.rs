@@ -11,6 +11,7 @@ use crate::ranges::{LOG_HZ, within};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct LogRates {
     /// `/vehicle_state` \[Hz\], 0 to 1e6; left out: every control period, which replay asks for.
     #[garde(inner(custom(within(LOG_HZ))))]

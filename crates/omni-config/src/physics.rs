@@ -12,6 +12,7 @@ use crate::rollers::WheelModel;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Physics {
     /// Physics step \[us\], 1 to 100000.
     #[garde(custom(within(PERIOD_US)))]

@@ -12,6 +12,7 @@ use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Rest {
     /// Within this time the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
     #[garde(custom(within(BLEED_S)))]
@@ -34,6 +35,7 @@ impl Default for Rest {
             bleed_s,
             hold_s,
             hold_heat_n2m2s,
+            ..
         } = omni_core::Rest::default();
         Self {
             bleed_s,
@@ -46,11 +48,9 @@ impl Default for Rest {
 impl Rest {
     /// As omni-core has it.
     pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::Rest<R> {
-        omni_core::Rest {
-            bleed_s: R::of(self.bleed_s),
-            hold_s: R::of(self.hold_s),
-            hold_heat_n2m2s: R::of(self.hold_heat_n2m2s),
-        }
+        let mut rule = omni_core::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
+        rule.bleed_s = R::of(self.bleed_s);
+        rule
     }
 }
 

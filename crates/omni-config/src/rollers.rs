@@ -13,6 +13,7 @@ use crate::ranges::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum WheelModel {
     /// Each wheel as its `contact` says.
     #[default]
@@ -27,6 +28,7 @@ pub enum WheelModel {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Rollers {
     /// Rollers a row, 3 to 32.
     #[garde(custom(within(ROLLER_COUNT)))]

@@ -138,6 +138,7 @@ fn an_hour() -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Precision {
     /// `f32`, as in firmware.
     F32,
@@ -150,6 +151,7 @@ pub enum Precision {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Control {
     /// Name of a coordination preset.
     #[garde(custom(known_policy))]
@@ -173,6 +175,7 @@ pub struct Control {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Perturbation {
     /// Heading at the start \[rad\], 0 to 3.2.
     #[garde(custom(within(HEADING_RAD)))]

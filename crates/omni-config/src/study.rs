@@ -107,6 +107,7 @@ pub struct Axis {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct MapAxes {
     /// Key of the axis along the columns; the first axis by default.
     #[garde(skip)] // checked with the axes

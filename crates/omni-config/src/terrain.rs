@@ -28,6 +28,7 @@ use crate::tagged::deserialize_by_kind;
 #[derive(Clone, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Terrain {
     /// A plane.
     Flat {
@@ -310,6 +311,7 @@ deserialize_by_kind!(Terrain, TerrainByKind);
 
 /// Where an obstacle lies along x \[m\]: it is passed when a wheel's centre is beyond `to_m`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Obstacle {
     /// World x of its near side.
     pub from_m: f64,
@@ -321,6 +323,7 @@ pub struct Obstacle {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct FrictionPatch {
     /// World x from and to \[m\], in this order, -10000 to 10000.
     #[garde(custom(within(WORLD_M)), custom(interval))]

@@ -31,6 +31,7 @@ pub use coupling::{Coupling, CouplingSpring};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Vehicle {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
@@ -80,6 +81,7 @@ pub struct Vehicle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Body {
     /// Name, unique among bodies.
     #[garde(custom(is_name))]
@@ -103,6 +105,7 @@ pub struct Body {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Hinge {
     /// Name, unique among hinges.
     #[garde(custom(is_name))]
@@ -138,6 +141,7 @@ pub struct Hinge {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Motor {
     /// Torque at rest \[N.m\], 1e-6 to 1e6.
     #[garde(custom(within(STALL_TORQUE_N_M)))]
@@ -163,6 +167,7 @@ impl Motor {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Limits {
     /// Speed forward \[m/s\], 0.001 to 100.
     #[garde(custom(within(SPEED_M_S)))]
@@ -208,6 +213,7 @@ impl Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Gains {
     /// k_p \[N.m per rad/s\], 0 to 1e6.
     #[garde(custom(within(GAIN)))]
@@ -238,6 +244,7 @@ impl Gains {
 
 /// Wheels side by side.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// Place of the foremost of them along x \[m\].
     pub x_m: f64,
@@ -327,11 +334,8 @@ impl Vehicle {
                 .iter()
                 .collect::<Vec<_>>()
                 .try_into()
-                .map_err(|wheels: Vec<_>| omni_core::ConfigError {
-                    parameter: "wheel count",
-                    index: None,
-                    value: wheels.len() as f64,
-                    allowed: "the layout's own",
+                .map_err(|wheels: Vec<_>| {
+                    omni_core::ConfigError::new("wheel count", wheels.len() as f64, "the layout's own")
                 })?;
         WheelLayout::new(wheels.map(|w| {
             let (position, direction) = (w.position_m.map(R::of), w.rolling_direction.map(R::of));

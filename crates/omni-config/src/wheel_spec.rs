@@ -18,6 +18,7 @@ use crate::tagged::deserialize_by_kind;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum WheelContact {
     /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
     Ball {},
@@ -46,6 +47,7 @@ deserialize_by_kind!(WheelContact, ContactByKind);
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct WheelSpec {
     /// Name, unique among wheels.
     #[garde(custom(is_name))]

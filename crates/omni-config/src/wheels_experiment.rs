@@ -20,6 +20,7 @@ use crate::vehicle::Gains;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct WheelsExperiment {
     /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
     #[garde(skip)] // checked before anything else is read
@@ -62,6 +63,7 @@ pub struct WheelsExperiment {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct DamperLoad {
     /// `A`, `B` or `C`.
     #[garde(custom(wheel_letter))]

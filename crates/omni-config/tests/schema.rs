@@ -41,7 +41,7 @@ from_s = 0.0
             .template("wheels")
             .expect("built in")
             .to_owned(),
-        FileKind::Study => unreachable!("not among KINDS: most of its values are those of any key"),
+        _ => unreachable!("not among KINDS: most values of a study are those of any key"),
     }
 }
 
@@ -52,7 +52,7 @@ fn load(kind: FileKind, overrides: &[Override]) -> Result<(), String> {
         FileKind::Vehicle => Vehicle::from_source(&source, overrides).map(|_| ()),
         FileKind::Scenario => Scenario::from_source(&source, overrides).map(|_| ()),
         FileKind::Experiment => WheelsExperiment::from_source(&source, overrides).map(|_| ()),
-        FileKind::Study => unreachable!("not among KINDS"),
+        _ => unreachable!("not among KINDS"),
     }
     .map_err(|error| error.to_string())
 }

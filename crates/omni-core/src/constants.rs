@@ -118,6 +118,7 @@ pub type Fields<'a> = &'a [(&'static str, &'a dyn Constant)];
 /// Integral::Shared.describe(&mut variant).expect("writes nothing");
 /// assert_eq!((variant.0, variant.0.len()), ("Shared", 6));
 /// ```
+// Not `non_exhaustive`: a writer that leaves out a kind of value writes source that is wrong.
 pub enum Piece<'a> {
     /// A number, in `f32` where `single`: then `value` is exactly one.
     Real {

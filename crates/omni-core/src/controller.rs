@@ -65,6 +65,7 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// Not `non_exhaustive`: as `WheelSample`.
 #[repr(C)]
 pub struct ControlSample<R, const N: usize> {
     /// The command; rest where the one given was not finite, or beyond 1e6.
@@ -104,7 +105,8 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
     /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
-    /// let never = WheelControlConfig { pid: PidConfig { period_s: 0.0, ..config.pid }, ..config };
+    /// let mut never = config;
+    /// never.pid.period_s = 0.0;
     /// let error = Controller::new(&layout, never).unwrap_err();
     /// assert_eq!((error.parameter, error.value), ("period_s", 0.0));
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -154,7 +156,9 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
     /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
-    /// let controller = Controller::new(&layout, config)?.with_rest(Rest { bleed_s: 0.1, ..Rest::default() })?;
+    /// let mut rest = Rest::default();
+    /// rest.bleed_s = 0.1;
+    /// let controller = Controller::new(&layout, config)?.with_rest(rest)?;
     /// let (mut state, blocked) = (ControlState::default(), WheelVelocities::zero());
     /// for _ in 0..300 {
     ///     controller.step(&mut state, &BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO }, &blocked);

@@ -18,7 +18,7 @@ use crate::error::ConfigError;
 /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (pid, limits) = (PidConfig::new(gains, 1e-3), [TorqueLimit::constant(1.0)?; 2]);
 /// let applied = |saturation| {
-///     let coordination = Coordination { saturation, integral: Integral::PerWheel };
+///     let coordination = Coordination::new(saturation, Integral::PerWheel);
 ///     let wheels = WheelController::new(WheelControlConfig { pid, limits, coordination }).expect("valid");
 ///     // Errors of 16 and -8 rad/s at a gain of 0.125 ask for 2 and -1 N.m; 1 N.m is the limit.
 ///     wheels.step(&mut ControlState::default(), &[16.0, -16.0].into(), &[0.0, -8.0].into()).applied.n_m
@@ -32,6 +32,7 @@ use crate::error::ConfigError;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C, u8)]
+#[non_exhaustive]
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
@@ -58,7 +59,7 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 /// # let (pid, limits) = (PidConfig::new(gains, 0.1_f64), [TorqueLimit::constant(2.0)?; 4]);
 /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
 /// for (integral, expected) in [(Integral::PerWheel, 0.5), (Integral::Shared, 0.0)] {
-///     let coordination = Coordination { saturation: Saturation::Clip, integral };
+///     let coordination = Coordination::new(Saturation::Clip, integral);
 ///     let controller = Controller::new(&layout, WheelControlConfig { pid, limits, coordination })?;
 ///     let mut state = ControlState::default();
 ///     let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel
@@ -72,6 +73,7 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Integral {
     /// Each wheel its own.
     PerWheel,
@@ -94,6 +96,7 @@ constant_enum!(Integral { PerWheel, Shared });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
+#[non_exhaustive]
 pub struct Coordination<R> {
     /// How torques are brought within limits.
     pub saturation: Saturation<R>,
@@ -106,6 +109,18 @@ constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral
 impl<R: Real> Coordination<R> {
     /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
     pub const PRESETS: [&'static str; 4] = ["independent", "paper", "synchronised", "load_sharing"];
+
+    /// A policy of these two choices; whatever else there will be to choose stays as in [`Coordination::independent`].
+    ///
+    /// ```
+    /// use omni_core::{Coordination, Integral, Saturation};
+    /// let patient = Coordination::new(Saturation::ScaleReference { floor: 0.5 }, Integral::Shared);
+    /// assert_eq!((patient.saturation, patient.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
+    /// ```
+    #[must_use]
+    pub const fn new(saturation: Saturation<R>, integral: Integral) -> Self {
+        Self { saturation, integral }
+    }
 
     /// The policy of that name, one of [`Coordination::PRESETS`]; none for any other.
     ///

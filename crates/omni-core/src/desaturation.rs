@@ -27,6 +27,7 @@ use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Desaturation {
     /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,
@@ -84,6 +85,7 @@ constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], gives_way: Desat
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Desaturated<R, const N: usize> {
     /// The twist as reduced.
     pub twist: BodyTwist<R>,

@@ -81,14 +81,14 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// those of [`Controller::with_rest`].
     ///
     /// ```
-    /// use omni_core::{Drive, DriveConfig, ShapingConfig, WheelLayout};
+    /// use omni_core::{Drive, DriveConfig, WheelLayout};
     /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
     /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let plain = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
-    /// let shaping = ShapingConfig { timeout_s: Some(-0.5), ..ShapingConfig::none() };
-    /// let error = Drive::new(DriveConfig { shaping, ..plain }).unwrap_err();
+    /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+    /// config.shaping.timeout_s = Some(-0.5);
+    /// let error = Drive::new(config).unwrap_err();
     /// assert_eq!((error.parameter, error.value), ("timeout_s", -0.5));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```

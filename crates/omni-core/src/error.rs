@@ -15,6 +15,7 @@ use core::fmt;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,
@@ -28,7 +29,17 @@ pub struct ConfigError {
 }
 
 impl ConfigError {
-    pub(crate) fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
+    /// `parameter` is `value`, and only what `allowed` says in words would do; of no wheel in particular. For who checks
+    /// what is handed on to this crate.
+    ///
+    /// ```
+    /// use omni_core::ConfigError;
+    /// let error = ConfigError::new("wheel count", 9.0, "3 to 8");
+    /// assert_eq!(error.to_string(), "wheel count = 9, allowed: 3 to 8");
+    /// assert_eq!((error.value, error.index), (9.0, None));
+    /// ```
+    #[must_use]
+    pub fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
         Self {
             parameter,
             index: None,

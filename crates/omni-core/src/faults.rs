@@ -9,8 +9,9 @@ use crate::{Real, WheelVelocities};
 ///
 /// ```
 /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-/// #     stuck_periods: 100, silent_periods: 2, recovery_periods: 200 };
+/// # let mut config = FaultConfig::unchecked();
+/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 2, 200);
 /// # let rest = WheelVelocities::zero();
 /// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // silent_periods: 2
@@ -23,6 +24,7 @@ use crate::{Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Fault {
     /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
     NotANumber,
@@ -42,23 +44,19 @@ pub enum Fault {
 /// ```
 /// use omni_core::{FaultConfig, FaultMonitor};
 /// // Wheels of 6 rad/s that gain at most 500 rad/s^2, sampled every millisecond.
-/// let config = FaultConfig {
-///     jump_rad_s: 2.0_f64,
-///     jump_periods: 5,
-///     stuck_rad_s: 1.0,
-///     stuck_torque_n_m: f64::INFINITY,
-///     stuck_periods: 100,
-///     silent_periods: 20,
-///     recovery_periods: 200,
-/// };
+/// let mut config = FaultConfig::unchecked();
+/// (config.jump_rad_s, config.jump_periods) = (2.0_f64, 5);
+/// (config.stuck_rad_s, config.stuck_periods) = (1.0, 100);
+/// (config.silent_periods, config.recovery_periods) = (20, 200);
 /// assert!(FaultMonitor::new(config).is_ok());
-/// // One reading alone is not stuck.
-/// let error = FaultMonitor::new(FaultConfig { stuck_periods: 1, ..config }).unwrap_err();
+/// config.stuck_periods = 1; // one reading alone is not stuck
+/// let error = FaultMonitor::new(config).unwrap_err();
 /// assert_eq!((error.parameter, error.value), ("stuck_periods", 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct FaultConfig<R> {
     /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
     /// believed is held back.
@@ -93,8 +91,23 @@ constant_struct!(FaultConfig<R> {
 });
 
 impl<R: Real> FaultConfig<R> {
-    /// No check but for readings that are missing or no numbers, which are not believed for as long as they last.
-    pub(crate) fn unchecked() -> Self {
+    /// No check but for readings that are missing or no numbers, which are not believed for as long as they last. What is
+    /// to be checked is set from here.
+    ///
+    /// ```
+    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
+    /// # let rest = WheelVelocities::zero();
+    /// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
+    /// let (monitor, mut state) = (FaultMonitor::new(FaultConfig::unchecked())?, FaultState::default());
+    /// // From 1 to 900 rad/s within a period: nobody looks.
+    /// assert_eq!(monitor.step(&mut state, &[Some(1.0)], &expected).rad_s, [1.0]);
+    /// assert_eq!(monitor.step(&mut state, &[Some(900.0)], &expected).rad_s, [900.0]);
+    /// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [0.0]);
+    /// assert_eq!(state.faults(), [Some(Fault::Silent)]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn unchecked() -> Self {
         let infinite = R::one() / R::zero();
         Self {
             jump_rad_s: infinite,
@@ -112,8 +125,9 @@ impl<R: Real> FaultConfig<R> {
 ///
 /// ```
 /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 3, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-/// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 200 };
+/// # let mut config = FaultConfig::unchecked();
+/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 3, 1.0, 1e9);
+/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 200);
 /// # let rest = WheelVelocities::zero();
 /// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // jump_periods: 3
@@ -136,8 +150,9 @@ constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 ///
 /// ```
 /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-/// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 2 };
+/// # let mut config = FaultConfig::unchecked();
+/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 2);
 /// # let rest = WheelVelocities::zero();
 /// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // recovery_periods: 2
@@ -209,8 +224,9 @@ impl<R: Real, const N: usize> FaultState<R, N> {
     ///
     /// ```
     /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-    /// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 2 };
+    /// # let mut config = FaultConfig::unchecked();
+    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 2);
     /// # let rest = WheelVelocities::zero();
     /// # let (checked, torque_n_m) = ([false; 2], [0.0; 2]);
     /// # let expected = Expectation { by_others: &rest, checked: &checked, reference: &rest, torque_n_m: &torque_n_m };
@@ -282,8 +298,9 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 ///
 /// ```
 /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-/// #     stuck_periods: 3, silent_periods: 20, recovery_periods: 200 };
+/// # let mut config = FaultConfig::unchecked();
+/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (3, 20, 200);
 /// # let zero = WheelVelocities::zero();
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // stuck_periods: 3
 /// // By what the others say both wheels speed up from 2 to 6 rad/s, but of the second they cannot tell.
@@ -319,9 +336,11 @@ impl<R: Real> FaultMonitor<R> {
     ///
     /// ```
     /// use omni_core::{FaultConfig, FaultMonitor};
-    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-    /// #     stuck_periods: 3, silent_periods: 20, recovery_periods: 200 };
-    /// let error = FaultMonitor::new(FaultConfig { jump_rad_s: 0.0, ..config }).unwrap_err(); // all would jump
+    /// # let mut config = FaultConfig::unchecked();
+    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (3, 20, 200);
+    /// config.jump_rad_s = 0.0; // all would jump
+    /// let error = FaultMonitor::new(config).unwrap_err();
     /// assert_eq!((error.parameter, error.value), ("jump_rad_s", 0.0));
     /// ```
     pub fn new(config: FaultConfig<R>) -> Result<Self, ConfigError> {
@@ -355,8 +374,9 @@ impl<R: Real> FaultMonitor<R> {
     ///
     /// ```
     /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-    /// # let config = FaultConfig { jump_rad_s: 2.0_f64, jump_periods: 5, stuck_rad_s: 1.0, stuck_torque_n_m: 1e9,
-    /// #     stuck_periods: 100, silent_periods: 20, recovery_periods: 200 };
+    /// # let mut config = FaultConfig::unchecked();
+    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
+    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 200);
     /// let monitor = FaultMonitor::new(config)?;
     /// let mut state = FaultState::default();
     /// let nothing = WheelVelocities::zero();

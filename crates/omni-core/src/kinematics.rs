@@ -28,6 +28,7 @@ use forward_map::{Gram, column_average};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum ForwardMap {
     /// `(A^T A)^-1 A^T`: the twist with the smallest sum of squared wheel errors \[rad/s\].
     LeastSquares,

@@ -43,6 +43,7 @@ fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// Not `non_exhaustive`: a step moves the pose, has nothing to differ from, or does nothing.
 pub enum OdometryStep<R> {
     /// The pose moved by this.
     Moved(BodyDisplacement<R>),

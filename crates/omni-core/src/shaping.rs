@@ -13,7 +13,8 @@ use crate::{AxisLimits, BodyTwist, Real, TwistLimiter, TwistLimiterState, TwistL
 /// ```
 /// use omni_core::{BodyTwist, CommandShaper, EmergencyDeceleration, ShaperState, ShapingConfig};
 /// let brakes = EmergencyDeceleration { linear_m_s2: 2.0, yaw_rad_s2: 8.0 };
-/// let config = ShapingConfig { emergency_deceleration: Some(brakes), ..ShapingConfig::none() };
+/// let mut config = ShapingConfig::none();
+/// config.emergency_deceleration = Some(brakes);
 /// let shaper = CommandShaper::new(config, 0.125)?;
 /// let mut state = ShaperState::at(&BodyTwist { vx_m_s: 0.75, vy_m_s: 1.0, wz_rad_s: 1.0 });
 /// state.emergency_stop();
@@ -37,8 +38,9 @@ pub struct EmergencyDeceleration<R> {
 /// ```
 /// use omni_core::{BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig};
 /// // Commands hold for a tenth of a second, ten periods; after that the vehicle rests.
-/// let shaper = CommandShaper::new(ShapingConfig { timeout_s: Some(0.1), ..ShapingConfig::none() }, 0.01)?;
-/// let mut state = ShaperState::default();
+/// let mut config = ShapingConfig::none();
+/// config.timeout_s = Some(0.1);
+/// let (shaper, mut state) = (CommandShaper::new(config, 0.01)?, ShaperState::default());
 /// shaper.step(&mut state, Some(&BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO }));
 /// let periods = (0..100).take_while(|_| shaper.step(&mut state, None).status == CommandStatus::Following).count();
 /// assert_eq!((periods, state.twist().vx_m_s), (10, 0.0));
@@ -47,6 +49,7 @@ pub struct EmergencyDeceleration<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct ShapingConfig<R> {
     /// Limits of the twist that goes out.
     pub limits: TwistLimits<R>,
@@ -89,7 +92,8 @@ impl<R: Real> ShapingConfig<R> {
 /// ```
 /// use omni_core::{AxisLimits, BodyTwist, CommandShaper, CommandStatus, ShaperState, ShapingConfig, TwistLimits};
 /// let [vx, vy, wz] = [AxisLimits::symmetric(1.0, 1.0, 1.0, f64::INFINITY); 3];
-/// let config = ShapingConfig { limits: TwistLimits::PerAxis { vx, vy, wz }, ..ShapingConfig::none() };
+/// let mut config = ShapingConfig::none();
+/// config.limits = TwistLimits::PerAxis { vx, vy, wz };
 /// let (shaper, mut state) = (CommandShaper::new(config, 0.25)?, ShaperState::default());
 /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
 /// let mut step = |command| {
@@ -104,6 +108,7 @@ impl<R: Real> ShapingConfig<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum CommandStatus {
     /// No command since the start or since the release of an emergency stop: rest, or on the way there.
     Idle,
@@ -129,6 +134,7 @@ pub enum CommandStatus {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct ShapedCommand<R> {
     /// What the vehicle is to do.
     pub twist: BodyTwist<R>,
@@ -171,7 +177,8 @@ impl<R: Real> ShaperState<R> {
     /// ```
     /// use omni_core::{AxisLimits, BodyTwist, CommandShaper, ShaperState, ShapingConfig, TwistLimits};
     /// let [vx, vy, wz] = [AxisLimits::symmetric(1.0, 1.0, 2.0, f64::INFINITY); 3];
-    /// let config = ShapingConfig { limits: TwistLimits::PerAxis { vx, vy, wz }, ..ShapingConfig::none() };
+    /// let mut config = ShapingConfig::none();
+    /// config.limits = TwistLimits::PerAxis { vx, vy, wz };
     /// let mut state = ShaperState::at(&BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO });
     /// // Nobody commands: it comes to rest as the limits say, 2 m/s^2 for 0.125 s.
     /// assert_eq!(CommandShaper::new(config, 0.125)?.step(&mut state, None).twist.vx_m_s, 0.75);
@@ -260,15 +267,10 @@ impl<R: Real> ShaperState<R> {
 /// ```
 /// use omni_core::{BodyTwist, CommandShaper, CommandStatus, MotionLimits, ShaperState, ShapingConfig, TwistLimits};
 /// let linear = MotionLimits { acceleration: 1.0_f64, deceleration: 2.0, ..MotionLimits::unlimited() };
-/// let shaper = CommandShaper::new(
-///     ShapingConfig {
-///         limits: TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() },
-///         timeout_s: Some(0.5),
-///         emergency_deceleration: None,
-///     },
-///     0.25,
-/// )?;
-/// let mut state = ShaperState::default();
+/// let mut config = ShapingConfig::none();
+/// config.limits = TwistLimits::AlongMotion { linear, yaw: MotionLimits::unlimited() };
+/// config.timeout_s = Some(0.5);
+/// let (shaper, mut state) = (CommandShaper::new(config, 0.25)?, ShaperState::default());
 /// let forward = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
 /// let shaped = shaper.step(&mut state, Some(&forward));
 /// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.25, CommandStatus::Limited));
@@ -304,7 +306,8 @@ impl<R: Real> CommandShaper<R> {
     /// ```
     /// use omni_core::{CommandShaper, EmergencyDeceleration, ShapingConfig};
     /// let no_brakes = EmergencyDeceleration { linear_m_s2: 0.0, yaw_rad_s2: 1.0 };
-    /// let config = ShapingConfig { emergency_deceleration: Some(no_brakes), ..ShapingConfig::none() };
+    /// let mut config = ShapingConfig::none();
+    /// config.emergency_deceleration = Some(no_brakes);
     /// let error = CommandShaper::new(config, 1e-3).unwrap_err();
     /// assert_eq!((error.parameter, error.value), ("emergency_deceleration.linear_m_s2", 0.0));
     /// ```
@@ -339,8 +342,9 @@ impl<R: Real> CommandShaper<R> {
     /// ```
     /// use omni_core::{BodyTwist, CommandShaper, ShaperState, ShapingConfig};
     /// // A time-out of 0: each command moves the vehicle for one period.
-    /// let shaper = CommandShaper::new(ShapingConfig { timeout_s: Some(0.0), ..ShapingConfig::none() }, 1e-3)?;
-    /// let mut state = ShaperState::default();
+    /// let mut config = ShapingConfig::none();
+    /// config.timeout_s = Some(0.0);
+    /// let (shaper, mut state) = (CommandShaper::new(config, 1e-3)?, ShaperState::default());
     /// let left = BodyTwist { vy_m_s: 0.5, ..BodyTwist::ZERO };
     /// assert_eq!([Some(&left), None].map(|command| shaper.step(&mut state, command).twist.vy_m_s), [0.5, 0.0]);
     /// # Ok::<(), omni_core::ConfigError>(())

@@ -121,6 +121,7 @@ pub struct SlipState<R, const N: usize> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct SlipSample<R, const N: usize> {
     /// The motion that the trusted wheels tell.
     pub estimated: BodyTwist<R>,

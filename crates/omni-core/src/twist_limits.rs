@@ -71,6 +71,7 @@ impl<R: Real> MotionLimits<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum TwistLimits<R> {
     /// Each axis by itself: each is as quick as it may be, and the path bends where one of them lags.
     PerAxis {

@@ -70,12 +70,12 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// layout that a [`crate::Controller`] has.
     ///
     /// ```
-    /// use omni_core::{Integral, WheelController};
+    /// use omni_core::WheelController;
     /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
     /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let coordination = Coordination { integral: Integral::Shared, ..Coordination::independent() };
+    /// let coordination = Coordination::load_sharing();
     /// let error = WheelController::new(WheelControlConfig { coordination, ..config }).unwrap_err();
     /// assert_eq!((error.parameter, error.value), ("integral", 1.0)); // no vehicle, no motion to share
     /// # Ok::<(), omni_core::ConfigError>(())

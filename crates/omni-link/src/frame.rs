@@ -41,6 +41,7 @@ fn check_with(check: u32, byte: u8) -> u32 {
 /// assert_eq!(decode::<[f32; 2]>(&mut received[..sent]), Err(FrameError::Corrupted));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FrameError {
     /// Shorter than the message that it begins.
     Truncated,

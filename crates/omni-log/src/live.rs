@@ -28,6 +28,7 @@ use crate::ros2::{
 
 /// Where and how fast a live run is, and what others may do to it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Live {
     /// Port on 127.0.0.1; 0 for any that is free.
     pub port: u16,
@@ -39,6 +40,25 @@ pub struct Live {
     pub steer: bool,
     /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
     pub origins: Vec<String>,
+}
+
+impl Live {
+    /// A run on that port, 0 for any that is free, as fast as the clock: it starts at once, and others watch.
+    ///
+    /// ```
+    /// let live = omni_log::Live::new(8765);
+    /// assert_eq!((live.port, live.speed, live.steer), (8765, 1.0, false));
+    /// ```
+    #[must_use]
+    pub fn new(port: u16) -> Self {
+        Self {
+            port,
+            speed: 1.0,
+            wait: false,
+            steer: false,
+            origins: Vec::new(),
+        }
+    }
 }
 
 /// Slowest run: an hour of it is then six weeks.

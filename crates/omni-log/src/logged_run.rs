@@ -48,6 +48,7 @@ const WHEEL: [WheelColumn; 15] = [
 
 /// A run read back from its log.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LoggedRun {
     /// What the log says of itself.
     pub file: LogFile,

@@ -25,6 +25,7 @@ const FOOTER_BYTES: usize = 20;
 
 /// A message of a log, by its topic.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LogMessage {
     /// `/vehicle_state`.
     VehicleState(VehicleState),
@@ -46,6 +47,7 @@ pub enum LogMessage {
 
 /// What a log says of itself.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LogFile {
     /// Where it was read.
     pub path: PathBuf,
@@ -222,9 +224,9 @@ pub(crate) fn read_log_watched(
     let wheel_model_valid = scenario.beyond_balls().is_none();
     Ok(LogFile {
         run: seen.run,
-        outcome: seen.outcome.map(|outcome| Outcome {
-            wheel_model_valid,
-            ..outcome
+        outcome: seen.outcome.map(|mut outcome| {
+            outcome.wheel_model_valid = wheel_model_valid;
+            outcome
         }),
         scenario,
         complete,

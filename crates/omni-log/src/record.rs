@@ -8,6 +8,7 @@ use crate::{Error, RunLog};
 
 /// A run that went to its end, or to where the physics ended it.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Record {
     /// Its figures.
     pub outcome: Outcome,

@@ -12,6 +12,7 @@ use crate::{Error, LogError, LogFile, LogMessage, read_log};
 
 /// Where the controller of today says something else than the log.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// End of the control period \[ns\].
     pub time_ns: u64,
@@ -29,6 +30,7 @@ pub struct Difference {
 
 /// What became of a wheel's torque.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WheelReplay {
     /// The wheel.
     pub wheel: String,
@@ -44,6 +46,7 @@ pub struct WheelReplay {
 
 /// A log replayed.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Replay {
     /// The log.
     pub file: LogFile,

@@ -321,6 +321,7 @@ pub struct MarkerArray {
 
 /// `omni_msgs/msg/WheelState`: one wheel and its controller; + is along the wheel's rolling direction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WheelState {
     /// Name, as in the vehicle file.
     pub name: String,
@@ -358,6 +359,7 @@ pub struct WheelState {
 
 /// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct VehicleState {
     /// End of the control period, and the frame of `estimated_twist`.
     pub header: Header,

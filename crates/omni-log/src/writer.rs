@@ -30,6 +30,7 @@ fn short(path: &Path) -> String {
 
 /// Why a log could not be written; every message starts with the file's path.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LogError {
     /// The file could not be created.
     #[error("{}: cannot create the log: {source}", path.display())]
@@ -133,6 +134,27 @@ pub enum LogError {
         /// What the system said.
         source: io::Error,
     },
+}
+
+impl LogError {
+    /// The log concerned.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Create { path, .. }
+            | Self::Busy { path }
+            | Self::Io { path, .. }
+            | Self::Mcap { path, .. }
+            | Self::Encode { path, .. }
+            | Self::TopicType { path, .. }
+            | Self::ForeignChannel { path, .. }
+            | Self::Read { path, .. }
+            | Self::Damaged { path, .. }
+            | Self::Lacks { path, .. }
+            | Self::Stopped { path }
+            | Self::Rename { path, .. } => path,
+        }
+    }
 }
 
 /// A topic of one log, for messages of type `M`; made by [`LogWriter::channel`].

@@ -1,8 +1,5 @@
 //! Errors of simulation, logs and studies as the exceptions of `omnistep.errors`, with the key and the file they concern.
 
-use std::path::Path;
-
-use omni_log::LogError;
 use omnistep::Error;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -19,7 +16,7 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let (class, key, file) = match error {
         Error::Simulation(error) | Error::Study(OfStudy::Simulation(error)) => of_simulation(error),
         Error::Log(omni_log::Error::Simulation(error)) => of_simulation(error),
-        Error::Log(omni_log::Error::Log(error)) => ("LogError", None, log_path(error).to_str()),
+        Error::Log(omni_log::Error::Log(error)) => ("LogError", None, error.path().to_str()),
         // The folder of results is an argument of that name.
         Error::Study(OfStudy::Study { folder, .. }) => ("ConfigError", Some("out"), folder.to_str()),
         Error::Study(OfStudy::Io { path, .. }) => ("StudyError", None, path.to_str()),
@@ -104,23 +101,6 @@ fn raised(
         kwargs.set_item("file", file)?;
     }
     Ok(PyErr::from_value(class.call((message,), Some(&kwargs))?))
-}
-
-fn log_path(error: &LogError) -> &Path {
-    match error {
-        LogError::Create { path, .. }
-        | LogError::Busy { path }
-        | LogError::Io { path, .. }
-        | LogError::Mcap { path, .. }
-        | LogError::Encode { path, .. }
-        | LogError::TopicType { path, .. }
-        | LogError::ForeignChannel { path, .. }
-        | LogError::Read { path, .. }
-        | LogError::Damaged { path, .. }
-        | LogError::Lacks { path, .. }
-        | LogError::Stopped { path }
-        | LogError::Rename { path, .. } => path,
-    }
 }
 
 /// Ctrl-C, and whoever wants to know how far a long call is: the part done, 0 to 1.

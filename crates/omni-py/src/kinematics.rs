@@ -74,7 +74,7 @@ impl Kinematics {
             (Some(weights), ForwardMap::LeastSquares) => {
                 for_wheel_count!(built.len(), weighted[](built, weights), wheel_count::refuse)?
             }
-            (Some(_), ForwardMap::PaperAverage) => {
+            (Some(_), _) => {
                 let message =
                     format!("weights given with forward = {forward:?}, allowed: with \"least_squares\"");
                 return Err(refused("weights", &message));

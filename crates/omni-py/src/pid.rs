@@ -127,22 +127,20 @@ impl Pid {
             ki_n_m_rad,
             kd_n_m_s2_rad,
         };
-        let config = PidConfig {
-            proportional_weight,
-            derivative_weight,
-            derivative_filter_s,
-            feed_forward: FeedForward {
-                static_n_m: static_friction_n_m,
-                velocity_n_m_s_rad: viscous_friction_n_m_s_rad,
-                acceleration_n_m_s2_rad: inertia_n_m_s2_rad,
-            },
-            order,
-            anti_windup: chosen,
-            output: TorqueRange {
-                lower_n_m: output_n_m.0,
-                upper_n_m: output_n_m.1,
-            },
-            ..PidConfig::new(gains, period_s)
+        let mut config = PidConfig::new(gains, period_s);
+        config.proportional_weight = proportional_weight;
+        config.derivative_weight = derivative_weight;
+        config.derivative_filter_s = derivative_filter_s;
+        config.feed_forward = FeedForward {
+            static_n_m: static_friction_n_m,
+            velocity_n_m_s_rad: viscous_friction_n_m_s_rad,
+            acceleration_n_m_s2_rad: inertia_n_m_s2_rad,
+        };
+        config.order = order;
+        config.anti_windup = chosen;
+        config.output = TorqueRange {
+            lower_n_m: output_n_m.0,
+            upper_n_m: output_n_m.1,
         };
         let inner =
             omni_core::Pid::new(config).map_err(|error| of_core(argument(error.parameter), &error))?;

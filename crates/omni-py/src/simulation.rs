@@ -5,7 +5,7 @@ use std::time::Duration;
 use omni_core::BodyTwist;
 use omni_sim::Error;
 use omni_sim::config::Scenario;
-use omni_sim::controller::{ControlSample, WheelSignals};
+use omni_sim::controller::ControlSample;
 use parking_lot::{Mutex, MutexGuard};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -108,7 +108,7 @@ impl Simulation {
         let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque a wheel")?;
         self.stepped(py, |simulation| {
             simulation.step_torques(&torques_n_m)?;
-            Ok(past_the_controller(&torques_n_m))
+            Ok(ControlSample::past_the_controller(&torques_n_m))
         })
     }
 
@@ -205,32 +205,5 @@ impl Simulation {
         };
         let (control, observation) = self.with(py, work)?.map_err(exception)?;
         Ok(Sample::new(self.scenario.vehicle(), control, observation))
-    }
-}
-
-/// The controller had no part in it: of its signals only the torque applied is known, and a zero would be taken for a
-/// measurement.
-fn past_the_controller(torques_n_m: &[f64]) -> ControlSample {
-    const UNKNOWN: f64 = f64::NAN;
-    let signals = |applied_n_m: &f64| WheelSignals {
-        reference_rad_s: UNKNOWN,
-        measured_rad_s: UNKNOWN,
-        p_n_m: UNKNOWN,
-        i_n_m: UNKNOWN,
-        d_n_m: UNKNOWN,
-        requested_n_m: UNKNOWN,
-        applied_n_m: *applied_n_m,
-        limit_lower_n_m: UNKNOWN,
-        limit_upper_n_m: UNKNOWN,
-        saturated: false,
-        residual_rad_s: UNKNOWN,
-    };
-    ControlSample {
-        asked: BodyTwist::from_array([UNKNOWN; 3]),
-        gyro_rad_s: UNKNOWN,
-        command: BodyTwist::from_array([UNKNOWN; 3]),
-        estimated: BodyTwist::from_array([UNKNOWN; 3]),
-        common_factor: UNKNOWN,
-        wheels: torques_n_m.iter().map(signals).collect(),
     }
 }

@@ -138,7 +138,7 @@ impl Store {
         let opened = || {
             let store = omni_study::Store::new(folder, &plan.get().inner)?;
             let lock = store.lock()?;
-            Ok((store, lock))
+            Ok::<_, omni_study::Error>((store, lock))
         };
         let (store, lock) = opened().map_err(exception)?;
         Ok(Self {
@@ -171,7 +171,7 @@ impl Store {
             let mut by_key: BTreeMap<String, Row> =
                 found.rows.into_iter().map(|row| (row.key.clone(), row)).collect();
             let rows = plan.runs().iter().filter_map(|run| by_key.remove(&run.key));
-            Ok((rows.collect(), missing, found.damaged))
+            Ok::<_, omni_study::Error>((rows.collect(), missing, found.damaged))
         })?;
         Ok(Rows {
             plan: self.plan.clone_ref(py),

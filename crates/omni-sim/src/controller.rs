@@ -15,11 +15,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
+use crate::error::unknown;
 pub use link::{Link, LinkCounters};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ControlSample {
     /// What was asked for, before the heading hold and the limits. With the measured velocities and the gyro's rate it is all that
     /// the controller is told: replay starts from these.
@@ -38,6 +40,7 @@ pub struct ControlSample {
 
 /// Signals of one wheel in one control step; velocities and torques are the actuator's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WheelSignals {
     /// Reference as commanded \[rad/s\].
     pub reference_rad_s: f64,
@@ -68,6 +71,43 @@ impl WheelSignals {
     #[must_use]
     pub fn disturbed_ratio(&self) -> f64 {
         disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
+    }
+}
+
+impl ControlSample {
+    /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\] are known, one a wheel,
+    /// and all others are NaN. A zero would be taken for a measurement.
+    ///
+    /// ```
+    /// use omni_sim::controller::ControlSample;
+    /// let sample = ControlSample::past_the_controller(&[0.5, -0.5]);
+    /// assert_eq!((sample.wheels.len(), sample.wheels[1].applied_n_m), (2, -0.5));
+    /// assert!(sample.wheels[1].measured_rad_s.is_nan() && sample.common_factor.is_nan());
+    /// ```
+    #[must_use]
+    pub fn past_the_controller(torques_n_m: &[f64]) -> Self {
+        const UNKNOWN: f64 = f64::NAN;
+        let signals = |applied_n_m: &f64| WheelSignals {
+            reference_rad_s: UNKNOWN,
+            measured_rad_s: UNKNOWN,
+            p_n_m: UNKNOWN,
+            i_n_m: UNKNOWN,
+            d_n_m: UNKNOWN,
+            requested_n_m: UNKNOWN,
+            applied_n_m: *applied_n_m,
+            limit_lower_n_m: UNKNOWN,
+            limit_upper_n_m: UNKNOWN,
+            saturated: false,
+            residual_rad_s: UNKNOWN,
+        };
+        Self {
+            asked: BodyTwist::from_array([UNKNOWN; 3]),
+            gyro_rad_s: UNKNOWN,
+            command: BodyTwist::from_array([UNKNOWN; 3]),
+            estimated: BodyTwist::from_array([UNKNOWN; 3]),
+            common_factor: UNKNOWN,
+            wheels: torques_n_m.iter().map(signals).collect(),
+        }
     }
 }
 
@@ -226,6 +266,7 @@ impl AnyController {
         let built = match scenario.control.precision {
             Precision::F32 => for_wheel_count!(count, sized[f32](scenario), refuse),
             Precision::F64 => for_wheel_count!(count, sized[f64](scenario), refuse),
+            _ => Err(unknown(scenario, "control.precision", "")),
         };
         Ok(Self(built?))
     }

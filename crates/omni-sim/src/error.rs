@@ -1,6 +1,6 @@
 //! Everything that can go wrong, each with the file and key concerned, in one line.
 
-use crate::config::shortened;
+use crate::config::{self, Scenario, shortened};
 
 /// An error of configuration or simulation. Its message is one line.
 #[derive(Debug, thiserror::Error)]
@@ -99,5 +99,14 @@ impl Error {
             | Self::Link { .. } => false,
             _ => true,
         }
+    }
+}
+
+/// What a newer omni-config reads and this simulation does not know is refused, never left out; `what` says more of it.
+pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Error {
+    config::Error::Key {
+        file: format!("scenario {}", scenario.name),
+        key: key.into(),
+        message: format!("{what}unknown to this simulation, which is older than its files"),
     }
 }

@@ -14,6 +14,7 @@ const CELLS_PER_WAVE: f64 = 8.0;
 
 /// A part of the ground, in the world's frame.
 #[derive(Clone, Debug, PartialEq)]
+// Not `non_exhaustive`: a shape that is left out is a hole in the ground. Whatever the terrain, these can make it.
 pub enum Shape {
     /// A box.
     Box {
@@ -48,7 +49,8 @@ pub enum Shape {
     },
 }
 
-/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides.
+/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none of ground that is unknown here, which
+/// [`Simulation::new`](crate::Simulation::new) refuses.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, ground::{Shape, shapes}};
@@ -190,6 +192,7 @@ impl Ground {
                     |i: usize, j: usize| black_m + (white_m - black_m) * image.level(rows - 1 - i, j);
                 ground.field(*at_m, extent, [rows, columns], heights);
             }
+            _ => {}
         }
     }
 

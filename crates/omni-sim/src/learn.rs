@@ -16,6 +16,7 @@ pub use episodes::{Autoreset, Episodes, Turn};
 
 /// What is to be learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Task {
     /// Get over a step; the action is the forward and the yaw command, and torques added to each row of wheels.
     StepClimb,

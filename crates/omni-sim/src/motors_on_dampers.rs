@@ -17,6 +17,7 @@ const RECORD_US: u64 = 100_000;
 
 /// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct WheelsTrace {
     /// The coordination policy.
     pub policy: String,

@@ -35,6 +35,7 @@ impl Pose3 {
 
 /// The vehicle at one instant, with contact forces averaged over the control period that ended there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Observation {
     /// Simulated time since the start \[ns\].
     pub time_ns: u64,
@@ -73,6 +74,7 @@ pub struct Observation {
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Energy {
     /// Work of the motors, and energy of masses put on the vehicle \[J\].
     pub work_in_j: f64,
@@ -128,6 +130,7 @@ impl Observation {
 
 /// A passive hinge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct HingeObservation {
     /// Angle of the child about the axis \[rad\], 0 on flat ground.
     pub angle_rad: f64,

@@ -11,6 +11,7 @@ pub(crate) use meter::Meter;
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// Every wheel stands on the ground beyond the obstacle.
     Climbed,
@@ -70,6 +71,7 @@ impl Verdict {
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Outcome {
     /// How it ended.
     pub verdict: Verdict,

@@ -77,7 +77,7 @@ pub fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error>
 /// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
 ///
 /// # Errors
-/// As [`AnyController::new`]; [`Error::OutOfTime`]; whatever `watch` returns.
+/// As [`Simulation::new`]; [`Error::OutOfTime`]; whatever `watch` returns.
 ///
 /// ```
 /// use omni_sim::{Error, config::Scenario, measure};
@@ -103,7 +103,7 @@ pub fn drive<E: From<Error>>(
     mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
-    let mut simulation = Simulation::with_controller(scenario, controller);
+    let mut simulation = Simulation::with_controller(scenario, controller)?;
     let mut meter = Meter::new(scenario);
     let periods = control_periods(scenario);
     let clock = WallClock::start(scenario.wall_clock_s);

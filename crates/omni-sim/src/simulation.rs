@@ -40,20 +40,22 @@ impl Simulation {
     /// The scenario at its start, at rest.
     ///
     /// # Errors
-    /// As [`AnyController::new`].
+    /// As [`AnyController::new`] and [`Simulation::with_controller`].
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        Ok(Self::with_controller(scenario, AnyController::new(scenario)?))
+        Self::with_controller(scenario, AnyController::new(scenario)?)
     }
 
     /// The scenario at its start, at rest, with a controller that was made for it and is freshly started.
-    #[must_use]
-    pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows.
+    pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Result<Self, Error> {
         let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
         // 53 bits: uniform in -1..1.
         let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let yaw_rad = scenario.perturbation.yaw_rad * uniform();
         let x_m = scenario.perturbation.start_m * uniform();
-        let mut world = World::new(scenario, x_m, yaw_rad);
+        let mut world = World::new(scenario, x_m, yaw_rad)?;
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
@@ -68,7 +70,7 @@ impl Simulation {
             command: scenario.command.clone(),
         };
         simulation.sense();
-        simulation
+        Ok(simulation)
     }
 
     /// Reads the sensors, once after every period.

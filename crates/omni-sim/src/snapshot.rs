@@ -117,7 +117,7 @@ impl Simulation {
         }
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
-        let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?);
+        let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?)?;
         if !simulation.control.restore(resumed.hold, &resumed.controller) {
             return Err(refuse("its controller's state is damaged"));
         }

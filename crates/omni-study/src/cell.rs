@@ -9,6 +9,7 @@ use toml::Value as Toml;
 /// A value in a column of results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
+// Not `non_exhaustive`, nor is `Kind`: whoever writes a table has to write every cell of it.
 pub enum Cell {
     /// Nothing was measured: null.
     Missing,
@@ -37,6 +38,7 @@ pub enum Kind {
 
 /// A column of results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Column {
     /// Its name, which needs no quotes in a query.
     pub name: String,
@@ -46,6 +48,7 @@ pub struct Column {
 
 /// The columns of a study's results besides `key`, `seed` and `error`: the same in every part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Columns {
     /// One an axis, in the study's order: the axis' key with `_` for each dot.
     pub axes: Vec<Column>,

@@ -8,6 +8,7 @@ use crate::{Cell, Plan, Row};
 
 /// What the runs of one combination of the axes' values amount to.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MapCell {
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,

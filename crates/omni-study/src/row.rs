@@ -13,6 +13,7 @@ use crate::{Cell, Kind, Run};
 
 /// What a run amounts to.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// The run's key.
     pub key: String,

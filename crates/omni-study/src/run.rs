@@ -11,6 +11,7 @@ use crate::{Error, Row, Run, Store, row};
 
 /// What [`compute`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Computed {
     /// Rows computed and written.
     pub rows: usize,

@@ -59,6 +59,7 @@ pub struct Store {
 
 /// What is in the folder.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Found {
     /// The row of each key, in the order of keys; one without an error if there are several.
     pub rows: Vec<Row>,

@@ -128,7 +128,7 @@ fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
     if asked && scenario.control.precision != Precision::F32 {
         return Err(Error::Argument {
             name: "control.precision",
-            value: "f64".into(),
+            value: format!("{:?}", scenario.control.precision).to_lowercase(),
             allowed: "f32 with --controller qemu",
         });
     }

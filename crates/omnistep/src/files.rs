@@ -56,6 +56,13 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
                 None => format!("study {described}"),
             }
         }
+        _ => {
+            return Err(Error::Argument {
+                name: "FILE",
+                value: file.into(),
+                allowed: "a vehicle, a scenario, an experiment or a study",
+            });
+        }
     };
     print(out, &format!("{file}: {said}\n"))
 }
@@ -240,12 +247,7 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
 /// The first line of a new file: its schema, for editors, where it lies beside it; else how to get it. (A file whose schema is
 /// missing is an error for some of them.)
 fn schema_line(kind: FileKind) -> String {
-    let kind = match kind {
-        FileKind::Vehicle => "vehicle",
-        FileKind::Scenario => "scenario",
-        FileKind::Experiment => "experiment",
-        FileKind::Study => "study",
-    };
+    let kind = kind.name();
     let schema = format!("{kind}.schema.json");
     if PathBuf::from(&schema).is_file() {
         format!("#:schema ./{schema}\n")

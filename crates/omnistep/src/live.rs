@@ -26,21 +26,10 @@ pub(super) fn live(
         scenario = scenario.with_policy(policy)?;
     }
     announce(&scenario);
-    let LiveArgs {
-        port,
-        speed,
-        wait,
-        steer,
-        origins,
-        ..
-    } = live;
-    let live = Live {
-        port,
-        speed,
-        wait,
-        steer,
-        origins,
-    };
+    let asked = live;
+    let mut live = Live::new(asked.port);
+    (live.speed, live.wait, live.steer) = (asked.speed, asked.wait, asked.steer);
+    live.origins = asked.origins;
     let started = |address: &str| {
         say(&format!(
             "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends it"

@@ -18,10 +18,9 @@ fn step(state: &mut DriveState<f32, 7>, input: &DriveInput<f32, 7>) {
 }
 
 fn input(command: BodyTwist<f32>, readings_rad_s: [f32; 7]) -> DriveInput<f32, 7> {
-    DriveInput {
-        command: Some(command),
-        ..DriveInput::measured(&readings_rad_s.into())
-    }
+    let mut input = DriveInput::measured(&readings_rad_s.into());
+    input.command = Some(command);
+    input
 }
 
 #[entry]

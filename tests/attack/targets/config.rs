@@ -43,47 +43,46 @@ pub(super) fn drive<R: Real, const N: usize>(
             leave_periods: periods(u),
         }
     });
-    let faults = one_in(u, 2).then(|| FaultConfig {
-        jump_rad_s: limit(u, 1e-9, 1e3),
-        jump_periods: periods(u),
-        stuck_rad_s: limit(u, 1e-9, 1e3),
-        stuck_torque_n_m: limit(u, 1e-9, 1e3),
-        stuck_periods: periods(u).max(2),
-        silent_periods: periods(u),
-        recovery_periods: periods(u),
+    let faults = one_in(u, 2).then(|| {
+        let mut faults = FaultConfig::unchecked();
+        faults.jump_rad_s = limit(u, 1e-9, 1e3);
+        faults.jump_periods = periods(u);
+        faults.stuck_rad_s = limit(u, 1e-9, 1e3);
+        faults.stuck_torque_n_m = limit(u, 1e-9, 1e3);
+        faults.stuck_periods = periods(u).max(2);
+        faults.silent_periods = periods(u);
+        faults.recovery_periods = periods(u);
+        faults
     });
     let noise = one_in(u, 2).then(|| OdometryNoise {
         wheel_rad_per_sqrt_rad: none_or(u, 1e-6, 1.0),
         residual_gain: none_or(u, 1e-6, 10.0),
     });
-    let rest = Rest {
-        bleed_s: none_or(u, 1e-3, 10.0),
-        hold_s: none_or(u, 1e-3, 3600.0),
-        hold_heat_n2m2s: none_or(u, 1e-3, 1e9),
-    };
+    let mut rest = Rest::default();
+    rest.bleed_s = none_or(u, 1e-3, 10.0);
+    rest.hold_s = none_or(u, 1e-3, 3600.0);
+    rest.hold_heat_n2m2s = none_or(u, 1e-3, 1e9);
     // Any bits: what is accepted has to work.
     let command_point_m = if one_in(u, 4) {
         [bits(u), bits(u)]
     } else {
         [signed(u, 1e-3, 10.0), signed(u, 1e-3, 10.0)]
     };
-    let config = DriveConfig {
-        forward: if one_in(u, 4) {
-            ForwardMap::PaperAverage
-        } else {
-            ForwardMap::LeastSquares
-        },
-        shaping: shaping(u),
-        command_point_m,
-        discretize: one_in(u, 2),
-        blind_periods: periods(u),
-        speed_limits: speed_limits.flatten(),
-        slip,
-        faults,
-        noise,
-        rest,
-        ..DriveConfig::new(layout, control)
+    let mut config = DriveConfig::new(layout, control);
+    config.forward = if one_in(u, 4) {
+        ForwardMap::PaperAverage
+    } else {
+        ForwardMap::LeastSquares
     };
+    config.shaping = shaping(u);
+    config.command_point_m = command_point_m;
+    config.discretize = one_in(u, 2);
+    config.blind_periods = periods(u);
+    config.speed_limits = speed_limits.flatten();
+    config.slip = slip;
+    config.faults = faults;
+    config.noise = noise;
+    config.rest = rest;
     Some((config, limits))
 }
 
@@ -139,23 +138,21 @@ pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Opti
         },
         _ => AntiWindup::Conditioned,
     };
-    let pid = PidConfig {
-        proportional_weight: none_or(u, 1e-3, 1.0),
-        derivative_weight: none_or(u, 1e-3, 1.0),
-        derivative_filter_s: none_or(u, 1e-6, 1e3),
-        feed_forward: FeedForward {
-            static_n_m: none_or(u, 1e-6, top),
-            velocity_n_m_s_rad: none_or(u, 1e-6, top),
-            acceleration_n_m_s2_rad: none_or(u, 1e-6, top),
-        },
-        order: if one_in(u, 3) {
-            IntegrationOrder::AfterOutput
-        } else {
-            IntegrationOrder::BeforeOutput
-        },
-        anti_windup,
-        ..PidConfig::new(gains, period_s)
+    let mut pid = PidConfig::new(gains, period_s);
+    pid.proportional_weight = none_or(u, 1e-3, 1.0);
+    pid.derivative_weight = none_or(u, 1e-3, 1.0);
+    pid.derivative_filter_s = none_or(u, 1e-6, 1e3);
+    pid.feed_forward = FeedForward {
+        static_n_m: none_or(u, 1e-6, top),
+        velocity_n_m_s_rad: none_or(u, 1e-6, top),
+        acceleration_n_m_s2_rad: none_or(u, 1e-6, top),
     };
+    pid.order = if one_in(u, 3) {
+        IntegrationOrder::AfterOutput
+    } else {
+        IntegrationOrder::BeforeOutput
+    };
+    pid.anti_windup = anti_windup;
     let saturation = match byte(u) % 4 {
         0 => Saturation::Clip,
         1 => Saturation::ScaleTorques,
@@ -179,19 +176,19 @@ pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Opti
     Some(WheelControlConfig {
         pid,
         limits,
-        coordination: Coordination { saturation, integral },
+        coordination: Coordination::new(saturation, integral),
     })
 }
 
 fn shaping<R: Real>(u: &mut Unstructured<'_>) -> ShapingConfig<R> {
-    ShapingConfig {
-        limits: twist_limits(u),
-        timeout_s: one_in(u, 2).then(|| none_or(u, 1e-4, 10.0)),
-        emergency_deceleration: one_in(u, 2).then(|| EmergencyDeceleration {
-            linear_m_s2: limit(u, 1e-6, 1e6),
-            yaw_rad_s2: limit(u, 1e-6, 1e6),
-        }),
-    }
+    let mut shaping = ShapingConfig::none();
+    shaping.limits = twist_limits(u);
+    shaping.timeout_s = one_in(u, 2).then(|| none_or(u, 1e-4, 10.0));
+    shaping.emergency_deceleration = one_in(u, 2).then(|| EmergencyDeceleration {
+        linear_m_s2: limit(u, 1e-6, 1e6),
+        yaw_rad_s2: limit(u, 1e-6, 1e6),
+    });
+    shaping
 }
 
 pub(super) fn twist_limits<R: Real>(u: &mut Unstructured<'_>) -> TwistLimits<R> {

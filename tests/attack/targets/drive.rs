@@ -3,7 +3,7 @@
 use arbitrary::Unstructured;
 use omni_core::{
     BodyTwist, Drive, DriveInput, DriveMode, DriveSample, DriveState, PathFactors, Real, TorqueLimit,
-    TorqueRange, TorqueRanges,
+    TorqueRange, TorqueRanges, WheelVelocities,
 };
 
 use super::Done;
@@ -227,11 +227,11 @@ fn input<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> DriveInput<R, N> 
     } else {
         [false; N]
     };
-    DriveInput {
-        command,
-        readings_rad_s,
-        lifted,
-        path,
-        torque_ranges,
-    }
+    let mut input = DriveInput::measured(&WheelVelocities::zero());
+    input.command = command;
+    input.readings_rad_s = readings_rad_s;
+    input.lifted = lifted;
+    input.path = path;
+    input.torque_ranges = torque_ranges;
+    input
 }

@@ -9,6 +9,7 @@ use super::Barrel;
 /// The wheel's frame: the axle, the rolling direction and up are a right-handed frame (rolling direction x axle = up). Roller
 /// 0 of the first row is on the ground; a positive angle turns the way the wheel turns when it drives along its rolling direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RollerWheel {
     /// The shape of each roller.
     pub barrel: Barrel,
@@ -32,6 +33,7 @@ pub struct RollerWheel {
 
 /// How round a wheel of rollers is: the height of its axle above a plane that it rolls on, over one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ripple {
     /// Least height \[m\].
     pub min_m: f64,

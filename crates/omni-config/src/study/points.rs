@@ -11,6 +11,7 @@ use crate::{Error, Scenario};
 
 /// A combination of the axes' values, and the scenario it makes.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Point {
     /// The value of each axis, in the axes' order.
     pub values: Vec<Value>,

@@ -13,6 +13,7 @@ const MOST_SEEDS: usize = 100_000;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum Seeds {
     /// 0 to one less than this.
     Count(u32),

@@ -24,6 +24,7 @@ const DEFAULT_DAMPING_RATIO: f64 = 0.5;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Coupling {
     /// Name, unique among couplings.
     #[garde(custom(is_name))]
@@ -57,6 +58,7 @@ pub struct Coupling {
 
 /// A coupling's spring and damper, as simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CouplingSpring {
     /// Inertia that the coupled bodies oppose to `angle_a + ratio * angle_b` when nothing else holds them \[kg.m^2\].
     pub inertia_kg_m2: f64,

@@ -14,9 +14,10 @@ use crate::{
 /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
+/// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
 /// // Commands are meant for a tool half a metre ahead. To turn about it the vehicle has to move to the right.
-/// let drive = Drive::new(DriveConfig { command_point_m: [0.5, 0.0], ..DriveConfig::new(layout, config) })?;
+/// config.command_point_m = [0.5, 0.0];
+/// let drive = Drive::new(config)?;
 /// let input = DriveInput::measured(&WheelVelocities::zero());
 /// let turn_left = BodyTwist { wz_rad_s: 0.2, ..BodyTwist::ZERO };
 /// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(turn_left));
@@ -25,6 +26,7 @@ use crate::{
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
     pub layout: WheelLayout<R, N>,
@@ -107,6 +109,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct DriveInput<R, const N: usize> {
     /// A new command, if one arrived: the twist of the command point.
     pub command: Option<BodyTwist<R>>,

@@ -10,8 +10,9 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// let plain = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
-/// let drive = Drive::new(DriveConfig { blind_periods: 0, ..plain })?; // no patience
+/// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+/// config.blind_periods = 0; // no patience
+/// let drive = Drive::new(config)?;
 /// let mut state = DriveState::new(&drive);
 /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });
 /// for (heard, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
@@ -27,6 +28,7 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum DriveMode {
     /// Every wheel drives and is believed.
     Normal,
@@ -59,6 +61,7 @@ pub enum DriveMode {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct DriveSample<R, const N: usize> {
     /// How far the vehicle can be relied on.
     pub mode: DriveMode,

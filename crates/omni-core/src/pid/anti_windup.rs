@@ -14,8 +14,9 @@ use crate::error::{ConfigError, within};
 /// let gains = PidGains { kp_n_m_s_rad: 1.0_f64, ki_n_m_rad: 1.0, kd_n_m_s2_rad: 0.0 };
 /// let output = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
 /// let integral_after_1_s_at_the_limit = |anti_windup| {
-///     let pid = Pid::new(PidConfig { anti_windup, output, ..PidConfig::new(gains, 0.001) }).expect("valid");
-///     let mut state = PidState::default();
+///     let mut config = PidConfig::new(gains, 0.001);
+///     (config.anti_windup, config.output) = (anti_windup, output);
+///     let (pid, mut state) = (Pid::new(config).expect("valid"), PidState::default());
 ///     for _ in 0..1000 {
 ///         pid.step(&mut state, 10.0, 0.0);
 ///     }
@@ -31,6 +32,7 @@ use crate::error::{ConfigError, within};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C, u8)]
+#[non_exhaustive]
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,

@@ -34,7 +34,9 @@ pub struct PidGains<R> {
 /// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
 /// let (before, after) = (IntegrationOrder::BeforeOutput, IntegrationOrder::AfterOutput);
 /// for (order, outputs) in [(before, [1.0, 2.0]), (after, [0.0, 1.0])] {
-///     let (pid, mut state) = (Pid::new(PidConfig { order, ..PidConfig::new(gains, 0.25) })?, PidState::default());
+///     let mut config = PidConfig::new(gains, 0.25);
+///     config.order = order;
+///     let (pid, mut state) = (Pid::new(config)?, PidState::default());
 ///     assert_eq!([0; 2].map(|_| pid.step(&mut state, 1.0, 0.0).output_n_m), outputs); // ki dt is 1
 /// }
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -42,6 +44,7 @@ pub struct PidGains<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum IntegrationOrder {
     /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
     BeforeOutput,
@@ -64,6 +67,7 @@ pub enum IntegrationOrder {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PidConfig<R> {
     /// Gains.
     pub gains: PidGains<R>,
@@ -176,6 +180,7 @@ impl<R: Real> PidConfig<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct EncoderStep<R> {
     /// Velocity that one count in one period reads as \[rad/s\].
     pub velocity_rad_s: R,

@@ -14,8 +14,9 @@ use crate::error::{ConfigError, within};
 /// use omni_core::{FeedForward, Pid, PidConfig, PidGains, PidState};
 /// let ff = FeedForward { static_n_m: 0.5_f64, velocity_n_m_s_rad: 3.0, acceleration_n_m_s2_rad: 0.6 };
 /// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// let pid = Pid::new(PidConfig { feed_forward: ff, ..PidConfig::new(gains, 0.02) })?;
-/// let mut state = PidState::default();
+/// let mut config = PidConfig::new(gains, 0.02);
+/// config.feed_forward = ff;
+/// let (pid, mut state) = (Pid::new(config)?, PidState::default());
 /// pid.step(&mut state, 2.0, 2.0);
 /// assert!((pid.step(&mut state, 3.0, 2.0).output_n_m - 38.025).abs() < 1e-4); // from 2 to 3 rad/s within 20 ms
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -38,7 +39,9 @@ impl<R: Real> FeedForward<R> {
     /// ```
     /// use omni_core::{FeedForward, Pid, PidConfig, PidGains, PidState};
     /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// let pid = Pid::new(PidConfig { feed_forward: FeedForward::none(), ..PidConfig::new(gains, 1e-3) })?;
+    /// let mut config = PidConfig::new(gains, 1e-3);
+    /// config.feed_forward = FeedForward::none(); // what it is anyway
+    /// let pid = Pid::new(config)?;
     /// assert_eq!(pid.step(&mut PidState::default(), 5.0, 5.0).output_n_m, 0.0); // no error, no torque
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```

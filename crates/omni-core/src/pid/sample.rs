@@ -86,6 +86,7 @@ impl<R: Real> PidState<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PidTerms<R> {
     /// Proportional term \[N.m\].
     pub p_n_m: R,
@@ -112,8 +113,11 @@ impl<R: Real> PidTerms<R> {
     /// The output asked for: the sum of the four \[N.m\].
     ///
     /// ```
-    /// use omni_core::PidTerms;
-    /// assert_eq!(PidTerms { p_n_m: 1.0, i_n_m: 0.5, d_n_m: -0.25, ff_n_m: 2.0 }.sum(), 3.25);
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+    /// let sample = Pid::new(PidConfig::new(gains, 0.25))?.step(&mut PidState::default(), 3.0, 1.0);
+    /// assert_eq!(sample.terms.sum(), 2.0 * 2.0 + 4.0 * 2.0 * 0.25);
+    /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
     pub fn sum(&self) -> R {
@@ -127,14 +131,16 @@ impl<R: Real> PidTerms<R> {
 /// use omni_core::{Pid, PidConfig, PidGains, PidState, TorqueRange};
 /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// let output = TorqueRange { lower_n_m: -1.0, upper_n_m: 1.0 };
-/// let pid = Pid::new(PidConfig { output, ..PidConfig::new(gains, 1e-3) })?;
-/// let sample = pid.step(&mut PidState::default(), 0.0, 3.0);
+/// let mut config = PidConfig::new(gains, 1e-3);
+/// config.output = output;
+/// let sample = Pid::new(config)?.step(&mut PidState::default(), 0.0, 3.0);
 /// assert_eq!((sample.terms.sum(), sample.output_n_m, sample.saturated), (-2.0 * 3.0, -1.0, true));
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PidSample<R> {
     /// The terms.
     pub terms: PidTerms<R>,

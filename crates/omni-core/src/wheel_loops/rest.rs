@@ -23,7 +23,9 @@ use crate::{Real, WheelVelocities};
 /// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.25), limits, coordination };
-/// let wheels = WheelController::new(config)?.with_rest(Rest { bleed_s: 1.0, ..Rest::default() })?;
+/// let mut rest = Rest::default();
+/// rest.bleed_s = 1.0;
+/// let wheels = WheelController::new(config)?.with_rest(rest)?;
 /// let (mut state, standing) = (ControlState::default(), WheelVelocities::zero());
 /// wheels.step(&mut state, &[2.0, 1.0].into(), &standing); // blocked; ki dt is 0.5 and the period 0.25 s
 /// let torques = [(); 5].map(|()| wheels.step(&mut state, &WheelVelocities::zero(), &standing).applied.n_m[0]);
@@ -33,6 +35,7 @@ use crate::{Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Rest<R> {
     /// Within this time \[s\] the integrals fall to 0, 0 to 10; a time shorter than the control period is one period.
     pub bleed_s: R,

@@ -145,6 +145,7 @@ impl<R: Real, const N: usize> ControlState<R, N> {
     feature = "serde",
     serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
 )]
+// Not `non_exhaustive`: a frame of omni-link and a struct of C hold it field by field, and have to notice one more.
 #[repr(C)]
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.

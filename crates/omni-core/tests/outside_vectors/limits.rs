@@ -100,10 +100,8 @@ pub(crate) fn time_to_stop(case: &Case) {
 
 /// A time-out of 0 uses a command in one period only.
 pub(crate) fn timeout_zero(case: &Case) {
-    let config = ShapingConfig {
-        timeout_s: Some(case.number("reference_timeout")),
-        ..ShapingConfig::none()
-    };
+    let mut config = ShapingConfig::none();
+    config.timeout_s = Some(case.number("reference_timeout"));
     let shaper = CommandShaper::new(config, 0.01).expect("valid");
     let mut state = ShaperState::default();
     let command = BodyTwist {

@@ -48,12 +48,11 @@ pub(crate) fn control_toolbox(case: &Case) {
         .expect("errors and periods")
     {
         let [error, dt] = as_numbers(pair).try_into().expect("two numbers");
-        let pid = Pid::new(PidConfig {
-            order: IntegrationOrder::AfterOutput,
-            anti_windup,
-            output: TorqueRange { lower_n_m, upper_n_m },
-            ..PidConfig::new(gains(p, i, d), dt)
-        });
+        let mut config = PidConfig::new(gains(p, i, d), dt);
+        config.order = IntegrationOrder::AfterOutput;
+        config.anti_windup = anti_windup;
+        config.output = TorqueRange { lower_n_m, upper_n_m };
+        let pid = Pid::new(config);
         outputs.push(pid.expect("valid").step(&mut state, error, 0.0).output_n_m);
         integrals.push(state.integral_n_m);
     }
@@ -120,14 +119,11 @@ pub(crate) fn wpilib_derivative(case: &Case) {
 
 /// The exact discretisation of `ka w' = u - kv w`, friction added.
 pub(crate) fn wpilib_feed_forward(case: &Case) {
-    let feed_forward = FeedForward {
+    let mut config = PidConfig::new(gains(0.0, 0.0, 0.0), case.number("dt_s"));
+    config.feed_forward = FeedForward {
         static_n_m: case.number("ks"),
         velocity_n_m_s_rad: case.number("kv"),
         acceleration_n_m_s2_rad: case.number("ka"),
-    };
-    let config = PidConfig {
-        feed_forward,
-        ..PidConfig::new(gains(0.0, 0.0, 0.0), case.number("dt_s"))
     };
     let pid = Pid::new(config).expect("valid");
     let mut state = PidState::default();
@@ -141,18 +137,14 @@ pub(crate) fn wpilib_feed_forward(case: &Case) {
 /// The `pid` crate has no period: 1 s, gains as they are. Derivative of the measurement. A limit a term.
 pub(crate) fn pid_rs(case: &Case) {
     let limit = case.number("output_limit");
-    let config = PidConfig {
-        anti_windup: case.input["i_limit"]
-            .as_f64()
-            .map_or(AntiWindup::None, |limit_n_m| AntiWindup::Clamp { limit_n_m }),
-        output: TorqueRange {
-            lower_n_m: -limit,
-            upper_n_m: limit,
-        },
-        ..PidConfig::new(
-            gains(or_zero(case, "kp"), or_zero(case, "ki"), or_zero(case, "kd")),
-            1.0,
-        )
+    let gains = gains(or_zero(case, "kp"), or_zero(case, "ki"), or_zero(case, "kd"));
+    let mut config = PidConfig::new(gains, 1.0);
+    config.anti_windup = case.input["i_limit"]
+        .as_f64()
+        .map_or(AntiWindup::None, |limit_n_m| AntiWindup::Clamp { limit_n_m });
+    config.output = TorqueRange {
+        lower_n_m: -limit,
+        upper_n_m: limit,
     };
     let pid = Pid::new(config.with_derivative_on_measurement()).expect("valid");
     let mut state = PidState::default();

@@ -23,6 +23,7 @@ const SHOWN: usize = 24;
 
 /// Frames that were not received as they were sent, both ways.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LinkCounters {
     /// Of answers, counted here.
     pub answers: Counters,

@@ -23,6 +23,7 @@ const COMPLAINT: u64 = 200;
 
 /// A firmware image, to be run in QEMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Firmware {
     /// The image: an ELF file for a Cortex-M4F that serves omni-link frames on the semihosting console.
     pub image: PathBuf,

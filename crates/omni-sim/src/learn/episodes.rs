@@ -8,6 +8,7 @@ use crate::config::Scenario;
 
 /// What a step, or a reset, of one environment gives.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Turn {
     /// What the sensors tell, each number within -1 to 1.
     pub observation: Vec<f32>,
@@ -25,6 +26,7 @@ pub struct Turn {
 
 /// Who begins the next episode, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Autoreset {
     /// The caller, by [`Episodes::reset`].
     Disabled,

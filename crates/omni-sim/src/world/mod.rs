@@ -14,6 +14,7 @@ use rapier3d_f64::prelude::*;
 
 use crate::Error;
 use crate::config::{Fault, RollerWheel, Scenario};
+use crate::error::unknown;
 use crate::observation::{Observation, Pose3};
 use actuation::Actuation;
 use energy_balance::EnergyBalance;
@@ -55,9 +56,23 @@ enum Failure {
     FellApart { time_s: f64, part: String, gap_m: f64 },
 }
 
+/// Is it one that is made to happen here? A kind that is not is refused: a run without it would be another.
+fn is_known(fault: &Fault) -> bool {
+    matches!(
+        fault,
+        Fault::WheelLost { .. }
+            | Fault::WheelDrag { .. }
+            | Fault::EncoderStuck { .. }
+            | Fault::LoadAdded { .. }
+    )
+}
+
 impl World {
     /// The scenario's vehicle at its start, at rest, `yaw_rad` and `x_m` off the pose that it asks for.
-    pub(crate) fn new(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Self {
+    ///
+    /// # Errors
+    /// Ground or faults that are unknown here.
+    pub(crate) fn new(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Result<Self, Error> {
         let mut physics = PhysicsWorld::new();
         let settings = &scenario.physics;
         physics.gravity = Vector::new(0.0, 0.0, -settings.gravity_m_s2);
@@ -79,7 +94,13 @@ impl World {
         );
         // The push-out of a roller shakes its bearing unless friction acts in the same pass.
         physics.integration_parameters.friction_in_bias_pass = stiffer.is_some();
-        terrain::insert(&mut physics, scenario);
+        if !terrain::insert(&mut physics, scenario) {
+            let what = format!("{}: ", scenario.terrain.described());
+            return Err(unknown(scenario, "terrain.kind", &what).into());
+        }
+        if let Some(k) = scenario.fault.iter().position(|fault| !is_known(fault)) {
+            return Err(unknown(scenario, &format!("fault[{k}].kind"), "").into());
+        }
         let place = &scenario.start;
         let start = Pose::new(
             Vector::new(place.x_m + x_m, place.y_m, 0.0),
@@ -107,7 +128,7 @@ impl World {
             }),
             _ => None,
         });
-        Self {
+        Ok(Self {
             actuation: Actuation::new(scenario, physics.integration_parameters.dt),
             energy: EnergyBalance::new(&physics),
             patches: patches.map(Patches),
@@ -119,7 +140,7 @@ impl World {
             time_ns: 0,
             step_ns: settings.step_us * 1000,
             failed: None,
-        }
+        })
     }
 
     /// Actuator velocities as ideal encoders see them \[rad/s\], one a wheel.

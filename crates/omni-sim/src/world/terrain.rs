@@ -6,8 +6,8 @@ use rapier3d_f64::prelude::*;
 use crate::config::{FrictionPatch, Scenario};
 use crate::ground::{self, Shape};
 
-/// Adds the ground to the world.
-pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) {
+/// Adds the ground to the world; false where it is unknown, and there is none.
+pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) -> bool {
     // Wherever the run goes there is ground: twice as far as the command asks for.
     let far = 200.0 + 2.0 * scenario.command.fastest_m_s() * scenario.duration_s;
     let hooks = if scenario.friction_patch.is_empty() {
@@ -15,13 +15,16 @@ pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) {
     } else {
         ActiveHooks::MODIFY_SOLVER_CONTACTS
     };
-    for shape in ground::shapes(scenario, far) {
+    let shapes = ground::shapes(scenario, far);
+    let known = !shapes.is_empty();
+    for shape in shapes {
         let collider = collider(shape)
             .friction(scenario.terrain.friction())
             .friction_combine_rule(CoefficientCombineRule::Min)
             .active_hooks(hooks);
         physics.insert_collider(collider, None);
     }
+    known
 }
 
 fn collider(shape: Shape) -> ColliderBuilder {
@@ -66,7 +69,7 @@ fn collider(shape: Shape) -> ColliderBuilder {
     }
 }
 
-/// Height of the ground \[m\] at places x, y \[m\] of the world.
+/// Height of the ground \[m\] at places x, y \[m\] of the world; NaN where there is none.
 ///
 /// ```
 /// use omni_sim::config::Scenario;

@@ -3,7 +3,7 @@
 use rapier3d_f64::prelude::*;
 
 use super::wheel::Wheel;
-use crate::config::{WheelContact, WheelSpec};
+use crate::config::{Vehicle, WheelContact};
 
 const R: f64 = 0.066;
 const MASS: f64 = 10.0;
@@ -23,19 +23,13 @@ fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
     };
     let ground = physics.insert_collider(slab(-10.0, 0.0), None);
     physics.insert_collider(slab(0.0, height), None);
-    let spec = WheelSpec {
-        name: "wheel".into(),
-        body: "load".into(),
-        position_m: [0.0, 0.0],
-        rolling_direction: [1.0, 0.0],
-        roller_angle_rad: 0.0,
-        radius_m: R,
-        mass_kg: 0.2 * MASS,
-        inertia_kg_m2: 0.1 * MASS * R * R,
-        gear: 1.0,
-        width_m: None,
-        contact: WheelContact::Ball {},
-    };
+    let vehicle = Vehicle::load("mecanum4").expect("built in");
+    let mut spec = vehicle.wheel[0].clone();
+    (spec.name, spec.body) = ("wheel".into(), "load".into());
+    (spec.position_m, spec.rolling_direction, spec.roller_angle_rad) = ([0.0; 2], [1.0, 0.0], 0.0);
+    (spec.radius_m, spec.width_m, spec.gear) = (R, None, 1.0);
+    (spec.mass_kg, spec.inertia_kg_m2) = (0.2 * MASS, 0.1 * MASS * R * R);
+    spec.contact = WheelContact::Ball {};
     // It touches ground and edge at once: the edge is level with the wheel at this distance ahead of the axle.
     let ahead = (2.0 * R * height - height * height).sqrt();
     let start = Pose::new(Vector::new(-ahead - 1e-5, 0.0, 0.0), AngVector::ZERO);

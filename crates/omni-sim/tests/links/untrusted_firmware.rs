@@ -91,7 +91,7 @@ fn ended(scenario: Scenario, link: Link) -> (Error, u64) {
             Ok(controller) => controller,
             Err(error) => return sender.send((error, 0)).unwrap(),
         };
-        let mut simulation = Simulation::with_controller(&scenario, controller);
+        let mut simulation = Simulation::with_controller(&scenario, controller).unwrap();
         let mut periods = 0;
         while periods < 3000 {
             if let Err(error) = simulation.step(&scenario.command.at(periods as f64 * 1e-3)) {

@@ -199,10 +199,8 @@ fn of_wheels(path: &Path, scenario_first: bool, wheels: impl IntoIterator<Item =
     }
     let channel = writer.channel::<VehicleState>(topic::VEHICLE_STATE).unwrap();
     for (k, count) in (1..).zip(wheels) {
-        let state = VehicleState {
-            wheels: vec![WheelState::default(); count],
-            ..VehicleState::default()
-        };
+        let mut state = VehicleState::default();
+        state.wheels = vec![WheelState::default(); count];
         writer.write(&channel, 1_000_000 * k, &state).unwrap();
     }
     if !scenario_first {
