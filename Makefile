@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded wasm instructions firmware viewers docs supply-chain attack attack-long
+.PHONY: run test test-full bench lint coverage embedded wasm instructions firmware viewers docs supply-chain attack attack-long package
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -39,6 +39,9 @@ docs:           ## the documentation site in out/site, warnings as errors
 
 supply-chain:   ## licences, sources and duplicates of Rust dependencies, known vulnerabilities where reachable
 	scripts/supply-chain.sh
+
+package:        ## what would be published of each crate, listed; nothing is uploaded
+	scripts/package.sh
 
 attack:         ## mutants, random bits, lies, live clients, loss, leaks: under three minutes after `make test`
 	scripts/attack.sh

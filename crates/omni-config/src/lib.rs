@@ -1,10 +1,4 @@
-//! Vehicles and scenarios as plain data from TOML, checked when they are loaded.
-//!
-//! Every key is checked: an unknown key, a missing one, a wrong type, a NaN or a value out of range is one line that
-//! names the file, the key, the value and what is allowed.
-//!
-//! No physics in here: simulation, Python and the builds of firmware read the same files with it.
-
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
 mod ball_validity;

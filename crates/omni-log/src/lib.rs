@@ -1,4 +1,6 @@
-//! Runs of `omni-sim` as ROS 2 messages: MCAP files out and in, URDF, replay, a live view.
+#![doc = include_str!("../README.md")]
+//!
+//! # In this crate
 //!
 //! [`RunLog`] writes a run while it goes on, [`record`] and [`run_logged`] run a scenario into one; [`read_log`] and [`LoggedRun`] read
 //! it back, [`replay`] feeds its measurements to the controller again. With the feature `live`, `run_live` serves a run to

@@ -91,14 +91,14 @@ impl Error {
     /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
-        match self {
+        !matches!(
+            self,
             Self::Diverged { .. }
-            | Self::FellApart { .. }
-            | Self::GainedEnergy { .. }
-            | Self::OutOfTime { .. }
-            | Self::Link { .. } => false,
-            _ => true,
-        }
+                | Self::FellApart { .. }
+                | Self::GainedEnergy { .. }
+                | Self::OutOfTime { .. }
+                | Self::Link { .. }
+        )
     }
 }
 

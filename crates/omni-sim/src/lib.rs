@@ -1,4 +1,4 @@
-//! Simulation of omni-directional vehicles over steps.
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
 mod control_loop;

@@ -1,4 +1,6 @@
-//! Many runs of `omni-sim`: a grid of scenarios times seeds, one row a run, in Parquet.
+#![doc = include_str!("../README.md")]
+//!
+//! # In this crate
 //!
 //! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the row of one run, whatever
 //! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and

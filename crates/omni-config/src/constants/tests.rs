@@ -90,11 +90,13 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
 
 #[test]
 fn the_files_of_a_scenario_are_its_own_and_its_vehicles() {
-    let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/embassy/vehicle");
-    let files = Scenario::files(&format!("{assets}/omni4-flat.toml")).expect("both are there");
-    let names: Vec<_> = files
-        .iter()
-        .filter_map(|file| file.file_name()?.to_str())
-        .collect();
-    assert_eq!(names, ["omni4-flat.toml", "omni4.toml"]);
+    // Of its own, not of the repository: the test goes along in the package.
+    let folder = std::env::temp_dir().join(format!("omni-config-files-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let (scenario, vehicle) = (folder.join("on-flat.toml"), folder.join("omni4.toml"));
+    std::fs::write(&scenario, "vehicle = \"omni4.toml\"").expect("written");
+    std::fs::write(&vehicle, "").expect("written");
+    let files = Scenario::files(scenario.to_str().expect("a name")).expect("both are there");
+    std::fs::remove_dir_all(&folder).expect("removed");
+    assert_eq!(files, [scenario, vehicle]);
 }
