@@ -3,6 +3,11 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo test --locked
+# Each example asserts the number that it is about.
+for example in crates/omni-core/examples/*.rs crates/omni-sim/examples/*.rs; do
+    name=$(basename "$example" .rs)
+    "${CARGO_TARGET_DIR:-target}/debug/examples/$name" >/dev/null || { echo "example $name failed" >&2; exit 1; }
+done
 scripts/venv.sh
 .venv/bin/python scripts/check_docs.py --self-test
 .venv/bin/python scripts/check_docs.py
