@@ -142,7 +142,8 @@ def findings(path: Path, text: str) -> list[str]:
         for target in re.findall(r"\bmake ([a-z][\w-]*)", line):
             if re.search(rf"(?:^|`)make {target}\b", line.strip()):
                 check(target in targets, number, f"no make target {target}")
-        for command in re.findall(r"(?:`|-- |\$ )omnistep ([a-z]+)|cargo run --release (?:--features \w+ )?-- ([a-z]+)", line):
+        called = r"(?:`|-- |\$ )omnistep ([a-z]+)|cargo run --release (?:--features \w+ )?-- ([a-z]+)"
+        for command in re.findall(called, line):
             name = command[0] or command[1]
             check(name in commands, number, f"no subcommand {name}")
     return found

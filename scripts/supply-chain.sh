@@ -9,7 +9,7 @@ if [ "$(cargo deny --version 2>/dev/null)" != "cargo-deny $version" ]; then
     # Unoptimised: it runs for seconds, and compiles in a third of the time.
     CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --profile dev "cargo-deny@$version"
 fi
-deny() { cargo deny --config deny.toml --log-level error --locked --manifest-path "$@"; }
+deny() { cargo deny --workspace --config deny.toml --log-level error --locked --manifest-path "$@"; }
 # An exception that is needed no longer is an error too.
 deny Cargo.toml check --deny unmatched-skip --deny unnecessary-skip licenses bans sources
 # Duplicates in images cost nothing that their budgets do not show.

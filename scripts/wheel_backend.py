@@ -45,13 +45,9 @@ def places() -> dict[str, str]:
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build the wheel into a folder; return its file name."""
-    given = os.environ.get("CARGO_ENCODED_RUSTFLAGS", os.environ.get("RUSTFLAGS", "").replace(" ", "\x1f")).split("\x1f")
-    # Who builds much with the same flags, as .ci/run, shares what is built: each flag once.
-    flags = [flag for path, name in places().items() if (flag := f"--remap-path-prefix={path}={name}") not in given]
+    flags = [f"--remap-path-prefix={path}={name}" for path, name in places().items()]
     # Beside what the user's configuration says; variables replace that, so where they are set the flags go there.
-    if not flags:
-        pass
-    elif "CARGO_ENCODED_RUSTFLAGS" in os.environ:
+    if "CARGO_ENCODED_RUSTFLAGS" in os.environ:
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([os.environ["CARGO_ENCODED_RUSTFLAGS"], *flags])
     elif "RUSTFLAGS" in os.environ:
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*os.environ["RUSTFLAGS"].split(), *flags])
