@@ -9,14 +9,14 @@ if [ "$(cargo deny --version 2>/dev/null)" != "cargo-deny $version" ]; then
     # Unoptimised: it runs for seconds, and compiles in a third of the time.
     CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --profile dev "cargo-deny@$version"
 fi
-deny() { cargo deny --workspace --config deny.toml --log-level error --locked --manifest-path "$@"; }
+deny() { cargo deny --config deny.toml --log-level error --locked --manifest-path "$@"; }
 # An exception that is needed no longer is an error too.
-deny Cargo.toml check --deny unmatched-skip --deny unnecessary-skip licenses bans sources
+deny Cargo.toml --workspace check --deny unmatched-skip --deny unnecessary-skip licenses bans sources
 # Duplicates in images cost nothing that their budgets do not show.
 deny firmware/Cargo.toml check licenses sources
 database=https://github.com/rustsec/advisory-db
 if git ls-remote --quiet --exit-code "$database" HEAD >/dev/null 2>&1; then
-    deny Cargo.toml check advisories
+    deny Cargo.toml --workspace check advisories
     deny firmware/Cargo.toml check advisories
 else
     echo "skipped, $database cannot be reached: known vulnerabilities"
