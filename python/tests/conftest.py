@@ -1,11 +1,16 @@
 """Shared runs: simulated once, read by many tests."""
 
+import signal
+
 import matplotlib
 import pytest
 
 import omnistep
 
 matplotlib.use("Agg")
+# A shell that runs the tests in the background has them ignore Ctrl-C, and what they start inherits that.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
