@@ -5,6 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 budget=${BUDGET:-250}
+export LC_ALL=C CARGO_TERM_COLOR=never CARGO_TERM_QUIET=false # what is read below
 export CARGO_TARGET_DIR=${1:-target/first}
 [ -e "$CARGO_TARGET_DIR/release" ] && [ $# -gt 0 ] && { echo "$CARGO_TARGET_DIR/release is there already: nothing would be measured" >&2; exit 1; }
 rm -rf "$CARGO_TARGET_DIR/release"
@@ -20,6 +21,12 @@ if grep -q '^warning' "$work/build"; then
     exit 1
 fi
 cat "$work/said"
+# What is not built in says how to get it.
+for words in "study ensemble" "run step --live" "schema vehicle"; do
+    # shellcheck disable=SC2086 # words
+    if refused=$("$CARGO_TARGET_DIR/release/omnistep" $words 2>&1) || [ $? != 2 ]; then echo "omnistep $words: not refused" >&2; exit 1; fi
+    grep -q 'features full' <<<"$refused" || { echo "omnistep $words: $refused" >&2; exit 1; }
+done
 read -r clock user system <"$work/time"
 awk -v clock="$clock" -v user="$user" -v kernel="$system" -v crates="$(grep -c '^ *Compiling' "$work/build")" -v budget="$budget" '
     BEGIN {

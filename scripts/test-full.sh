@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
 scripts/sdist.sh
+scripts/package.sh --verify
 cargo test --release --test physics -- --ignored
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"

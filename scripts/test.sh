@@ -2,6 +2,7 @@
 # Every Rust and Python test, and the checks that the documents name only what exists and that public items have examples.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+unset CARGO_BUILD_TARGET # where the examples are looked for
 cargo test --locked
 # Each example asserts the number that it is about.
 for example in crates/omni-core/examples/*.rs crates/omni-sim/examples/*.rs; do

@@ -14,7 +14,7 @@ need node "npm's readers of logs"
 need npm "npm's readers of logs"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-[ -x .venv/bin/omnistep ] || scripts/venv.sh
+scripts/venv.sh
 omnistep=.venv/bin/omnistep # with the live view
 # Two seconds of every scenario are messages of every kind; the step is whole, for the report.
 for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do

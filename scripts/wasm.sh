@@ -14,7 +14,7 @@ missing() { # what is missing
 command -v node >/dev/null || missing "node (apt install nodejs)"
 target=wasm32-unknown-unknown
 [ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
-toolchain=$(scripts/embedded-toolchain.sh $target) || missing "a toolchain for $target (rustup target add $target, or make wasm)"
+toolchain=$(scripts/embedded-toolchain.sh $target) || missing "a toolchain for $target (rustup target add $target${possible:+, or make wasm})"
 # What is compared is what is used: no version that is not the workspace's.
 if grep '^checksum' wasm/Cargo.lock | grep -qvxFf Cargo.lock; then
     echo "wasm/Cargo.lock has other versions than Cargo.lock: cp Cargo.lock wasm/ && cargo tree --manifest-path wasm/Cargo.toml" >&2

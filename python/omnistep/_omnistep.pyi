@@ -1161,7 +1161,7 @@ class Outcome:
         """Friction that the wheels called for in 95 of 100 averages of 10 ms."""
     @property
     def energy_residual(self) -> float:
-        """Energy that the book cannot place, over all that went through the motors."""
+        """Energy that the balance cannot place, over all that went through the motors."""
     def to_dict(self) -> dict[str, str | bool | float | None]:
         """The figures by name."""
     def __eq__(self, other: object, /) -> bool: ...

@@ -358,6 +358,22 @@ impl Scenario {
         Ok(())
     }
 
+    /// The physics step resolves every coupling's spring.
+    fn check_couplings(&self, source: &Source) -> Result<(), Error> {
+        let (vehicle, step_us) = (self.vehicle(), self.physics.step_us);
+        for coupling in &vehicle.coupling {
+            let longest_us = 1e6 * vehicle.coupling_spring(coupling).longest_step_s();
+            if step_us as f64 > longest_us {
+                let message = format!(
+                    "{step_us}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
+                    coupling.name, vehicle.name
+                );
+                return Err(source.refuse("physics.step_us", message));
+            }
+        }
+        Ok(())
+    }
+
     /// Where every wheel shall have rollers, every wheel has some.
     fn check_rollers(&self, source: &Source) -> Result<(), Error> {
         let missing = |i: &usize| self.rollers(*i).is_none();

@@ -49,7 +49,7 @@ impl RunLog {
     pub fn create(path: impl AsRef<Path>, scenario: &Scenario) -> Result<Self, LogError> {
         let mut writer = LogWriter::create(&path)?;
         let facts = [
-            ("omnistep", env!("CARGO_PKG_VERSION").to_owned()),
+            ("omnistep", omni_sim::VERSION.to_owned()),
             ("scenario", scenario.name.clone()),
             ("vehicle", scenario.vehicle().name.clone()),
             ("policy", scenario.control.policy.clone()),

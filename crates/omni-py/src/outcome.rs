@@ -169,7 +169,7 @@ impl Outcome {
         self.inner.required_friction
     }
 
-    /// Energy that the book cannot place, over all that went through the motors.
+    /// Energy that the balance cannot place, over all that went through the motors.
     #[getter]
     fn energy_residual(&self) -> f64 {
         self.inner.energy_residual

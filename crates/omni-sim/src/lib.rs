@@ -17,6 +17,9 @@ mod trace;
 mod wall_clock;
 mod world;
 
+/// The version of the simulation: a run of another one is another run.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// Vehicles and scenarios as plain data from TOML, checked when they are loaded.
 pub use omni_config as config;
 

@@ -60,7 +60,7 @@ pub struct Observation {
     pub energy: Energy,
 }
 
-/// The energy book since the start of a run.
+/// The energy balance since the start of a run.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
@@ -95,7 +95,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Work put in that is nowhere in the book \[J\]: the error of finite steps.
+    /// Work put in that is nowhere in the balance \[J\]: the error of finite steps.
     #[must_use]
     pub fn residual_j(&self) -> f64 {
         self.work_in_j

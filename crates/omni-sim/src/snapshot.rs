@@ -26,7 +26,7 @@ impl Header {
         let text = toml::to_string(scenario).map_err(|error| refuse(error.to_string()))?;
         Ok(Self {
             format: FORMAT,
-            program: env!("CARGO_PKG_VERSION").into(),
+            program: crate::VERSION.into(),
             scenario: crc32fast::hash(text.as_bytes()),
         })
     }

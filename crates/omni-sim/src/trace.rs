@@ -79,7 +79,7 @@ const WHEEL: [WheelColumn; 27] = [
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
 ///
 /// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
-/// the encoders, `common_factor`, pose and twist of the base, the total ground force, Newton's residual and the energy book
+/// the encoders, `common_factor`, pose and twist of the base, the total ground force, Newton's residual and the energy balance
 /// ([`crate::observation::Energy`]); `row_1_load_n`, the front row's, and so on; `body_NAME_nose_up_rad`;
 /// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; and for each signal of [`Trace::wheel_signals`] one column a wheel,
 /// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.

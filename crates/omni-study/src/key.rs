@@ -8,8 +8,8 @@ use toml::{Table, Value};
 
 use crate::Error;
 
-/// The program's version: rows of another one are rows of another program.
-pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Rows of another version of the simulation are rows of another program.
+pub(crate) use omni_sim::VERSION;
 
 /// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
 pub(crate) type Lines = BTreeMap<String, String>;

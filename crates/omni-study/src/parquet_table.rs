@@ -19,7 +19,7 @@ use crate::{Cell, Column, Columns, Kind, Row, checksum};
 /// Texts that go with a file, by name.
 pub(crate) type Notes = Vec<(&'static str, String)>;
 
-/// Rows as the bytes of one file, sealed.
+/// Rows as the bytes of one file, with its checksum.
 pub(crate) fn written(columns: &Columns, notes: &Notes, rows: &[Row]) -> Result<Vec<u8>> {
     let notes = notes
         .iter()

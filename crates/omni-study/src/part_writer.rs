@@ -64,9 +64,9 @@ impl<'a> PartWriter<'a> {
     /// Gives the part its name; that of a batch when all of it is done.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
         if let Some(batch) = &self.batch {
-            return self.store.seal_batch(&batch.name, &batch.keys);
+            return self.store.complete_batch(&batch.name, &batch.keys);
         }
         self.rows.clear();
-        self.name.take().map_or(Ok(()), |name| self.store.checksum(&name))
+        self.name.take().map_or(Ok(()), |name| self.store.complete(&name))
     }
 }

@@ -1,6 +1,6 @@
 //! From a study to its runs, each with the key that says whether it is done.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,7 +11,7 @@ use toml::Value;
 
 use crate::columns::columns;
 use crate::key::{Lines, digest, leaves, lines, short, text};
-use crate::{Cell, Columns, Error, Found, Kind};
+use crate::{Cell, Columns, Error, Kind};
 
 /// Runs of a study at most: each has a key in memory.
 const MOST_RUNS: usize = 1_000_000;
@@ -358,14 +358,6 @@ impl Plan {
     #[must_use]
     pub fn runs(&self) -> &[Run] {
         &self.runs
-    }
-
-    /// The runs that have no row yet.
-    #[must_use]
-    pub fn missing(&self, found: &Found) -> Vec<Run> {
-        let done: BTreeSet<&str> = found.keys().collect();
-        let missing = self.runs.iter().filter(|run| !done.contains(run.key.as_str()));
-        missing.cloned().collect()
     }
 
     /// What all its runs share: the scenario without axes and seed.

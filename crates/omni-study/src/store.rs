@@ -13,7 +13,7 @@ use crate::key::{Lines, VERSION};
 use crate::merged_rows::MergedRows;
 use crate::parquet_table::{self, Notes, Opened};
 use crate::part_names::{GROWING, WHOLE, file_name, grows, io_error, named, unique, unless_gone};
-use crate::{Columns, Error, Plan, Row};
+use crate::{Columns, Error, Plan, Row, Run};
 
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
@@ -170,14 +170,14 @@ impl Store {
     }
 
     /// The part of that name, which has all rows that it will have, is whole.
-    pub(crate) fn checksum(&self, name: &str) -> Result<(), Error> {
+    pub(crate) fn complete(&self, name: &str) -> Result<(), Error> {
         let growing = self.part(name, GROWING);
         // Whoever came to hold the folder has done it, if it is gone.
         unless_gone(fs::rename(&growing, self.part(name, WHOLE))).map_err(io_error(&growing))
     }
 
     /// The part of a batch is whole if each of its runs has a row by now, whoever computed it; else what there is grows on.
-    pub(crate) fn seal_batch(&self, name: &str, keys: &BTreeSet<String>) -> Result<(), Error> {
+    pub(crate) fn complete_batch(&self, name: &str, keys: &BTreeSet<String>) -> Result<(), Error> {
         let there = self.of_batch(name)?;
         if !there.rows.has_all(keys) {
             return Ok(());
@@ -424,5 +424,15 @@ impl Store {
             folder: self.folder.clone(),
             reason: format!("{reason}; name another folder"),
         }
+    }
+}
+
+impl Plan {
+    /// The runs that have no row yet.
+    #[must_use]
+    pub fn missing(&self, found: &Found) -> Vec<Run> {
+        let done: BTreeSet<&str> = found.keys().collect();
+        let missing = self.runs().iter().filter(|run| !done.contains(run.key.as_str()));
+        missing.cloned().collect()
     }
 }

@@ -66,8 +66,8 @@ pub enum Error {
     },
     /// A command that this program was built without.
     #[error(
-        "omnistep {what}: this program was built without it; allowed: the Python package's omnistep, or one that is built with \
-         --features {feature} (--features full: with everything)"
+        "omnistep {what}: this program was built without the feature {feature}; cargo run --release --features full -- {what} has it, and \
+         so has the Python package's omnistep"
     )]
     NotBuilt {
         /// What was asked for.

@@ -76,7 +76,7 @@ fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
 #[cfg(not(feature = "study"))]
 fn checked(_: &Study) -> Result<(String, Option<String>), Error> {
     Err(Error::NotBuilt {
-        what: "check of a study",
+        what: "check STUDY",
         feature: "study",
     })
 }
@@ -249,7 +249,8 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
 fn schema_line(kind: FileKind) -> String {
     let kind = kind.name();
     let schema = format!("{kind}.schema.json");
-    if PathBuf::from(&schema).is_file() {
+    // An empty one is what a shell leaves of a schema that could not be written.
+    if std::fs::metadata(&schema).is_ok_and(|file| file.is_file() && file.len() > 0) {
         format!("#:schema ./{schema}\n")
     } else {
         format!(

@@ -6,11 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Vehicle;
-use crate::load::Source;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{DAMPING_N_M_S_RAD, RATIO, STIFFNESS_N_M_RAD, is_name, one, within};
-use crate::{Error, Scenario};
 
 /// Swing of the coupled bodies against each other, were they held by nothing else \[Hz\]: far above what a vehicle does
 /// (some Hz), and still resolved by twenty physics steps of the usual 0.5 ms.
@@ -127,23 +125,5 @@ impl Vehicle {
                 .damping_n_m_s_rad
                 .unwrap_or(2.0 * DEFAULT_DAMPING_RATIO * inertia_kg_m2 * swing),
         }
-    }
-}
-
-impl Scenario {
-    /// The physics step resolves every coupling's spring.
-    pub(crate) fn check_couplings(&self, source: &Source) -> Result<(), Error> {
-        let (vehicle, step_us) = (self.vehicle(), self.physics.step_us);
-        for coupling in &vehicle.coupling {
-            let longest_us = 1e6 * vehicle.coupling_spring(coupling).longest_step_s();
-            if step_us as f64 > longest_us {
-                let message = format!(
-                    "{step_us}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
-                    coupling.name, vehicle.name
-                );
-                return Err(source.refuse("physics.step_us", message));
-            }
-        }
-        Ok(())
     }
 }

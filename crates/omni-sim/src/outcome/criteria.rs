@@ -117,7 +117,7 @@ fn shortest_span_m(vehicle: &Vehicle) -> f64 {
 /// Wheels closer than that are side by side, as [`Vehicle::rows`] has it \[m\].
 const ABREAST_M: f64 = 0.02;
 
-/// Part of the energy that went through a run which finite steps may gain: ten times the hundredth within which every built-in run's book closes,
+/// Part of the energy that went through a run which finite steps may gain: ten times the hundredth within which every built-in run's balance closes,
 /// and what it misses there is lost, not gained.
 const GAINED_PART: f64 = 0.1;
 /// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.
@@ -288,7 +288,7 @@ mod tests {
         let scenario = scenario("flat", &[]);
         let gained = |residual_j: f64, turnover_j: f64, potential_j: f64| {
             let (_, mut seen) = period(&scenario);
-            // Work that is nowhere in the book is a positive residual, energy from nowhere a negative one.
+            // Work that is nowhere in the balance is a positive residual, energy from nowhere a negative one.
             seen.energy.turnover_j = turnover_j;
             seen.energy.potential_j = potential_j;
             seen.energy.work_in_j = potential_j + residual_j;

@@ -158,8 +158,8 @@ impl Actuation {
         -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
-    /// EnergyBalance a physics step that has been made: angles, work, torques.
-    pub(super) fn book(
+    /// Accounts for a physics step that has been made: angles, work, torques.
+    pub(super) fn account(
         &mut self,
         physics: &PhysicsWorld,
         vehicle: &VehicleBodies,

@@ -11,7 +11,7 @@ use crate::observation::{ContactForce, Observation};
 /// the energy balance.
 ///
 /// Under the Coulomb friction model the sum over the solver's contacts of normal and tangent impulses over dt is the
-/// whole force on the wheel: it closes the vehicle's Newton balance to rounding (`tests/physics.rs`).
+/// whole force on the wheel: it closes the vehicle's Newton balance to rounding (`newton_residual_n`).
 pub(super) fn accumulate(
     physics: &PhysicsWorld,
     vehicle: &VehicleBodies,

@@ -107,7 +107,7 @@ impl World {
             AngVector::new(0.0, 0.0, place.heading_rad + yaw_rad),
         );
         let vehicle = VehicleBodies::insert(&mut physics, scenario, &rollers, start);
-        // Masses are known from here on: the energy balance need them.
+        // Masses are known from here on: the energy balance needs them.
         let handles: Vec<_> = physics.bodies.iter().map(|(handle, _)| handle).collect();
         for handle in handles {
             physics.bodies[handle].recompute_mass_properties_from_colliders(&physics.colliders);
@@ -184,7 +184,7 @@ impl World {
                 return self.check();
             }
             self.actuation
-                .book(&self.physics, &self.vehicle, time_s, share, observation);
+                .account(&self.physics, &self.vehicle, time_s, share, observation);
             contact::accumulate(&self.physics, &self.vehicle, share, &mut self.energy, observation);
             self.energy.joints(&self.physics);
         }
