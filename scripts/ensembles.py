@@ -1,7 +1,8 @@
 """Runs the ensembles of docs/physics.md and writes its tables anew: python scripts/ensembles.py [PROGRAM].
 
-PROGRAM is the command built with --features full, target/release/omnistep if left out. Runs that are in out/ensembles already are not run
-again: delete the folder after a change of the physics or of a law. From nothing it takes half an hour on two cores.
+PROGRAM is the command built with --features full, target/release/omnistep if left out. Runs that are in out/ensembles
+already are not run again: delete the folder after a change of the physics or of a law. From nothing it takes half an
+hour on two cores.
 """
 
 import json
