@@ -86,6 +86,22 @@ const LOOK: Duration = Duration::from_millis(20);
 /// # Errors
 /// [`omni_sim::Error::Argument`] for a speed below 0.001 and for an origin that is none, [`Error::Live`] where the port cannot be had; as
 /// [`omni_sim::run()`], and whatever `watch` returns.
+///
+/// ```
+/// use omni_log::{Error, Live, run_live};
+/// use omni_sim::config::{Override, Scenario};
+/// let mut live = Live::new(0); // a free port
+/// live.speed = f64::INFINITY;
+/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
+/// let mut periods = 0;
+/// let started = |address: &str| assert!(address.starts_with("ws://127.0.0.1:"));
+/// let (_, ended) = run_live::<Error>(&scenario, &live, started, |warning| eprintln!("{warning}"), |simulation, _| {
+///     periods += usize::from(simulation.is_some());
+///     Ok(())
+/// })?;
+/// assert!(ended.is_none() && periods >= 100);
+/// # Ok::<(), omni_log::Error>(())
+/// ```
 pub fn run_live<E: From<Error>>(
     scenario: &Scenario,
     live: &Live,

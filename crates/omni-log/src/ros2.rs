@@ -22,6 +22,15 @@ pub trait RosMessage: Serialize {
 ///
 /// # Errors
 /// [`cdr_encoding::Error`] where a value has no CDR form; no message of this module has such a value.
+///
+/// ```
+/// use omni_log::ros2::{StringMessage, encode_into};
+/// let mut buffer = vec![9; 100]; // used before
+/// encode_into(&StringMessage { data: "ab".into() }, &mut buffer)?;
+/// // Little-endian CDR; a string is its length with the final zero, and its bytes.
+/// assert_eq!(buffer, [&[0, 1, 0, 0, 3, 0, 0, 0], b"ab\0".as_slice()].concat());
+/// # Ok::<(), cdr_encoding::Error>(())
+/// ```
 pub fn encode_into<M: RosMessage>(message: &M, buffer: &mut Vec<u8>) -> Result<(), cdr_encoding::Error> {
     buffer.clear();
     buffer.extend_from_slice(&CDR_LE);
@@ -32,6 +41,12 @@ pub fn encode_into<M: RosMessage>(message: &M, buffer: &mut Vec<u8>) -> Result<(
 ///
 /// # Errors
 /// As [`encode_into`].
+///
+/// ```
+/// use omni_log::ros2::{StringMessage, encode};
+/// assert_eq!(encode(&StringMessage { data: "ab".into() })?.len(), 4 + 4 + 3);
+/// # Ok::<(), cdr_encoding::Error>(())
+/// ```
 pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, cdr_encoding::Error> {
     let mut buffer = Vec::new();
     encode_into(message, &mut buffer)?;

@@ -51,7 +51,7 @@ pub(crate) fn run(
                 let log = RunLog::create(path, &scenario)?;
                 omni_log::run_logged(&scenario, log, look)
             }
-            None => omni_sim::run_watched(&scenario, look),
+            None => omni_sim::run_with_callback(&scenario, look),
         }
     });
     Ok(Trace::new(scenario, trace?))

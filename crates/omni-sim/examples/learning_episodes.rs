@@ -27,10 +27,8 @@ fn main() -> Result<(), Error> {
         let [success, time_s, _, _, height_m, friction, _] = info[..] else {
             unreachable!("Episode::info_names() are seven");
         };
-        println!(
-            "{seed:7}{:13.1}{friction:10.2}{success:9}{time_s:10.2}{worth:8.2}",
-            1e2 * height_m
-        );
+        let height_cm = 1e2 * height_m;
+        println!("{seed:7}{height_cm:13.1}{friction:10.2}{success:9}{time_s:10.2}{worth:8.2}");
         successes += success;
         // Climbing is worth 2, a metre forward 1: who got over the step is beyond it by a vehicle's length.
         assert!((success == 1.0) == (worth > 2.0));

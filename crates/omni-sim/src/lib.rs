@@ -27,7 +27,7 @@ pub use control_loop::ControlLoop;
 pub use error::Error;
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use outcome::{Outcome, Verdict};
-pub use run::{control_periods, drive, measure, own_command, run, run_watched, run_with};
+pub use run::{control_periods, drive, measure, own_command, run, run_with_callback, run_with_controller};
 pub use simulation::Simulation;
 pub use trace::{Rows, Trace, TraceBuilder};
 pub use world::ground_heights_m;

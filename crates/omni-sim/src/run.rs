@@ -27,7 +27,7 @@ const PERIODS_PER_LOOK: u64 = 64;
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
-    run_watched(scenario, |_, _| Ok(()))
+    run_with_callback(scenario, |_, _| Ok(()))
 }
 
 /// Runs a scenario and calls `watch` after every control period with the simulation and
@@ -36,18 +36,38 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 ///
 /// # Errors
 /// As [`run`], and whatever `watch` returns.
-pub fn run_watched<E: From<Error>>(
+///
+/// ```
+/// use omni_sim::{Error, config::{Override, Scenario}, run_with_callback};
+/// let mut highest_m_s = 0.0_f64;
+/// let run = run_with_callback::<Error>(&Scenario::load("flat", &[Override::new("duration_s", 1.0)])?, |simulation, part| {
+///     highest_m_s = highest_m_s.max(simulation.observation().twist.vx_m_s);
+///     assert!(part <= 1.0);
+///     Ok(())
+/// })?;
+/// assert!(run.rows() == 1000 && highest_m_s > 0.1);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn run_with_callback<E: From<Error>>(
     scenario: &Scenario,
     watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    run_with(scenario, AnyController::new(scenario)?, watch)
+    run_with_controller(scenario, AnyController::new(scenario)?, watch)
 }
 
-/// [`run_watched`] with a controller that was made for the scenario and is freshly started.
+/// [`run_with_callback`] with a controller that was made for the scenario and is freshly started.
 ///
 /// # Errors
 /// As [`run`], and whatever `watch` returns.
-pub fn run_with<E: From<Error>>(
+///
+/// ```
+/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, run, run_with_controller};
+/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.5)])?;
+/// let same = run_with_controller::<Error>(&scenario, AnyController::new(&scenario)?, |_, _| Ok(()))?;
+/// assert_eq!(same.outcome().work_j, run(&scenario)?.outcome().work_j);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn run_with_controller<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
@@ -67,11 +87,18 @@ pub fn run_with<E: From<Error>>(
 ///
 /// # Errors
 /// None.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario, own_command};
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// assert!(own_command(&mut simulation)?.vx_m_s > 0.0);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
 pub fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
     Ok(simulation.scenario_command())
 }
 
-/// Runs a scenario from start to end and keeps nothing but its figures. Calls `watch` as [`run_watched`] does.
+/// Runs a scenario from start to end and keeps nothing but its figures. Calls `watch` as [`run_with_callback`] does.
 ///
 /// Where the physics end the run, the verdict is [`crate::Verdict::Diverged`], where they gain energy
 /// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
@@ -97,6 +124,24 @@ pub fn measure<E: From<Error>>(
 ///
 /// # Errors
 /// As [`measure`], and whatever `steer` returns.
+///
+/// ```
+/// use omni_core::BodyTwist;
+/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, drive};
+/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
+/// let mut left_m = 0.0;
+/// let (outcome, ended) = drive::<Error>(
+///     &scenario,
+///     AnyController::new(&scenario)?,
+///     |_| Ok(BodyTwist::from_array([0.0, 0.2, 0.0])), // to the left at 0.2 m/s, whatever the scenario says
+///     |simulation, _| {
+///         left_m = simulation.observation().pose.position_m[1];
+///         Ok(())
+///     },
+/// )?;
+/// assert!(ended.is_none() && outcome.work_j > 0.1 && left_m > 0.2);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
 pub fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
@@ -143,6 +188,12 @@ pub fn drive<E: From<Error>>(
 }
 
 /// Control periods in a scenario.
+///
+/// ```
+/// use omni_sim::{config::{Override, Scenario}, control_periods};
+/// assert_eq!(control_periods(&Scenario::load("flat", &[Override::new("duration_s", 1.5)])?), 1500); // of 1 ms
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
 #[must_use]
 pub fn control_periods(scenario: &Scenario) -> u64 {
     (scenario.duration_s * 1e6 / scenario.control.period_us as f64).round() as u64

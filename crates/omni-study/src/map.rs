@@ -34,6 +34,15 @@ impl MapCell {
 }
 
 /// One cell a combination, in the plan's order.
+///
+/// ```
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, cells, rows};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
+/// let cells = cells(&plan, &rows(&plan.runs()[..2], &false.into()));
+/// assert_eq!((cells[0].runs, cells[0].errors), (2, 0)); // two of its seeds are there
+/// # Ok::<(), omni_study::Error>(())
+/// ```
 #[must_use]
 pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
     let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();

@@ -30,6 +30,16 @@ pub struct Row {
 
 impl Row {
     /// A value for each of [`Columns::all`](crate::Columns::all).
+    ///
+    /// ```
+    /// use omni_config::Study;
+    /// use omni_study::{Cell, Plan, row_with};
+    /// let plan = Plan::new(&Study::load("ensemble")?, &[])?;
+    /// let cells = row_with(&plan.runs()[2], |_| panic!("no ground")).expect("not stopped").cells();
+    /// assert_eq!(cells.len(), plan.columns().all().len());
+    /// assert_eq!(cells[1], Cell::Integer(2)); // the seed
+    /// # Ok::<(), omni_study::Error>(())
+    /// ```
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         // A seed comes from TOML, whose integers end at 2^63 - 1.
@@ -44,12 +54,30 @@ impl Row {
 /// The row of a run; none if `stop` was set before the end.
 ///
 /// A run that fails, or panics, is a row with its error.
+///
+/// ```
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, row};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.2)])?;
+/// let row = row(&plan.runs()[1], &false.into()).expect("not stopped");
+/// assert_eq!((row.seed, row.error), (1, None));
+/// # Ok::<(), omni_study::Error>(())
+/// ```
 #[must_use]
 pub fn row(run: &Run, stop: &AtomicBool) -> Option<Row> {
     row_with(run, |scenario| simulate(scenario, stop))
 }
 
 /// The rows of some runs, on the cores of rayon's current pool; those of runs that `stop` ended are not among them.
+///
+/// ```
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, rows};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
+/// let some = rows(&plan.runs()[..3], &false.into());
+/// assert_eq!(some.iter().map(|row| row.seed).collect::<Vec<_>>(), [0, 1, 2]); // in the runs' order
+/// # Ok::<(), omni_study::Error>(())
+/// ```
 #[must_use]
 pub fn rows(runs: &[Run], stop: &AtomicBool) -> Vec<Row> {
     runs.par_iter().filter_map(|run| row(run, stop)).collect()

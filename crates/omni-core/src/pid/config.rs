@@ -27,6 +27,26 @@ pub struct PidGains<R> {
     pub kd_n_m_s2_rad: R,
 }
 
+impl<R: Real> PidGains<R> {
+    /// A loop without a derivative, as wheels usually have it: their encoders are too coarse for one.
+    ///
+    /// `kp_n_m_s_rad` \[N.m per rad/s\] and `ki_n_m_rad` \[N.m per rad\], each 0 to 1e6.
+    ///
+    /// ```
+    /// use omni_core::PidGains;
+    /// let gains = PidGains::pi(0.3, 2.0);
+    /// assert_eq!((gains.kp_n_m_s_rad, gains.ki_n_m_rad, gains.kd_n_m_s2_rad), (0.3, 2.0, 0.0));
+    /// ```
+    #[must_use]
+    pub fn pi(kp_n_m_s_rad: R, ki_n_m_rad: R) -> Self {
+        Self {
+            kp_n_m_s_rad,
+            ki_n_m_rad,
+            kd_n_m_s2_rad: R::ZERO,
+        }
+    }
+}
+
 /// When the integral takes in the present error. References differ: see docs/conventions.md.
 ///
 /// ```
@@ -108,7 +128,7 @@ impl<R: Real> PidConfig<R> {
             period_s,
             proportional_weight: R::one(),
             derivative_weight: R::one(),
-            derivative_filter_s: R::zero(),
+            derivative_filter_s: R::ZERO,
             feed_forward: FeedForward::none(),
             order: IntegrationOrder::BeforeOutput,
             anti_windup: AntiWindup::None,
@@ -163,7 +183,7 @@ impl<R: Real> PidConfig<R> {
     #[must_use]
     pub fn with_derivative_on_measurement(self) -> Self {
         Self {
-            derivative_weight: R::zero(),
+            derivative_weight: R::ZERO,
             ..self
         }
     }

@@ -19,6 +19,15 @@ const WHEEL: (&str, [f64; 4]) = ("wheel", [0.9, 0.45, 0.1, 1.0]);
 const UNLIMITED_RAD_S: f64 = 1000.0;
 
 /// The name of a body's link.
+///
+/// ```
+/// use omni_config::Vehicle;
+/// use omni_log::{BASE_LINK, link_name};
+/// let vehicle = Vehicle::load("chugo7")?;
+/// assert_eq!(link_name(&vehicle, &vehicle.body[0].name), BASE_LINK);
+/// assert_eq!(link_name(&vehicle, &vehicle.body[1].name), vehicle.body[1].name);
+/// # Ok::<(), omni_config::Error>(())
+/// ```
 #[must_use]
 pub fn link_name<'a>(vehicle: &Vehicle, body: &'a str) -> &'a str {
     if vehicle.body.first().is_some_and(|base| base.name == body) {
@@ -29,6 +38,10 @@ pub fn link_name<'a>(vehicle: &Vehicle, body: &'a str) -> &'a str {
 }
 
 /// The name of a wheel's link and of the joint that turns it.
+///
+/// ```
+/// assert_eq!(omni_log::wheel_link("4"), "wheel_4");
+/// ```
 #[must_use]
 pub fn wheel_link(wheel: &str) -> String {
     format!("wheel_{wheel}")
@@ -36,6 +49,15 @@ pub fn wheel_link(wheel: &str) -> String {
 
 /// Origin of a body's link in the vehicle's frame as it stands on flat ground \[m\]: the anchor of the hinge that carries it,
 /// the vehicle's own origin for the base.
+///
+/// ```
+/// use omni_config::Vehicle;
+/// use omni_log::link_frame_m;
+/// let vehicle = Vehicle::load("chugo7")?;
+/// assert_eq!(link_frame_m(&vehicle, &vehicle.body[0].name), [0.0; 3]);
+/// assert_eq!(link_frame_m(&vehicle, &vehicle.hinge[0].child), vehicle.hinge[0].anchor_m);
+/// # Ok::<(), omni_config::Error>(())
+/// ```
 #[must_use]
 pub fn link_frame_m(vehicle: &Vehicle, body: &str) -> [f64; 3] {
     let carrier = vehicle.hinge.iter().find(|hinge| hinge.child == body);

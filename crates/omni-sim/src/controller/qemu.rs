@@ -80,6 +80,12 @@ impl Firmware {
 }
 
 /// The emulator with an image, its console being standard input and output; [`Firmware::start`] runs it.
+///
+/// ```
+/// let command = omni_sim::controller::emulator("image.elf".as_ref());
+/// assert_eq!(command.get_program(), "qemu-system-arm");
+/// assert!(command.get_args().any(|argument| argument == "mps2-an386")); // the machine: a Cortex-M4F
+/// ```
 #[must_use]
 pub fn emulator(image: &Path) -> Command {
     let mut command = Command::new(QEMU);

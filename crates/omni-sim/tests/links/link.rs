@@ -9,7 +9,7 @@ use std::time::Duration;
 use omni_link::{Counters, FrameError, HOLD_PERIODS, Receiver, Server, answer_frame, decode, request_frame};
 use omni_sim::config::{Override, Precision, Scenario};
 use omni_sim::controller::{AnyController, DEFAULT_FIRMWARE, Link, LinkCounters, emulator};
-use omni_sim::{Error, Simulation, Trace, run, run_with};
+use omni_sim::{Error, Simulation, Trace, run, run_with_controller};
 
 const N: usize = 7;
 
@@ -169,7 +169,7 @@ fn run_linked(
     answers: Faults,
 ) -> (Result<Trace, Error>, LinkCounters) {
     let mut counters = LinkCounters::default();
-    let trace = run_with(
+    let trace = run_with_controller(
         scenario,
         linked(place, scenario, requests, answers),
         |simulation, _| {
@@ -410,7 +410,7 @@ fn a_server_that_goes_away_ends_the_run_at_once() {
     let link = link_to(&scenario, digest_of(&scenario), Faults::new(), Faults::new(), 20);
     let controller = AnyController::over_link(&scenario, link).unwrap();
     let start = std::time::Instant::now();
-    let error = run_with::<Error>(&scenario, controller, |_, _| Ok(())).unwrap_err();
+    let error = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap_err();
     assert_eq!(
         error.to_string(),
         "the link to the controller stopped at t = 0.019 s: the other end has closed it (answers: 0 lost, \
