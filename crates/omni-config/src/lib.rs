@@ -50,7 +50,7 @@ pub use imperfections::{Actuators, Fault, HeadingHold, Sensors};
 pub use load::Source;
 pub use log_rates::LogRates;
 pub use override_key::Override;
-pub use physics::Physics;
+pub use physics::{Engine, Physics};
 pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
 pub use rest::Rest;
 pub use roller_wheel::{Barrel, Ripple, RollerWheel};

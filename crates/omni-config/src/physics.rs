@@ -8,18 +8,51 @@ use serde::{Deserialize, Serialize};
 use crate::ranges::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_US, SUBSTEPS, within};
 use crate::rollers::WheelModel;
 
+/// What simulates the vehicle on the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Engine {
+    /// Rigid bodies, joints and contacts of the rapier engine: the reference.
+    #[default]
+    Rapier,
+    /// Reduced coordinates and one implicit contact solution a step: many times faster, and converged at usual steps.
+    Articulated,
+}
+
+impl Engine {
+    /// Its name in files, tables and logs.
+    ///
+    /// ```
+    /// assert_eq!(omni_config::Engine::Articulated.name(), "articulated");
+    /// ```
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rapier => "rapier",
+            Self::Articulated => "articulated",
+        }
+    }
+}
+
 /// How finely to simulate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Physics {
+    /// What simulates; `rapier` by default.
+    #[serde(default)]
+    #[garde(skip)]
+    pub engine: Engine,
     /// Physics step \[us\], 1 to 100000.
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub step_us: u64,
     /// Solver iterations a step of the engine, 1 to 100. Left out: 8, and more where a step is longer
-    /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly.
+    /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly. Only with `engine = "rapier"`: the other solves
+    /// contacts to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(ITERATIONS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]

@@ -10,7 +10,7 @@ use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
 use crate::sensing::Sensing;
-use crate::world::World;
+use crate::world::{AnyPlant, plant};
 
 /// A scenario being simulated.
 ///
@@ -25,7 +25,7 @@ use crate::world::World;
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub struct Simulation {
-    pub(crate) world: World,
+    pub(crate) world: AnyPlant,
     pub(crate) sensing: Sensing,
     pub(crate) control: ControlLoop,
     pub(crate) sample: ControlSample,
@@ -55,7 +55,7 @@ impl Simulation {
         let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let yaw_rad = scenario.perturbation.yaw_rad * uniform();
         let x_m = scenario.perturbation.start_m * uniform();
-        let mut world = World::new(scenario, x_m, yaw_rad)?;
+        let mut world = plant(scenario, x_m, yaw_rad)?;
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);

@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
-use crate::world::{WorldSnapshot, WorldView};
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -35,7 +34,7 @@ impl Header {
 /// What follows the header; saving and resuming name the same fields in the same order.
 #[derive(Serialize)]
 struct Saved<'a> {
-    world: WorldView<'a>,
+    world: Vec<u8>,
     sensing: &'a sensing::State,
     hold: Option<HeadingHoldState<f64>>,
     controller: Vec<u8>,
@@ -46,7 +45,7 @@ struct Saved<'a> {
 
 #[derive(Deserialize)]
 struct Resumed {
-    world: WorldSnapshot,
+    world: Vec<u8>,
     sensing: sensing::State,
     hold: Option<HeadingHoldState<f64>>,
     controller: Vec<u8>,
@@ -87,7 +86,7 @@ impl Simulation {
             .save()
             .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
         let saved = Saved {
-            world: self.world.view(),
+            world: self.world.save().map_err(|error| refuse(error.to_string()))?,
             sensing: self.sensing.state(),
             hold,
             controller,
@@ -121,7 +120,8 @@ impl Simulation {
         if !simulation.control.restore(resumed.hold, &resumed.controller) {
             return Err(refuse("its controller's state is damaged"));
         }
-        simulation.world.restore(resumed.world);
+        let damaged = |error| refuse(format!("it is damaged: {error}"));
+        simulation.world.restore(&resumed.world).map_err(damaged)?;
         simulation.sensing.restore(resumed.sensing);
         simulation.sample = resumed.sample;
         simulation.observation = resumed.observation;

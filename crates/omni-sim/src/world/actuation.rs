@@ -1,9 +1,9 @@
 //! From commanded torques to those that act, and what turns meanwhile: lag, voltage, faults, angles, work.
+//!
+//! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
 
-use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::vehicle::VehicleBodies;
 use crate::config::{Fault, Scenario};
 use crate::observation::Observation;
 
@@ -113,15 +113,8 @@ impl Actuation {
         self.state = state;
     }
 
-    /// Puts the torques of a physics step on the bodies, in place of the last step's.
-    pub(super) fn apply(
-        &mut self,
-        physics: &mut PhysicsWorld,
-        vehicle: &VehicleBodies,
-        time_s: f64,
-        commanded_n_m: &[f64],
-    ) {
-        vehicle.reset(physics);
+    /// Works out the torques that act in the next physics step; [`Actuation::torques_n_m`] has them.
+    pub(super) fn follow(&mut self, time_s: f64, commanded_n_m: &[f64]) {
         let asked: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
         let full = self.stall_n_m * self.gear.len() as f64;
         let voltage = 1.0 - self.sag * (asked / full).min(1.0);
@@ -142,14 +135,23 @@ impl Actuation {
             if self.lost.iter().any(|span| span.holds(i, time_s)) {
                 *torque = 0.0;
             }
-            vehicle.wheels[i].apply(physics, *torque + self.drag(i, time_s));
         }
     }
 
-    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.
-    fn drag(&self, wheel: usize, time_s: f64) -> f64 {
+    /// The torques that act \[N.m\], one an actuator; drags are not among them.
+    pub(super) fn torques_n_m(&self) -> &[f64] {
+        &self.state.torque_n_m
+    }
+
+    /// Damping by drags between a wheel and its carrier now \[N.m.s/rad\], about the axle.
+    pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
-        let damper: f64 = holding.map(|(_, damper)| damper).sum();
+        holding.map(|(_, damper)| damper).sum()
+    }
+
+    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.
+    pub(super) fn explicit_drag_n_m(&self, wheel: usize, time_s: f64) -> f64 {
+        let damper = self.damper_n_m_s_rad(wheel, time_s);
         if damper == 0.0 {
             return 0.0;
         }
@@ -158,19 +160,18 @@ impl Actuation {
         -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
-    /// Accounts for a physics step that has been made: angles, work, torques.
+    /// Accounts for a physics step that has been made: angles, work, torques. `moved` is by how much an actuator has turned \[rad\] and how
+    /// fast it turns now \[rad/s\], with the velocity before; `drag_n_m` the torque of the drags on it in the step.
     pub(super) fn account(
         &mut self,
-        physics: &PhysicsWorld,
-        vehicle: &VehicleBodies,
-        time_s: f64,
         share: f64,
         observation: &mut Observation,
+        moved: impl Fn(usize, f64) -> [f64; 2],
+        drag_n_m: impl Fn(&Self, usize) -> f64,
     ) {
-        for (i, wheel) in vehicle.wheels.iter().enumerate() {
-            let drag = self.drag(i, time_s);
-            let after = wheel.actuator_velocity(physics);
-            let turned = f64::midpoint(self.state.velocity_rad_s[i], after) * self.step_s;
+        for i in 0..self.gear.len() {
+            let drag = drag_n_m(self, i);
+            let [turned, after] = moved(i, self.state.velocity_rad_s[i]);
             self.state.velocity_rad_s[i] = after;
             self.state.angle_rad[i] += turned;
             let work_j = self.state.torque_n_m[i] * turned;

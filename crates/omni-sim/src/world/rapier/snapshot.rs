@@ -3,11 +3,12 @@
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{World, actuation, energy_balance};
+use super::{World, energy_balance};
+use crate::world::actuation;
 
 /// Everything of a world that changes while it runs.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct WorldSnapshot {
+pub(super) struct WorldSnapshot {
     physics: PhysicsWorld,
     actuation: actuation::State,
     energy: energy_balance::State,
@@ -17,7 +18,7 @@ pub(crate) struct WorldSnapshot {
 
 /// [`WorldSnapshot`] without a copy of the physics.
 #[derive(Serialize)]
-pub(crate) struct WorldView<'a> {
+pub(super) struct WorldView<'a> {
     physics: &'a PhysicsWorld,
     actuation: &'a actuation::State,
     energy: energy_balance::State,
@@ -27,7 +28,7 @@ pub(crate) struct WorldView<'a> {
 
 impl World {
     /// What a snapshot holds.
-    pub(crate) fn view(&self) -> WorldView<'_> {
+    pub(super) fn view(&self) -> WorldView<'_> {
         WorldView {
             physics: &self.physics,
             actuation: self.actuation.state(),
@@ -38,7 +39,7 @@ impl World {
     }
 
     /// Goes on from a snapshot of a world that was made of the same scenario: bodies have the same handles there.
-    pub(crate) fn restore(&mut self, snapshot: WorldSnapshot) {
+    pub(super) fn go_on_from(&mut self, snapshot: WorldSnapshot) {
         // At the start the world that was built is the one that was saved.
         if snapshot.time_ns > 0 {
             let built = std::mem::replace(&mut self.physics, snapshot.physics);

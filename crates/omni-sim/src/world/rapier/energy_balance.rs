@@ -8,8 +8,8 @@
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::actuation::Actuation;
 use crate::observation::{Energy, Observation};
+use crate::world::actuation::Actuation;
 
 /// The energy balance of a world.
 pub(super) struct EnergyBalance {

@@ -62,7 +62,8 @@ impl CoupledHinges {
 /// Handles of a vehicle in a world. Every body's local frame is the vehicle's frame as it stands on flat ground.
 pub(super) struct VehicleBodies {
     names: Vec<String>,
-    bodies: Vec<RigidBodyHandle>,
+    /// In the vehicle file's order.
+    pub(super) bodies: Vec<RigidBodyHandle>,
     hinges: Vec<HingeBodies>,
     rows: Vec<Vec<usize>>,
     /// What a joint may part by before the vehicle counts as broken \[m\].
@@ -140,12 +141,6 @@ impl VehicleBodies {
             couplings: couplings.collect(),
             wheels,
         }
-    }
-
-    /// A body by name.
-    pub(super) fn body(&self, name: &str) -> Option<RigidBodyHandle> {
-        let index = self.names.iter().position(|known| known == name)?;
-        Some(self.bodies[index])
     }
 
     /// The joint that has parted, and by how much \[m\].

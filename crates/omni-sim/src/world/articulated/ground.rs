@@ -1,0 +1,205 @@
+//! The ground, and where a ball meets it. parry knows the shapes; what touches, and which way it pushes, is said here.
+
+use rapier3d_f64::parry::bounding_volume::Aabb;
+use rapier3d_f64::parry::query::PointQuery;
+use rapier3d_f64::parry::shape::{Cuboid, Cylinder, HeightField, HeightFieldFlags, Triangle};
+use rapier3d_f64::parry::utils::Array2;
+use rapier3d_f64::prelude::{AngVector, Pose, Vector};
+
+use crate::config::{FrictionPatch, Scenario};
+use crate::ground::{Shape, shapes};
+
+/// A place where something meets the ground, or is about to.
+#[derive(Clone, Copy)]
+pub(super) struct Touch {
+    /// Unit vector out of the ground.
+    pub(super) normal: Vector,
+    /// On the ground \[m\].
+    pub(super) point: Vector,
+    /// Between the two \[m\], below 0 where they overlap.
+    pub(super) gap_m: f64,
+    pub(super) friction: f64,
+    /// Which part of the ground, and which face of it: the same as long as the contact lasts.
+    pub(super) key: u32,
+}
+
+/// The ground.
+pub(super) struct Ground {
+    pub(super) parts: Vec<Part>,
+    friction: f64,
+    patches: Vec<FrictionPatch>,
+}
+
+pub(super) enum Solid {
+    Box(Cuboid),
+    /// Along its own y.
+    Bar(Cylinder),
+    Field(HeightField),
+}
+
+pub(super) struct Part {
+    pub(super) solid: Solid,
+    pub(super) pose: Pose,
+    bounds: Aabb,
+}
+
+/// Two points this close are one \[m\].
+const SAME_POINT_M: f64 = 1e-9;
+
+impl Ground {
+    /// The ground of a scenario; none where its kind is unknown.
+    pub(super) fn new(scenario: &Scenario) -> Option<Self> {
+        // Wherever the run goes there is ground: twice as far as the command asks for.
+        let far = 200.0 + 2.0 * scenario.command.fastest_m_s() * scenario.duration_s;
+        let parts: Vec<_> = shapes(scenario, far).into_iter().map(Part::new).collect();
+        (!parts.is_empty()).then(|| Self {
+            parts,
+            friction: scenario.terrain.friction(),
+            patches: scenario.friction_patch.clone(),
+        })
+    }
+
+    /// The coefficient of friction at a place: the last patch that holds it sets it.
+    pub(super) fn friction_at(&self, point: Vector) -> f64 {
+        let inside = |[from, to]: [f64; 2], at: f64| at >= from && at < to;
+        let mut patches = self.patches.iter().rev();
+        let patch = patches.find(|patch| inside(patch.x_m, point.x) && inside(patch.y_m, point.y));
+        patch.map_or(self.friction, |patch| patch.friction)
+    }
+
+    /// The parts that come within a distance of a point, with their indices.
+    pub(super) fn near(&self, point: Vector, reach_m: f64) -> impl Iterator<Item = (u32, &Part)> {
+        (0..).zip(&self.parts).filter(move |(_, part)| {
+            let (low, high) = (part.bounds.mins, part.bounds.maxs);
+            let out = (low - point).max(point - high);
+            out.max_element() <= reach_m
+        })
+    }
+
+    /// Adds the places where a ball is nearer to the ground than `ahead_m`.
+    pub(super) fn meet(&self, centre: Vector, radius_m: f64, ahead_m: f64, touches: &mut Vec<Touch>) {
+        let reach_m = radius_m + ahead_m;
+        for (index, part) in self.near(centre, reach_m) {
+            let at = part.pose.inverse_transform_point(centre);
+            let mut add = |on: Vector, inside: bool, face: u32| {
+                let away = at - on;
+                let distance_m = away.length();
+                if distance_m > reach_m || distance_m == 0.0 {
+                    return;
+                }
+                let side = if inside { -1.0 } else { 1.0 };
+                let point = part.pose * on;
+                touches.push(Touch {
+                    normal: part.pose.rotation * (away * (side / distance_m)),
+                    point,
+                    gap_m: side * distance_m - radius_m,
+                    friction: self.friction_at(point),
+                    key: index << 20 | face,
+                });
+            };
+            match &part.solid {
+                Solid::Box(shape) => {
+                    let found = shape.project_local_point(at, false);
+                    add(found.point, found.is_inside, 0);
+                }
+                Solid::Bar(shape) => {
+                    let found = shape.project_local_point(at, false);
+                    add(found.point, found.is_inside, 0);
+                }
+                Solid::Field(shape) => {
+                    let nearest = |triangle: &Triangle| triangle.project_local_point(at, false).point;
+                    for (point, face) in nearest_on_field(shape, at, reach_m, nearest) {
+                        add(point, false, face);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The places of a height field where the distance to something is least, nearest first, with their faces.
+///
+/// `nearest` is the place of a triangle that is nearest to it. Where that lies on an edge or a corner, it counts only if no other
+/// triangle there has a nearer place: the edges inside a smooth field do not push.
+pub(super) fn nearest_on_field(
+    field: &HeightField,
+    at: Vector,
+    reach_m: f64,
+    nearest: impl Fn(&Triangle) -> Vector,
+) -> Vec<(Vector, u32)> {
+    let around = Aabb::new(at - Vector::splat(reach_m), at + Vector::splat(reach_m));
+    let mut found: Vec<(f64, Vector, u32, Triangle)> = Vec::new();
+    field.map_elements_in_local_aabb(&around, &mut |face, triangle: &Triangle| {
+        let point = nearest(triangle);
+        let distance_m = (at - point).length();
+        if distance_m <= reach_m {
+            found.push((distance_m, point, face, *triangle));
+        }
+    });
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    let mut kept: Vec<(Vector, u32)> = Vec::new();
+    for (i, (distance_m, point, face, _)) in found.iter().enumerate() {
+        let nearer = found[..i].iter().any(|(other_m, other, _, triangle)| {
+            let on_it = (triangle.project_local_point(*point, false).point - *point).length() < SAME_POINT_M;
+            on_it && (*other_m < distance_m - SAME_POINT_M || (*other - *point).length() < SAME_POINT_M)
+        });
+        if !nearer {
+            kept.push((*point, face & 0xf_ffff));
+        }
+    }
+    kept
+}
+
+impl Part {
+    fn new(shape: Shape) -> Self {
+        match shape {
+            Shape::Box {
+                half_m,
+                centre_m,
+                turn_y_rad,
+            } => {
+                let shape = Cuboid::new(half_m.into());
+                let pose = Pose::new(centre_m.into(), AngVector::new(0.0, turn_y_rad, 0.0));
+                let bounds = shape.aabb(&pose);
+                let solid = Solid::Box(shape);
+                Self { solid, pose, bounds }
+            }
+            Shape::Bar {
+                half_length_m,
+                radius_m,
+                centre_m,
+            } => {
+                let shape = Cylinder::new(half_length_m, radius_m);
+                let pose = Pose::new(centre_m.into(), AngVector::ZERO);
+                let bounds = shape.aabb(&pose);
+                let solid = Solid::Bar(shape);
+                Self { solid, pose, bounds }
+            }
+            Shape::Field {
+                from_m,
+                extent_m: [length, width],
+                rows,
+                columns,
+                heights_m,
+            } => {
+                // parry's fields have y up, rows along z and columns along x: a quarter turn about x puts z up and rows to the right.
+                let mut heights = Array2::repeat(columns, rows, 0.0);
+                for i in 0..rows {
+                    for j in 0..columns {
+                        heights[(j, i)] = heights_m[i * columns + j];
+                    }
+                }
+                let size = Vector::new(length, 1.0, width);
+                let shape = HeightField::with_flags(heights, size, HeightFieldFlags::empty());
+                let quarter = std::f64::consts::FRAC_PI_2;
+                let pose = Pose::new(
+                    Vector::new(from_m + length / 2.0, 0.0, 0.0),
+                    AngVector::new(quarter, 0.0, 0.0),
+                );
+                let bounds = shape.aabb(&pose);
+                let solid = Solid::Field(shape);
+                Self { solid, pose, bounds }
+            }
+        }
+    }
+}

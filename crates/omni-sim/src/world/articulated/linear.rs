@@ -1,0 +1,94 @@
+//! Small dense linear algebra of a size that is known when it is compiled.
+
+/// A vector of generalised velocities or forces.
+pub(super) type Vector<const N: usize> = [f64; N];
+/// A matrix, row by row.
+pub(super) type Matrix<const N: usize> = [[f64; N]; N];
+
+/// The scalar product.
+pub(super) fn dot<const N: usize>(a: &Vector<N>, b: &Vector<N>) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..N {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+/// Adds `factor` times `b` to `a`.
+pub(super) fn add<const N: usize>(a: &mut Vector<N>, factor: f64, b: &Vector<N>) {
+    for i in 0..N {
+        a[i] += factor * b[i];
+    }
+}
+
+/// Adds `factor a b^T` to a matrix.
+pub(super) fn add_outer<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: &Vector<N>, b: &Vector<N>) {
+    for i in 0..N {
+        let scaled = factor * a[i];
+        for j in 0..N {
+            matrix[i][j] += scaled * b[j];
+        }
+    }
+}
+
+/// The product of a matrix and a vector.
+pub(super) fn times<const N: usize>(matrix: &Matrix<N>, a: &Vector<N>) -> Vector<N> {
+    let mut product = [0.0; N];
+    for i in 0..N {
+        product[i] = dot(&matrix[i], a);
+    }
+    product
+}
+
+/// Solves `matrix x = right` by elimination, the largest of a column as its pivot.
+pub(super) fn solve<const N: usize>(mut matrix: Matrix<N>, mut right: Vector<N>) -> Vector<N> {
+    for column in 0..N {
+        let mut pivot = column;
+        for row in column + 1..N {
+            if matrix[row][column].abs() > matrix[pivot][column].abs() {
+                pivot = row;
+            }
+        }
+        if pivot != column {
+            matrix.swap(column, pivot);
+            right.swap(column, pivot);
+        }
+        let inverse = 1.0 / matrix[column][column];
+        let (top, below) = matrix.split_at_mut(column + 1);
+        let own = &top[column];
+        for (i, row) in below.iter_mut().enumerate() {
+            let factor = row[column] * inverse;
+            if factor != 0.0 {
+                for j in column..N {
+                    row[j] -= factor * own[j];
+                }
+                right[column + 1 + i] -= factor * right[column];
+            }
+        }
+    }
+    for row in (0..N).rev() {
+        let mut rest = right[row];
+        for j in row + 1..N {
+            rest -= matrix[row][j] * right[j];
+        }
+        right[row] = rest / matrix[row][row];
+    }
+    right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_what_needs_its_rows_swapped() {
+        // No pivot on the diagonal, and not symmetric.
+        let matrix = [[0.0, 2.0, 1.0], [4.0, 0.0, -1.0], [1.0, 3.0, 0.0]];
+        let x = [0.5, -2.0, 3.0];
+        let found = solve(matrix, times(&matrix, &x));
+        for (found, x) in found.iter().zip(x) {
+            // Three eliminations of numbers of size one.
+            assert!((found - x).abs() < 1e-14, "{found}, {x}");
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! The velocities at the end of a step together with the contact impulses that belong to them.
+//!
+//! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given, everything is linear:
+//! wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes out says which contacts are in the
+//! wrong mode; they are changed, and the system is solved again (a semismooth Newton method). It starts from the modes of the step
+//! before, and needs 1.0 solutions a step on average.
+
+use super::contact::{Contact, Grip, Line, Mode};
+use super::linear::{Matrix, Vector, add, add_outer, dot, solve};
+
+/// Impulse per slip of what sticks \[kg\]: a wheel creeps by a millionth of a metre a second per newton second.
+const STICK: f64 = 1e6;
+/// Solutions before contacts change their modes one at a time, and before sweeps take over.
+const TOGETHER: usize = 10;
+const ONE_BY_ONE: usize = 30;
+/// Sweeps over the contacts where the modes go round in circles.
+const SWEEPS: usize = 300;
+/// How far beyond its bound a friction may be before the contact slides, as a part of the bound.
+const SLACK: f64 = 1e-9;
+
+/// A wheel's spin in the step.
+#[derive(Clone, Copy)]
+pub(super) struct Spin<const N: usize> {
+    pub(super) inertia_kg_m2: f64,
+    /// With its motor's torque alone at the end of the step \[rad/s\].
+    pub(super) free_rad_s: f64,
+    /// Of drags between wheel and carrier, times the step \[kg.m^2\].
+    pub(super) damper: f64,
+    /// The carrier's turning about the axle.
+    pub(super) carried: Vector<N>,
+}
+
+/// The linear system of a step without contacts, `matrix u = right`.
+pub(super) struct System<const N: usize> {
+    pub(super) matrix: Matrix<N>,
+    pub(super) right: Vector<N>,
+}
+
+/// How often what was needed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Effort {
+    pub(super) steps: u64,
+    pub(super) solutions: u64,
+    pub(super) swept: u64,
+}
+
+/// A wheel's row of the system: `diagonal spin + row . u = right`, and what its spin does to the tree.
+#[derive(Clone, Copy)]
+struct WheelRow<const N: usize> {
+    diagonal: f64,
+    row: Vector<N>,
+    column: Vector<N>,
+    right: f64,
+    coupled: bool,
+}
+
+impl<const N: usize> WheelRow<N> {
+    fn new(spin: &Spin<N>) -> Self {
+        let mut own = Self {
+            diagonal: spin.inertia_kg_m2,
+            row: [0.0; N],
+            column: [0.0; N],
+            right: spin.inertia_kg_m2 * spin.free_rad_s,
+            coupled: false,
+        };
+        if spin.damper > 0.0 {
+            own.diagonal += spin.damper;
+            add(&mut own.row, -spin.damper, &spin.carried);
+            add(&mut own.column, -spin.damper, &spin.carried);
+            own.coupled = true;
+        }
+        own
+    }
+
+    fn spin(&self, u: &Vector<N>) -> f64 {
+        (self.right - dot(&self.row, u)) / self.diagonal
+    }
+
+    /// Adds a force `-gain (line + offset)` that works along another line.
+    fn add_force(&mut self, system: &mut System<N>, gain: f64, works: &Line<N>, line: &Line<N>, offset: f64) {
+        add_outer(&mut system.matrix, gain, &works.row, &line.row);
+        add(&mut system.right, -gain * offset, &works.row);
+        if line.lever_m != 0.0 {
+            add(&mut self.column, gain * line.lever_m, &works.row);
+            self.coupled = true;
+        }
+        if works.lever_m != 0.0 {
+            add(&mut self.row, gain * works.lever_m, &line.row);
+            self.diagonal += gain * works.lever_m * line.lever_m;
+            self.right -= gain * works.lever_m * offset;
+        }
+    }
+
+    /// Takes the spin out of the tree's equations.
+    fn eliminate(&self, system: &mut System<N>) {
+        if self.coupled {
+            let inverse = 1.0 / self.diagonal;
+            add_outer(&mut system.matrix, -inverse, &self.column, &self.row);
+            add(&mut system.right, -inverse * self.right, &self.column);
+        }
+    }
+}
+
+/// Gain and offset of what sticks across a roller, once the roller's spin is eliminated.
+fn across_gain(mobility: f64, lever_m: f64, free_rad_s: f64) -> (f64, f64) {
+    (1.0 / (1.0 / STICK + lever_m * lever_m * mobility), lever_m * free_rad_s)
+}
+
+/// Solves a step; contacts are sorted by wheel, and get their modes and impulses. Returns the generalised velocities; `spins` gets the
+/// wheels'.
+pub(super) fn solve_step<const N: usize>(
+    system: &System<N>,
+    wheels: &[Spin<N>],
+    contacts: &mut [Contact<N>],
+    spins: &mut [f64],
+    effort: &mut Effort,
+) -> Vector<N> {
+    effort.steps += 1;
+    for round in 1.. {
+        effort.solutions += 1;
+        let u = solve_modes(system, wheels, contacts, spins);
+        if round > TOGETHER + ONE_BY_ONE {
+            effort.swept += 1;
+            return sweep(system, wheels, contacts, spins);
+        }
+        let mut changed = false;
+        for contact in contacts.iter_mut() {
+            let mode = settle(contact, &u, spins[contact.wheel]);
+            if mode != contact.mode {
+                contact.mode = mode;
+                changed = true;
+                if round > TOGETHER {
+                    break; // one at a time: circles of several end
+                }
+            }
+        }
+        if !changed {
+            return u;
+        }
+    }
+    unreachable!("the loop above returns")
+}
+
+/// The velocities that the present modes make.
+fn solve_modes<const N: usize>(
+    system: &System<N>,
+    wheels: &[Spin<N>],
+    contacts: &[Contact<N>],
+    spins: &mut [f64],
+) -> Vector<N> {
+    let mut whole = System {
+        matrix: system.matrix,
+        right: system.right,
+    };
+    // What a spin follows once the tree's velocities are known: a row, or the line of the one contact that it rolls on.
+    let mut rows: [Option<WheelRow<N>>; MAX_WHEELS] = [const { None }; MAX_WHEELS];
+    let mut from = 0;
+    for (index, wheel) in wheels.iter().enumerate() {
+        let own = contacts[from..].iter().take_while(|contact| contact.wheel == index).count();
+        let own = &contacts[from..from + own];
+        from += own.len();
+        let mut row = WheelRow::new(wheel);
+        let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
+        if let (Some(contact), None, false) = (closed.next(), closed.next(), row.coupled)
+            && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
+            && contact.closing.lever_m == 0.0
+        {
+            // The usual case in closed form: large numbers would cancel below.
+            let lever_m = contact.slip.lever_m;
+            let gain = 1.0 / (1.0 / STICK + lever_m * lever_m / wheel.inertia_kg_m2);
+            let (closing, slip) = (&contact.closing.row, &contact.slip.row);
+            add_outer(&mut whole.matrix, contact.stiffness, closing, closing);
+            add(&mut whole.right, -contact.stiffness * contact.bias, closing);
+            add_outer(&mut whole.matrix, gain, slip, slip);
+            add(&mut whole.right, -gain * lever_m * wheel.free_rad_s, slip);
+            add(&mut row.row, STICK * lever_m, slip);
+            row.diagonal += STICK * lever_m * lever_m;
+            rows[index] = Some(row);
+            continue;
+        }
+        for contact in own {
+            let Mode::Closed(along, across) = contact.mode else {
+                continue;
+            };
+            // What the normal force works along: the normal, and the directions in which it makes friction.
+            let mut works = contact.closing;
+            if let Grip::Slide(sign) = along {
+                add(&mut works.row, sign * contact.friction, &contact.slip.row);
+                works.lever_m += sign * contact.friction * contact.slip.lever_m;
+            } else {
+                row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0);
+            }
+            if let Some(roller) = &contact.across {
+                if let Grip::Slide(sign) = across {
+                    add(&mut works.row, sign * contact.friction, &roller.line.row);
+                    works.lever_m += sign * contact.friction * roller.line.lever_m;
+                } else {
+                    let (gain, offset) = across_gain(roller.mobility, roller.lever_m, roller.free_rad_s);
+                    row.add_force(&mut whole, gain, &roller.line, &roller.line, offset);
+                }
+            }
+            row.add_force(&mut whole, contact.stiffness, &works, &contact.closing, contact.bias);
+        }
+        if wheel.damper > 0.0 {
+            add_outer(&mut whole.matrix, wheel.damper, &wheel.carried, &wheel.carried);
+        }
+        row.eliminate(&mut whole);
+        rows[index] = Some(row);
+    }
+    let u = solve(whole.matrix, whole.right);
+    for (spin, row) in spins.iter_mut().zip(&rows) {
+        *spin = row.as_ref().map_or(*spin, |row| row.spin(&u));
+    }
+    u
+}
+
+/// More wheels than a vehicle has.
+const MAX_WHEELS: usize = 8;
+
+/// The impulses of a contact at these velocities, and the mode that they call for.
+fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) -> Mode {
+    let push = -contact.stiffness * (contact.closing.at(u, spin) + contact.bias);
+    contact.push = push.max(0.0);
+    let most = contact.friction * contact.push;
+    let open = push <= 0.0;
+    let along = match contact.mode {
+        Mode::Closed(grip, _) if !open => Some(grip),
+        _ => None,
+    };
+    let slip = contact.slip.at(u, spin);
+    let along = follow(along, slip, -STICK * slip, most, &mut contact.rub);
+    let mut across = Grip::Stick;
+    if let Some(roller) = &mut contact.across {
+        let grip = match contact.mode {
+            Mode::Closed(_, grip) if !open => Some(grip),
+            _ => None,
+        };
+        let (gain, offset) = across_gain(roller.mobility, roller.lever_m, roller.free_rad_s);
+        // What is left of the slip once the roller has been turned by the friction.
+        let bare = roller.line.at(u, spin) + offset;
+        let given = match grip {
+            Some(Grip::Slide(sign)) => sign * most * roller.lever_m * roller.lever_m * roller.mobility,
+            _ => 0.0,
+        };
+        across = follow(grip, bare + given, -gain * bare, most, &mut roller.impulse);
+    }
+    if open {
+        Mode::Open
+    } else {
+        Mode::Closed(along, across)
+    }
+}
+
+/// The friction in one direction, and the grip that it calls for: `held` is the impulse that sticking takes.
+fn follow(grip: Option<Grip>, slip: f64, held: f64, most: f64, impulse: &mut f64) -> Grip {
+    match grip {
+        None => {
+            *impulse = 0.0;
+            Grip::Stick
+        }
+        Some(Grip::Stick) => {
+            *impulse = held;
+            if held.abs() > most * (1.0 + SLACK) {
+                Grip::Slide(held.signum())
+            } else {
+                Grip::Stick
+            }
+        }
+        Some(slide @ Grip::Slide(sign)) => {
+            *impulse = sign * most;
+            if slip * sign <= 0.0 { slide } else { Grip::Stick }
+        }
+    }
+}
+
+/// Gauss-Seidel over the contacts' impulses, from those that the last modes made.
+fn sweep<const N: usize>(
+    system: &System<N>,
+    wheels: &[Spin<N>],
+    contacts: &mut [Contact<N>],
+    spins: &mut [f64],
+) -> Vector<N> {
+    // Without contacts only drags tie wheels to the tree.
+    let mut bare = System {
+        matrix: system.matrix,
+        right: system.right,
+    };
+    for wheel in wheels {
+        if wheel.damper > 0.0 {
+            add_outer(&mut bare.matrix, wheel.damper, &wheel.carried, &wheel.carried);
+        }
+        WheelRow::new(wheel).eliminate(&mut bare);
+    }
+    // What a unit impulse along a line does to the tree and to the wheel.
+    let respond = |line: &Line<N>, wheel: &Spin<N>| {
+        let row = WheelRow::new(wheel);
+        let mut force = line.row;
+        add(&mut force, -line.lever_m / row.diagonal, &row.column);
+        let tree = solve(bare.matrix, force);
+        let spin = (line.lever_m - dot(&row.row, &tree)) / row.diagonal;
+        (tree, spin)
+    };
+    let mut u = solve(bare.matrix, bare.right);
+    for (spin, wheel) in spins.iter_mut().zip(wheels) {
+        *spin = WheelRow::new(wheel).spin(&u);
+    }
+    // Directions of all contacts: normal, along, across.
+    let responses: Vec<[Option<(Vector<N>, f64)>; 3]> = contacts
+        .iter()
+        .map(|contact| {
+            let wheel = &wheels[contact.wheel];
+            [
+                Some(respond(&contact.closing, wheel)),
+                Some(respond(&contact.slip, wheel)),
+                contact.across.map(|across| respond(&across.line, wheel)),
+            ]
+        })
+        .collect();
+    for contact in contacts.iter_mut() {
+        let most = contact.friction * contact.push;
+        contact.rub = contact.rub.clamp(-most, most);
+        if let Some(across) = &mut contact.across {
+            across.impulse = across.impulse.clamp(-most, most);
+        }
+    }
+    let apply = |u: &mut Vector<N>, spins: &mut [f64], contact: usize, wheel: usize, way: usize, by: f64| {
+        if let Some((tree, spin)) = &responses[contact][way] {
+            add(u, by, tree);
+            spins[wheel] += by * spin;
+        }
+    };
+    for (i, contact) in contacts.iter().enumerate() {
+        let across = contact.across.map_or(0.0, |across| across.impulse);
+        for (way, by) in [contact.push, contact.rub, across].into_iter().enumerate() {
+            apply(&mut u, spins, i, contact.wheel, way, by);
+        }
+    }
+    // How much a line gives way to a unit impulse along itself.
+    let give = |line: &Line<N>, response: &Option<(Vector<N>, f64)>| {
+        response
+            .as_ref()
+            .map_or(0.0, |(tree, spin)| dot(&line.row, tree) + line.lever_m * spin)
+    };
+    for _ in 0..SWEEPS {
+        for (i, contact) in contacts.iter_mut().enumerate() {
+            let wheel = contact.wheel;
+            let gives = give(&contact.closing, &responses[i][0]) + 1.0 / contact.stiffness;
+            let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
+            let by = (-off / gives).max(-contact.push);
+            contact.push += by;
+            apply(&mut u, spins, i, wheel, 0, by);
+            let most = contact.friction * contact.push;
+            let gives = give(&contact.slip, &responses[i][1]) + 1.0 / STICK;
+            let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
+            let by = (contact.rub - off / gives).clamp(-most, most) - contact.rub;
+            contact.rub += by;
+            apply(&mut u, spins, i, wheel, 1, by);
+            if let Some(across) = &mut contact.across {
+                let (gain, offset) = across_gain(across.mobility, across.lever_m, across.free_rad_s);
+                let gives = give(&across.line, &responses[i][2]) + 1.0 / gain;
+                let off = across.line.at(&u, spins[wheel]) + offset + across.impulse / gain;
+                let by = (across.impulse - off / gives).clamp(-most, most) - across.impulse;
+                across.impulse += by;
+                apply(&mut u, spins, i, wheel, 2, by);
+            }
+        }
+    }
+    for contact in contacts.iter_mut() {
+        let most = contact.friction * contact.push;
+        let grip = |impulse: f64| {
+            if impulse.abs() >= most * (1.0 - SLACK) {
+                Grip::Slide(impulse.signum())
+            } else {
+                Grip::Stick
+            }
+        };
+        contact.mode = if contact.push <= 0.0 {
+            Mode::Open
+        } else {
+            Mode::Closed(grip(contact.rub), contact.across.map_or(Grip::Stick, |a| grip(a.impulse)))
+        };
+    }
+    u
+}
