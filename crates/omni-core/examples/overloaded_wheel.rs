@@ -13,7 +13,7 @@ fn main() -> Result<(), ConfigError> {
     let (inertia_kg_m2, period_s) = (0.02, 0.001);
     let reference = WheelVelocities::from([10.0, 10.0, 5.0]);
     for (coordination, expected) in [
-        (Coordination::independent(), [10.0, 5.0, 5.0]),
+        (Coordination::independent(), [10.0_f64, 5.0, 5.0]),
         (Coordination::synchronised(), [5.0, 5.0, 2.5]),
     ] {
         println!("{coordination:?}");

@@ -2,6 +2,7 @@
 
 mod actuation;
 mod articulated;
+mod barrel;
 mod loads;
 mod rapier;
 

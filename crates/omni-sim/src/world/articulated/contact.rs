@@ -4,7 +4,7 @@ use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::ground::Touch;
-use super::linear::{Vector, dot};
+use super::linear::{Vector, add, dot};
 use super::model::{Model, Wheel, WheelShape};
 use super::tree::Tree;
 
@@ -17,8 +17,19 @@ pub(super) struct Line<const N: usize> {
 }
 
 impl<const N: usize> Line<N> {
+    pub(super) const ZERO: Self = Self {
+        row: [0.0; N],
+        lever_m: 0.0,
+    };
+
     pub(super) fn at(&self, u: &Vector<N>, spin: f64) -> f64 {
         dot(&self.row, u) + self.lever_m * spin
+    }
+
+    /// Adds a multiple of another one.
+    pub(super) fn add(&mut self, factor: f64, other: &Self) {
+        add(&mut self.row, factor, &other.row);
+        self.lever_m += factor * other.lever_m;
     }
 }
 
@@ -42,15 +53,18 @@ pub(super) enum Mode {
 #[derive(Clone, Copy)]
 pub(super) struct Across<const N: usize> {
     pub(super) direction: Vector3,
+    /// Slip along it without the roller's own spin.
     pub(super) line: Line<N>,
     /// The roller, by its index among all of the vehicle's.
     pub(super) roller: usize,
-    /// Velocity per unit of the roller's own spin \[m\].
+    /// Slip per unit of the roller's spin \[m\].
     pub(super) lever_m: f64,
+    /// About its axis, with its bearing's damping \[kg.m^2\].
+    pub(super) inertia_kg_m2: f64,
     /// The spin that the roller has at the end of the step if it is not touched \[rad/s\].
     pub(super) free_rad_s: f64,
-    /// What an impulse moment gives to that spin \[1/(kg.m^2)\].
-    pub(super) mobility: f64,
+    /// The spin that it has \[rad/s\].
+    pub(super) rad_s: f64,
     /// Impulse along the direction \[N.s\].
     pub(super) impulse: f64,
 }
@@ -166,6 +180,12 @@ impl<const N: usize> Contact<N> {
             _ if self.closing.at(u, spin) + self.bias < 0.0 => Mode::Closed(Grip::Stick, Grip::Stick),
             _ => Mode::Open,
         };
+    }
+
+    /// Do both belong to the same roller?
+    pub(super) fn shares_roller(&self, other: &Self) -> bool {
+        let of = |contact: &Self| contact.across.map(|across| across.roller);
+        self.across.is_some() && of(self) == of(other)
     }
 
     /// The impulse on the wheel \[N.s\].

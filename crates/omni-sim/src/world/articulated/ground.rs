@@ -81,18 +81,19 @@ impl Ground {
         let reach_m = radius_m + ahead_m;
         for (index, part) in self.near(centre, reach_m) {
             let at = part.pose.inverse_transform_point(centre);
-            let mut add = |on: Vector, inside: bool, face: u32| {
+            let of = |on: Vector, inside: bool| {
                 let away = at - on;
                 let distance_m = away.length();
-                if distance_m > reach_m || distance_m == 0.0 {
-                    return;
-                }
                 let side = if inside { -1.0 } else { 1.0 };
+                let meets = distance_m <= reach_m && distance_m > 0.0;
+                meets.then(|| (on, away * (side / distance_m), side * distance_m - radius_m))
+            };
+            let mut add = |(on, normal, gap_m): (Vector, Vector, f64), face: u32| {
                 let point = part.pose * on;
                 touches.push(Touch {
-                    normal: part.pose.rotation * (away * (side / distance_m)),
+                    normal: part.pose.rotation * normal,
                     point,
-                    gap_m: side * distance_m - radius_m,
+                    gap_m,
                     friction: self.friction_at(point),
                     key: index << 20 | face,
                 });
@@ -100,22 +101,25 @@ impl Ground {
             match &part.solid {
                 Solid::Box(shape) => {
                     let found = shape.project_local_point(at, false);
-                    add(found.point, found.is_inside, 0);
+                    of(found.point, found.is_inside).into_iter().for_each(|found| add(found, 0));
                 }
                 Solid::Bar(shape) => {
                     let found = shape.project_local_point(at, false);
-                    add(found.point, found.is_inside, 0);
+                    of(found.point, found.is_inside).into_iter().for_each(|found| add(found, 0));
                 }
                 Solid::Field(shape) => {
-                    let nearest = |triangle: &Triangle| triangle.project_local_point(at, false).point;
-                    for (point, face) in nearest_on_field(shape, at, reach_m, nearest) {
-                        add(point, false, face);
+                    let nearest = |triangle: &Triangle| of(triangle.project_local_point(at, false).point, false);
+                    for (found, face) in nearest_on_field(shape, at, reach_m, nearest) {
+                        add(found, face);
                     }
                 }
             }
         }
     }
 }
+
+/// A place on the ground, the normal there, and the gap above it \[m\].
+pub(super) type Place = (Vector, Vector, f64);
 
 /// The places of a height field where the distance to something is least, nearest first, with their faces.
 ///
@@ -125,32 +129,51 @@ pub(super) fn nearest_on_field(
     field: &HeightField,
     at: Vector,
     reach_m: f64,
-    nearest: impl Fn(&Triangle) -> Vector,
-) -> Vec<(Vector, u32)> {
+    nearest: impl Fn(&Triangle) -> Option<Place>,
+) -> Vec<(Place, u32)> {
     let around = Aabb::new(at - Vector::splat(reach_m), at + Vector::splat(reach_m));
-    let mut found: Vec<(f64, Vector, u32, Triangle)> = Vec::new();
+    let mut found: Vec<(Place, u32, Triangle)> = Vec::new();
     field.map_elements_in_local_aabb(&around, &mut |face, triangle: &Triangle| {
-        let point = nearest(triangle);
-        let distance_m = (at - point).length();
-        if distance_m <= reach_m {
-            found.push((distance_m, point, face, *triangle));
+        if let Some(place) = nearest(triangle) {
+            found.push((place, face, *triangle));
         }
     });
-    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    let mut kept: Vec<(Vector, u32)> = Vec::new();
-    for (i, (distance_m, point, face, _)) in found.iter().enumerate() {
-        let nearer = found[..i].iter().any(|(other_m, other, _, triangle)| {
-            let on_it = (triangle.project_local_point(*point, false).point - *point).length() < SAME_POINT_M;
-            on_it && (*other_m < distance_m - SAME_POINT_M || (*other - *point).length() < SAME_POINT_M)
+    found.sort_by(|a, b| a.0.2.total_cmp(&b.0.2).then(a.1.cmp(&b.1)));
+    let mut kept: Vec<(Place, u32)> = Vec::new();
+    for (i, (place, face, _)) in found.iter().enumerate() {
+        let (point, _, gap_m) = *place;
+        let nearer = found[..i].iter().any(|((other, _, other_m), _, triangle)| {
+            let on_it = (triangle.project_local_point(point, false).point - point).length() < SAME_POINT_M;
+            on_it && (*other_m < gap_m - SAME_POINT_M || (*other - point).length() < SAME_POINT_M)
         });
         if !nearer {
-            kept.push((*point, face & 0xf_ffff));
+            kept.push((*place, face & 0xf_ffff));
         }
     }
     kept
 }
 
+/// Which way something is from a point.
+pub(super) enum Way {
+    Towards(Vector),
+    /// In several.
+    Around,
+}
+
 impl Part {
+    /// The way from a point to the nearest place of a part \[m\]; none where that is farther than `reach_m`.
+    pub(super) fn way_from(&self, point: Vector, reach_m: f64) -> Option<Way> {
+        let at = self.pose.inverse_transform_point(point);
+        let found = match &self.solid {
+            Solid::Box(shape) => shape.project_local_point(at, false),
+            Solid::Bar(shape) => shape.project_local_point(at, false),
+            Solid::Field(_) => return Some(Way::Around),
+        };
+        let way = self.pose.rotation * (found.point - at);
+        let way = if found.is_inside { -way } else { way };
+        (found.is_inside || way.length() <= reach_m).then_some(Way::Towards(way))
+    }
+
     fn new(shape: Shape) -> Self {
         match shape {
             Shape::Box {

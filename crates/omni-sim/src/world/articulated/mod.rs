@@ -3,11 +3,13 @@
 //! The equations are in docs/derivations.md, when to use it in docs/physics.md. parry finds contacts; nothing else of rapier is here.
 
 mod balance;
+mod bearings;
 mod contact;
 mod ground;
 mod linear;
 mod model;
 mod observe;
+mod rollers;
 mod solver;
 #[cfg(test)]
 mod tests;
@@ -27,12 +29,16 @@ use balance::{Balance, Mean, Now};
 use contact::{Contact, Known};
 use ground::{Ground, Touch};
 use linear::{add_outer, dot, times};
+use bearings::Bearings;
 use model::{Model, WheelShape};
+use rollers::Meeting;
 use solver::{Effort, Spin, System, solve_step};
 use tree::{FREE, State, Tree};
 
 /// How far ahead of a surface contacts are looked for at least \[m\].
 const AHEAD_M: f64 = 0.002;
+/// The same for rollers, of which fewer are looked at then \[m\].
+const AHEAD_OF_ROLLERS_M: f64 = 0.0005;
 /// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times a second.
 const STOP_RAD_S: f64 = 632.0;
 
@@ -65,13 +71,14 @@ struct World<const N: usize> {
     /// Rows of wheels, for their loads.
     rows: Vec<Vec<usize>>,
     steps_per_period: u64,
-    step_ns: u64,
+    period_ns: u64,
     step_s: f64,
     /// The common centre of mass at the start of the last step \[m\], which its contacts are counted from.
     before_com: Vector3,
     time_ns: u64,
     effort: Effort,
     diverged: bool,
+    bearings: Bearings,
     // Room that a step needs.
     touches: Vec<Touch>,
     spins: Vec<Spin<N>>,
@@ -108,17 +115,20 @@ impl<const N: usize> World<N> {
             angle_rad: vec![0.0; model.bodies.len()],
             u: vec![0.0; N],
             spin_rad_s: vec![0.0; wheels],
+            turn_rad: vec![0.0; wheels],
+            roller_rad_s: vec![0.0; model.rollers],
         };
         let mut tree = Tree::new(&model);
         tree.place(&model, &state);
         state.com_m = (Vector3::new(place.x_m + x_m, place.y_m, 0.0) - tree.origin[0]).into();
-        let step_s = scenario.physics.step_us as f64 * 1e-6;
+        let substeps = if model.rollers > 0 { scenario.physics.roller_substeps } else { 1 };
+        let step_s = scenario.physics.step_us as f64 * 1e-6 / substeps as f64;
         let mut world = Self {
             actuation: Actuation::new(scenario, step_s),
             balance: Balance::default(),
             rows: scenario.vehicle().rows().into_iter().map(|row| row.wheels).collect(),
-            steps_per_period: scenario.control.period_us / scenario.physics.step_us,
-            step_ns: scenario.physics.step_us * 1000,
+            steps_per_period: scenario.control.period_us / scenario.physics.step_us * substeps,
+            period_ns: scenario.control.period_us * 1000,
             step_s,
             before_com: Vector3::ZERO,
             time_ns: 0,
@@ -126,6 +136,7 @@ impl<const N: usize> World<N> {
             diverged: false,
             contacts: Vec::new(),
             known: Vec::new(),
+            bearings: Bearings::default(),
             touches: Vec::new(),
             spins: Vec::new(),
             torques_n_m: vec![0.0; wheels],
@@ -167,6 +178,7 @@ impl<const N: usize> World<N> {
                 carried,
             });
         }
+        self.bearings.release(&self.model, &self.tree, &self.state, step_s, &mut self.spins);
         self.meet();
         let u0 = self.u();
         let mut system = System {
@@ -175,6 +187,9 @@ impl<const N: usize> World<N> {
         };
         for i in 0..N {
             system.right[i] += step_s * self.tree.push[i];
+        }
+        for (force, row) in system.right.iter_mut().zip(self.bearings.on_tree(&self.tree, &self.model)) {
+            *force += step_s * row;
         }
         system.right[2] -= step_s * self.model.gravity_m_s2 * self.model.mass_kg;
         let hinges = self.hold_hinges(&mut system, &u0);
@@ -215,7 +230,22 @@ impl<const N: usize> World<N> {
             let (ball, radius_m) = match &wheel.shape {
                 WheelShape::Ball { radius_m } => (centre, *radius_m),
                 WheelShape::RollerBall { radius_m, centre_m } => (origin + rotation * *centre_m, *radius_m),
-                WheelShape::Rollers(_) => continue,
+                WheelShape::Rollers(rollers) => {
+                    let meeting = Meeting {
+                        tree: &self.tree,
+                        ground: &self.ground,
+                        com: self.com(),
+                        ahead_m: AHEAD_OF_ROLLERS_M.max(2.0 * self.step_s * speed_m_s),
+                        step_s: self.step_s,
+                    };
+                    let (turn_rad, free) = (self.state.turn_rad[i], &self.bearings.free_rad_s[rollers.first..]);
+                    let from = self.contacts.len();
+                    rollers.meet(&meeting, wheel, i, turn_rad, free, &mut self.contacts);
+                    for contact in &mut self.contacts[from..] {
+                        contact.guess(&self.known, &u, self.state.spin_rad_s[i]);
+                    }
+                    continue;
+                }
             };
             self.touches.clear();
             self.ground
@@ -287,14 +317,20 @@ impl<const N: usize> World<N> {
             let turned = f64::midpoint(before[i], after[i]) - dot(carried, &middle);
             let now = after[i] - dot(carried, u);
             self.moved[i] = [turned * self.step_s / wheel.gear, now / wheel.gear];
+            if wheel.rollers().is_some() {
+                self.state.turn_rad[i] += turned * self.step_s;
+            }
         }
         let spins: Vec<f64> = before.iter().zip(after).map(|(a, b)| f64::midpoint(*a, *b)).collect();
         let mean = Mean {
             u: &middle,
             spins: &spins,
         };
+        self.bearings
+            .turn(&self.model, &self.contacts, &mut self.state.roller_rad_s, self.step_s, &mut self.balance);
         for contact in &self.contacts {
-            self.balance.contact(contact, &mean, 0.0);
+            let roller = contact.across.map_or(0.0, |across| self.bearings.mean_rad_s[across.roller]);
+            self.balance.contact(contact, &mean, roller);
         }
         for (row, held) in hinges {
             self.balance.hinge(row, *held, u, &mean);
@@ -312,7 +348,8 @@ impl<const N: usize> World<N> {
             .iter()
             .zip(&self.state.spin_rad_s)
             .map(|(wheel, spin)| 0.5 * wheel.inertia_kg_m2 * spin * spin)
-            .sum();
+            .sum::<f64>()
+            + Bearings::kinetic_j(&self.model, &self.state.roller_rad_s);
         let weight_n = self.model.mass_kg * self.model.gravity_m_s2;
         Now {
             kinetic_j: 0.5 * dot(&times(&self.tree.mass, &u), &u) + spinning,
@@ -370,8 +407,8 @@ impl<const N: usize> Plant for World<N> {
     fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
         self.check()?;
         observation.start_period();
-        let share = 1.0 / self.steps_per_period as f64;
-        for _ in 0..self.steps_per_period {
+        let (share, started_ns) = (1.0 / self.steps_per_period as f64, self.time_ns);
+        for k in 1..=self.steps_per_period {
             let time_s = self.time_ns as f64 * 1e-9;
             self.add_loads();
             self.actuation.follow(time_s, torques_n_m);
@@ -380,7 +417,7 @@ impl<const N: usize> Plant for World<N> {
             }
             let dampers: [f64; 8] = std::array::from_fn(|i| self.actuation.damper_n_m_s_rad(i, time_s));
             self.advance_step(|i| dampers[i]);
-            self.time_ns += self.step_ns;
+            self.time_ns = started_ns + k * self.period_ns / self.steps_per_period;
             if self.diverged {
                 return self.check();
             }
@@ -393,7 +430,7 @@ impl<const N: usize> Plant for World<N> {
             );
             self.observe_contacts(share, observation);
         }
-        let period_s = (self.steps_per_period * self.step_ns) as f64 * 1e-9;
+        let period_s = self.period_ns as f64 * 1e-9;
         let now = self.now();
         self.observe(observation);
         self.balance.close(&now, self.actuation.state(), period_s, observation);
@@ -438,7 +475,8 @@ impl<const N: usize> Plant for World<N> {
         let bodies = self.model.bodies.len();
         let wheels = self.model.wheels.len();
         let state = &snapshot.state;
-        if (state.u.len(), state.angle_rad.len(), state.spin_rad_s.len()) != (N, bodies, wheels) {
+        let sizes = [state.u.len(), state.angle_rad.len(), state.spin_rad_s.len(), state.turn_rad.len()];
+        if sizes != [N, bodies, wheels, wheels] || state.roller_rad_s.len() != self.model.rollers {
             return Err(postcard::Error::DeserializeBadEncoding);
         }
         for (load, done) in self.loads.iter_mut().zip(snapshot.loads_done) {

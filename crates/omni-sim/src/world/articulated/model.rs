@@ -2,6 +2,7 @@
 
 use rapier3d_f64::prelude::{Matrix, Vector};
 
+use super::rollers::Rollers;
 use crate::config::{RollerWheel, Scenario, Vehicle, WheelContact, WheelSpec};
 use crate::world::loads::Load;
 
@@ -14,6 +15,8 @@ pub(super) struct Model {
     pub(super) bodies: Vec<Body>,
     /// In the vehicle file's order.
     pub(super) wheels: Vec<Wheel>,
+    /// Rollers of all wheels together.
+    pub(super) rollers: usize,
     pub(super) couplings: Vec<Coupling>,
     /// Where the bodies of the vehicle file are in `bodies`.
     pub(super) place_of: Vec<usize>,
@@ -73,7 +76,7 @@ pub(super) enum WheelShape {
     /// The roller under the axle, as a ball of its radius and about its centre \[m\].
     RollerBall { radius_m: f64, centre_m: Vector },
     /// Every roller.
-    Rollers(Box<RollerWheel>),
+    Rollers(Box<Rollers>),
 }
 
 /// Two hinges held at `angle_a + ratio angle_b = 0`.
@@ -100,10 +103,13 @@ impl Model {
             let found = vehicle.body.iter().position(|body| body.name == name);
             place_of[found.unwrap_or(0)]
         };
+        let mut rollers = 0;
         let wheels: Vec<_> = (0..vehicle.wheel.len())
             .map(|i| {
                 let spec = &vehicle.wheel[i];
-                Wheel::new(scenario, spec, named(&spec.body), scenario.rollers(i))
+                let wheel = Wheel::new(scenario, spec, named(&spec.body), scenario.rollers(i), rollers);
+                rollers += wheel.rollers().map_or(0, Rollers::count);
+                wheel
             })
             .collect();
         let mut bodies: Vec<Body> = Vec::new();
@@ -160,13 +166,20 @@ impl Model {
             gravity_m_s2: scenario.physics.gravity_m_s2,
             bodies,
             wheels,
+            rollers,
             place_of,
         }
     }
 }
 
 impl Wheel {
-    fn new(scenario: &Scenario, spec: &WheelSpec, body: usize, rollers: Option<RollerWheel>) -> Self {
+    fn new(
+        scenario: &Scenario,
+        spec: &WheelSpec,
+        body: usize,
+        rollers: Option<RollerWheel>,
+        first: usize,
+    ) -> Self {
         let [dx, dy] = spec.rolling_direction;
         let (sin, cos) = (libm::sin(spec.roller_angle_rad), libm::cos(spec.roller_angle_rad));
         let rolling = Vector::new(dx, dy, 0.0).normalize();
@@ -180,7 +193,7 @@ impl Wheel {
             (built.count * built.rows) as f64 * axial * sin * sin
         });
         let shape = match (rollers, spec.contact) {
-            (Some(built), _) => WheelShape::Rollers(Box::new(built)),
+            (Some(built), _) => WheelShape::Rollers(Box::new(Rollers::new(&built, first))),
             (None, WheelContact::Roller { radius_m }) => WheelShape::RollerBall {
                 radius_m,
                 centre_m: Vector::new(x, y, radius_m),
@@ -200,6 +213,14 @@ impl Wheel {
             contact: [spec.mass_kg * swing * swing, spec.mass_kg * damped],
             way_per_rad: spec.radius_m * cos,
             gear: spec.gear,
+        }
+    }
+
+    /// Its rollers, where they are resolved.
+    pub(super) fn rollers(&self) -> Option<&Rollers> {
+        match &self.shape {
+            WheelShape::Rollers(rollers) => Some(rollers),
+            _ => None,
         }
     }
 }

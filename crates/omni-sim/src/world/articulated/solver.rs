@@ -101,12 +101,33 @@ impl<const N: usize> WheelRow<N> {
     }
 }
 
-/// Gain and offset of what sticks across a roller, once the roller's spin is eliminated.
-fn across_gain(mobility: f64, lever_m: f64, free_rad_s: f64) -> (f64, f64) {
-    (1.0 / (1.0 / STICK + lever_m * lever_m * mobility), lever_m * free_rad_s)
+/// A roller's row of the system: `diagonal spin + holds = right`, the velocity `holds` being that at which the sticking contacts hold on.
+struct RollerRow<const N: usize> {
+    diagonal: f64,
+    holds: Line<N>,
+    right: f64,
 }
 
-/// Solves a step; contacts are sorted by wheel, and get their modes and impulses. Returns the generalised velocities; `spins` gets the
+impl<const N: usize> RollerRow<N> {
+    /// The row of the roller that all these contacts belong to; none where there is no roller.
+    fn of(contacts: &[Contact<N>]) -> Option<Self> {
+        let roller = contacts.first()?.across?;
+        let mut row = Self {
+            diagonal: roller.inertia_kg_m2,
+            holds: Line::ZERO,
+            right: roller.inertia_kg_m2 * roller.free_rad_s,
+        };
+        for contact in contacts {
+            if let (Mode::Closed(_, Grip::Stick), Some(across)) = (contact.mode, contact.across) {
+                row.diagonal += STICK * across.lever_m * across.lever_m;
+                row.holds.add(STICK * across.lever_m, &across.line);
+            }
+        }
+        Some(row)
+    }
+}
+
+/// Solves a step; contacts are sorted by wheel and then by roller, and get their modes and impulses. Returns the generalised velocities; `spins` gets the
 /// wheels'.
 pub(super) fn solve_step<const N: usize>(
     system: &System<N>,
@@ -123,6 +144,7 @@ pub(super) fn solve_step<const N: usize>(
             effort.swept += 1;
             return sweep(system, wheels, contacts, spins);
         }
+        turn_rollers(contacts, &u, spins);
         let mut changed = false;
         for contact in contacts.iter_mut() {
             let mode = settle(contact, &u, spins[contact.wheel]);
@@ -178,28 +200,33 @@ fn solve_modes<const N: usize>(
             rows[index] = Some(row);
             continue;
         }
-        for contact in own {
-            let Mode::Closed(along, across) = contact.mode else {
-                continue;
-            };
-            // What the normal force works along: the normal, and the directions in which it makes friction.
-            let mut works = contact.closing;
-            if let Grip::Slide(sign) = along {
-                add(&mut works.row, sign * contact.friction, &contact.slip.row);
-                works.lever_m += sign * contact.friction * contact.slip.lever_m;
-            } else {
-                row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0);
-            }
-            if let Some(roller) = &contact.across {
-                if let Grip::Slide(sign) = across {
-                    add(&mut works.row, sign * contact.friction, &roller.line.row);
-                    works.lever_m += sign * contact.friction * roller.line.lever_m;
-                } else {
-                    let (gain, offset) = across_gain(roller.mobility, roller.lever_m, roller.free_rad_s);
-                    row.add_force(&mut whole, gain, &roller.line, &roller.line, offset);
+        for group in own.chunk_by(Contact::shares_roller) {
+            let roller = RollerRow::of(group);
+            for contact in group {
+                let Mode::Closed(along, across) = contact.mode else {
+                    continue;
+                };
+                // What the normal force works along: the normal, and the directions in which it makes friction.
+                let mut works = contact.closing;
+                match along {
+                    Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
+                    Grip::Stick => row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0),
                 }
+                if let (Some(own), Some(roller)) = (&contact.across, &roller) {
+                    if let Grip::Slide(sign) = across {
+                        let friction = sign * contact.friction;
+                        works.add(friction, &own.line);
+                        // It turns the roller, and where that sticks as well it is held.
+                        works.add(-friction * own.lever_m / roller.diagonal, &roller.holds);
+                    } else {
+                        row.add_force(&mut whole, STICK, &own.line, &own.line, 0.0);
+                    }
+                }
+                row.add_force(&mut whole, contact.stiffness, &works, &contact.closing, contact.bias);
             }
-            row.add_force(&mut whole, contact.stiffness, &works, &contact.closing, contact.bias);
+            if let Some(roller) = roller {
+                row.add_force(&mut whole, -1.0 / roller.diagonal, &roller.holds, &roller.holds, -roller.right);
+            }
         }
         if wheel.damper > 0.0 {
             add_outer(&mut whole.matrix, wheel.damper, &wheel.carried, &wheel.carried);
@@ -217,9 +244,35 @@ fn solve_modes<const N: usize>(
 /// More wheels than a vehicle has.
 const MAX_WHEELS: usize = 8;
 
+/// The normal impulse of a contact at these velocities, below 0 where it is open.
+fn push<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
+    -contact.stiffness * (contact.closing.at(u, spin) + contact.bias)
+}
+
+/// Gives the rollers in touch the spins that go with these velocities.
+fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spins: &[f64]) {
+    for group in contacts.chunk_by_mut(Contact::shares_roller) {
+        let Some(row) = RollerRow::of(group) else {
+            continue;
+        };
+        let spin = spins[group[0].wheel];
+        let mut right = row.right - row.holds.at(u, spin);
+        for contact in group.iter() {
+            if let (Mode::Closed(_, Grip::Slide(sign)), Some(across)) = (contact.mode, contact.across) {
+                right += sign * across.lever_m * contact.friction * push(contact, u, spin).max(0.0);
+            }
+        }
+        for contact in group {
+            if let Some(across) = &mut contact.across {
+                across.rad_s = right / row.diagonal;
+            }
+        }
+    }
+}
+
 /// The impulses of a contact at these velocities, and the mode that they call for.
 fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) -> Mode {
-    let push = -contact.stiffness * (contact.closing.at(u, spin) + contact.bias);
+    let push = push(contact, u, spin);
     contact.push = push.max(0.0);
     let most = contact.friction * contact.push;
     let open = push <= 0.0;
@@ -235,14 +288,8 @@ fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) ->
             Mode::Closed(_, grip) if !open => Some(grip),
             _ => None,
         };
-        let (gain, offset) = across_gain(roller.mobility, roller.lever_m, roller.free_rad_s);
-        // What is left of the slip once the roller has been turned by the friction.
-        let bare = roller.line.at(u, spin) + offset;
-        let given = match grip {
-            Some(Grip::Slide(sign)) => sign * most * roller.lever_m * roller.lever_m * roller.mobility,
-            _ => 0.0,
-        };
-        across = follow(grip, bare + given, -gain * bare, most, &mut roller.impulse);
+        let slip = roller.line.at(u, spin) + roller.lever_m * roller.rad_s;
+        across = follow(grip, slip, -STICK * slip, most, &mut roller.impulse);
     }
     if open {
         Mode::Open
@@ -323,6 +370,16 @@ fn sweep<const N: usize>(
             across.impulse = across.impulse.clamp(-most, most);
         }
     }
+    for group in contacts.chunk_by_mut(Contact::shares_roller) {
+        let turned: f64 = group
+            .iter()
+            .filter_map(|contact| contact.across)
+            .map(|across| across.impulse * across.lever_m / across.inertia_kg_m2)
+            .sum();
+        for across in group.iter_mut().filter_map(|contact| contact.across.as_mut()) {
+            across.rad_s = across.free_rad_s + turned;
+        }
+    }
     let apply = |u: &mut Vector<N>, spins: &mut [f64], contact: usize, wheel: usize, way: usize, by: f64| {
         if let Some((tree, spin)) = &responses[contact][way] {
             add(u, by, tree);
@@ -342,7 +399,8 @@ fn sweep<const N: usize>(
             .map_or(0.0, |(tree, spin)| dot(&line.row, tree) + line.lever_m * spin)
     };
     for _ in 0..SWEEPS {
-        for (i, contact) in contacts.iter_mut().enumerate() {
+        for i in 0..contacts.len() {
+            let contact = &mut contacts[i];
             let wheel = contact.wheel;
             let gives = give(&contact.closing, &responses[i][0]) + 1.0 / contact.stiffness;
             let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
@@ -355,13 +413,21 @@ fn sweep<const N: usize>(
             let by = (contact.rub - off / gives).clamp(-most, most) - contact.rub;
             contact.rub += by;
             apply(&mut u, spins, i, wheel, 1, by);
-            if let Some(across) = &mut contact.across {
-                let (gain, offset) = across_gain(across.mobility, across.lever_m, across.free_rad_s);
-                let gives = give(&across.line, &responses[i][2]) + 1.0 / gain;
-                let off = across.line.at(&u, spins[wheel]) + offset + across.impulse / gain;
-                let by = (across.impulse - off / gives).clamp(-most, most) - across.impulse;
-                across.impulse += by;
-                apply(&mut u, spins, i, wheel, 2, by);
+            let Some(across) = &mut contact.across else {
+                continue;
+            };
+            let turns = across.lever_m / across.inertia_kg_m2;
+            let gives = give(&across.line, &responses[i][2]) + across.lever_m * turns + 1.0 / STICK;
+            let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
+            let off = slip + across.impulse / STICK;
+            let by = (across.impulse - off / gives).clamp(-most, most) - across.impulse;
+            across.impulse += by;
+            let roller = across.roller;
+            apply(&mut u, spins, i, wheel, 2, by);
+            for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
+                if other.roller == roller {
+                    other.rad_s += by * turns;
+                }
             }
         }
     }

@@ -15,7 +15,7 @@ use rapier3d_f64::parry::query::{
 use rapier3d_f64::parry::shape::{PackedFeatureId, Shape};
 use rapier3d_f64::prelude::{Pose, Vector};
 
-use super::barrel::{BarrelShape, touch_box};
+use crate::world::barrel::{BarrelShape, touch_box};
 
 /// A formula for barrels on boxes; for all else the engine's own algorithms without their memory of contact points.
 pub(in crate::world::rapier) struct FreshContacts;

@@ -4,7 +4,6 @@
 //! ([`ball`]), or rollers on bearings around it ([`rollers`]).
 
 mod ball;
-mod barrel;
 mod contacts;
 mod rollers;
 #[cfg(test)]

@@ -5,7 +5,7 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::barrel::BarrelShape;
+use crate::world::barrel::BarrelShape;
 use super::{Wheel, directions, touching};
 use crate::config::{RollerWheel, WheelSpec};
 

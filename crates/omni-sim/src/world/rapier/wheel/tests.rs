@@ -3,7 +3,7 @@
 use rapier3d_f64::parry::shape::{Cuboid, SupportMap};
 use rapier3d_f64::prelude::*;
 
-use super::barrel::{BarrelShape, touch_box};
+use crate::world::barrel::{BarrelShape, touch_box};
 use super::{FreshContacts, Wheel};
 use crate::config::{Override, Scenario};
 

@@ -1,4 +1,4 @@
-//! A roller's shape for the physics engine: exact, not a polyhedron.
+//! A roller's shape for parry, exact and not a polyhedron, and where it meets a box.
 
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingSphere};
 use rapier3d_f64::parry::mass_properties::MassProperties;

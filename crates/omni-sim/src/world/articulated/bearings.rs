@@ -1,0 +1,120 @@
+//! The bearings of rollers: spins of those that do not touch, and what damping holds on to the wheel with.
+
+use rapier3d_f64::prelude::Vector as Vector3;
+
+use super::balance::Balance;
+use super::contact::Contact;
+use super::linear::Vector;
+use super::model::{Model, Wheel};
+use super::rollers::Rollers;
+use super::solver::Spin;
+use super::tree::{State, Tree};
+
+/// What a step needs to know of all rollers; entries are by roller unless they say otherwise.
+#[derive(Default)]
+pub(super) struct Bearings {
+    /// Spin at the end of the step if nothing touches \[rad/s\].
+    pub(super) free_rad_s: Vec<f64>,
+    /// Mean spin in the step \[rad/s\], once it is known.
+    pub(super) mean_rad_s: Vec<f64>,
+    /// How fast the wheel turns about the roller's axis \[rad/s\].
+    carried_rad_s: Vec<f64>,
+    /// Moment of the bearings on each wheel's carrier \[N.m\], by wheel; what turns the wheel itself is not in it.
+    on_carrier: Vec<Vector3>,
+}
+
+fn with_rollers(model: &Model) -> impl Iterator<Item = (usize, &Wheel, &Rollers)> {
+    let wheels = model.wheels.iter().enumerate();
+    wheels.filter_map(|(i, wheel)| Some((i, wheel, wheel.rollers()?)))
+}
+
+impl Bearings {
+    /// Starts a step: the spins of rollers that nothing touches, and what their bearings do to the wheels.
+    pub(super) fn release<const N: usize>(
+        &mut self,
+        model: &Model,
+        tree: &Tree<N>,
+        state: &State,
+        step_s: f64,
+        spins: &mut [Spin<N>],
+    ) {
+        self.free_rad_s.clone_from(&state.roller_rad_s);
+        self.on_carrier.clear();
+        for (i, wheel, rollers) in with_rollers(model) {
+            let damping = rollers.friction_n_m_s_rad();
+            if damping == 0.0 {
+                continue;
+            }
+            self.carried_rad_s.resize(model.rollers, 0.0);
+            self.on_carrier.resize(model.wheels.len(), Vector3::ZERO);
+            let rotation = tree.rotation[wheel.body];
+            let axle = rotation * wheel.axle;
+            let omega = tree.omega[wheel.body];
+            let turning = omega + axle * (state.spin_rad_s[i] - omega.dot(axle));
+            let mut moment = Vector3::ZERO;
+            for k in 0..rollers.count() {
+                let axis = rotation * rollers.axis(wheel, k, state.turn_rad[i]);
+                let (roller, carried) = (rollers.first + k, turning.dot(axis));
+                let spin = state.roller_rad_s[roller];
+                moment += axis * (damping * (spin - carried));
+                let inertia = rollers.inertia_kg_m2();
+                self.carried_rad_s[roller] = carried;
+                self.free_rad_s[roller] = (inertia * spin + step_s * damping * carried) / (inertia + step_s * damping);
+            }
+            let about_axle = moment.dot(axle);
+            spins[i].free_rad_s += step_s * about_axle / wheel.inertia_kg_m2;
+            self.on_carrier[i] = moment - axle * about_axle;
+        }
+    }
+
+    /// What the bearings push the tree with.
+    pub(super) fn on_tree<const N: usize>(&self, tree: &Tree<N>, model: &Model) -> Vector<N> {
+        let mut push = [0.0; N];
+        for (wheel, moment) in model.wheels.iter().zip(&self.on_carrier) {
+            tree.add_turning(&mut push, wheel.body, *moment);
+        }
+        push
+    }
+
+    /// Ends a step: the rollers' spins with the contacts' impulses, and what bearings took.
+    pub(super) fn turn<const N: usize>(
+        &mut self,
+        model: &Model,
+        contacts: &[Contact<N>],
+        spins_rad_s: &mut [f64],
+        step_s: f64,
+        balance: &mut Balance,
+    ) {
+        if model.rollers == 0 {
+            return;
+        }
+        self.mean_rad_s.clear();
+        self.mean_rad_s.extend_from_slice(spins_rad_s);
+        spins_rad_s.copy_from_slice(&self.free_rad_s);
+        for across in contacts.iter().filter_map(|contact| contact.across) {
+            spins_rad_s[across.roller] += across.impulse * across.lever_m / across.inertia_kg_m2;
+        }
+        for (_, _, rollers) in with_rollers(model) {
+            let damping = rollers.friction_n_m_s_rad();
+            for roller in rollers.first..rollers.first + rollers.count() {
+                let (before, after) = (self.mean_rad_s[roller], spins_rad_s[roller]);
+                let mean = f64::midpoint(before, after);
+                self.mean_rad_s[roller] = mean;
+                if damping > 0.0 {
+                    let carried = self.carried_rad_s[roller];
+                    balance.bearing(step_s * damping * ((after - carried) * mean - (before - carried) * carried));
+                }
+            }
+        }
+    }
+
+    /// Kinetic energy of the rollers' spins \[J\].
+    pub(super) fn kinetic_j(model: &Model, spins_rad_s: &[f64]) -> f64 {
+        with_rollers(model)
+            .map(|(_, _, rollers)| {
+                let own = &spins_rad_s[rollers.first..rollers.first + rollers.count()];
+                0.5 * rollers.inertia_kg_m2() * own.iter().map(|spin| spin * spin).sum::<f64>()
+            })
+            .sum()
+    }
+}

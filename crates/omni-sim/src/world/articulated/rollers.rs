@@ -1,0 +1,242 @@
+//! Wheels whose rollers are resolved: at most a few of a wheel touch at a time.
+//!
+//! A roller's surface in touch moves with its wheel, and by the roller's own spin about its axis. Its spin changes by the friction
+//! across that axis alone; nothing else of it is free. A roller that does not touch keeps its spin but for its bearing's damping.
+
+use rapier3d_f64::parry::query::details::contact_support_map_support_map;
+use rapier3d_f64::parry::shape::{SupportMap, Triangle};
+use rapier3d_f64::prelude::{Matrix as Matrix3, Pose, Rotation, Vector as Vector3};
+
+use super::contact::{Across, Contact, Line};
+use super::ground::{Ground, Part, Solid, Touch, Way, nearest_on_field};
+use super::model::Wheel;
+use super::tree::Tree;
+use crate::config::RollerWheel;
+use crate::world::barrel::{BarrelShape, touch_box};
+
+/// The rollers of a wheel.
+pub(super) struct Rollers {
+    shape: BarrelShape,
+    /// Angle about the axle \[rad\] and place along it \[m\] of each, the wheel not turned.
+    places: Vec<[f64; 2]>,
+    pitch_radius_m: f64,
+    /// How far the wheel reaches from the centre of its axle \[m\].
+    reach_m: f64,
+    /// About its own axis \[kg.m^2\].
+    inertia_kg_m2: f64,
+    friction_n_m_s_rad: f64,
+    /// The index of the first among all of the vehicle's.
+    pub(super) first: usize,
+    /// How far about the axle a roller reaches to either side \[rad\].
+    covers_rad: f64,
+}
+
+/// A roller in the present step, in world axes about the common centre of mass.
+struct Placed {
+    index: usize,
+    middle: Vector3,
+    axis: Vector3,
+}
+
+/// Everything that a wheel's rollers meet the ground with.
+pub(super) struct Meeting<'a, const N: usize> {
+    pub(super) tree: &'a Tree<N>,
+    pub(super) ground: &'a Ground,
+    /// The common centre of mass \[m\].
+    pub(super) com: Vector3,
+    pub(super) ahead_m: f64,
+    pub(super) step_s: f64,
+}
+
+impl Rollers {
+    pub(super) fn new(built: &RollerWheel, first: usize) -> Self {
+        let [inertia_kg_m2, _] = built.roller_inertia_kg_m2();
+        Self {
+            shape: BarrelShape(built.barrel),
+            places: built.places().map(|(angle, along)| [angle, along]).collect(),
+            pitch_radius_m: built.pitch_radius_m,
+            reach_m: built.radius_m.hypot(0.5 * built.row_gap_m + built.barrel.half_length_m()),
+            inertia_kg_m2,
+            friction_n_m_s_rad: built.friction_n_m_s_rad,
+            first,
+            covers_rad: libm::atan(built.barrel.half_length_m() / (built.pitch_radius_m - built.barrel.radius_m())),
+        }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// About its own axis \[kg.m^2\], of each.
+    pub(super) fn inertia_kg_m2(&self) -> f64 {
+        self.inertia_kg_m2
+    }
+
+    /// Damping of each bearing \[N.m.s/rad\].
+    pub(super) fn friction_n_m_s_rad(&self) -> f64 {
+        self.friction_n_m_s_rad
+    }
+
+    /// The axis of a roller in the frame of the wheel's carrier, the wheel turned by an angle \[rad\].
+    pub(super) fn axis(&self, wheel: &Wheel, roller: usize, turn_rad: f64) -> Vector3 {
+        let (sin, cos) = libm::sincos(self.places[roller][0] + turn_rad);
+        let [angle_sin, angle_cos] = wheel.sin_cos;
+        let rolling = wheel.axle.cross(Vector3::Z);
+        (rolling * cos - Vector3::Z * sin) * angle_cos + wheel.axle * angle_sin
+    }
+
+    /// The contacts of a wheel, turned by an angle \[rad\], roller by roller; `free` is the spin that each roller has if it is not touched.
+    pub(super) fn meet<const N: usize>(
+        &self,
+        meeting: &Meeting<'_, N>,
+        wheel: &Wheel,
+        index: usize,
+        turn_rad: f64,
+        free: &[f64],
+        contacts: &mut Vec<Contact<N>>,
+    ) {
+        let tree = meeting.tree;
+        let rotation = tree.rotation[wheel.body];
+        let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
+        let reach_m = self.reach_m + meeting.ahead_m;
+        // Ways from the axle to the ground: of each part that is near, to its nearest place.
+        let at = centre + meeting.com;
+        let near: Vec<_> = meeting
+            .ground
+            .near(at, reach_m)
+            .filter_map(|(key, part)| Some((key, part, part.way_from(at, reach_m)?)))
+            .collect();
+        if near.is_empty() {
+            return;
+        }
+        // Beyond this angle from the way to a flat or rounded part a roller is farther from it than what is looked for.
+        let margin = libm::acos((1.0 - meeting.ahead_m / self.pitch_radius_m).max(-1.0));
+        let least = libm::cos((margin + self.covers_rad).min(std::f64::consts::PI));
+        let rolling = wheel.axle.cross(Vector3::Z);
+        let axle = rotation * wheel.axle;
+        for (roller, [angle, along]) in self.places.iter().enumerate() {
+            let (sin, cos) = libm::sincos(angle + turn_rad);
+            let outward = Vector3::Z * -cos - rolling * sin;
+            let direction = rotation * outward;
+            let mut placed = None;
+            for (key, part, way) in &near {
+                if let Way::Towards(way) = way {
+                    // In the wheel's plane: what leans out of it is met by whichever roller is there.
+                    let way = *way - axle * way.dot(axle);
+                    if way.dot(direction) < least * way.length() {
+                        continue;
+                    }
+                }
+                let placed = placed.get_or_insert_with(|| Placed {
+                    index: roller,
+                    middle: centre + rotation * (outward * self.pitch_radius_m + wheel.axle * *along),
+                    axis: rotation * self.axis(wheel, roller, turn_rad),
+                });
+                self.touch(meeting, part, *key, placed, |touch| {
+                    contacts.push(self.contact(meeting, wheel, index, centre, placed, touch, free[roller]));
+                });
+            }
+        }
+    }
+
+    /// Where a roller meets a part of the ground.
+    fn touch<const N: usize>(
+        &self,
+        meeting: &Meeting<'_, N>,
+        part: &Part,
+        key: u32,
+        placed: &Placed,
+        mut found: impl FnMut(&Touch),
+    ) {
+        let pose = pose(placed.middle + meeting.com, placed.axis);
+        let local = part.pose.inverse() * pose;
+        let edge_m = self.shape.0.edge_m();
+        let mut add = |on: Vector3, normal: Vector3, gap_m: f64, face: u32| {
+            let point = part.pose * on;
+            found(&Touch {
+                normal: part.pose.rotation * normal,
+                point,
+                gap_m,
+                friction: meeting.ground.friction_at(point),
+                key: key << 20 | face,
+            });
+        };
+        // Of the core, without the rounding of its edges.
+        let core = |shape: &dyn SupportMap| {
+            contact_support_map_support_map(&local, shape, &self.shape, meeting.ahead_m + edge_m)
+        };
+        match &part.solid {
+            Solid::Box(shape) => {
+                let touch = touch_box(shape, &self.shape, &local);
+                if touch.distance_m < meeting.ahead_m {
+                    add(touch.points[0], touch.normals[0], touch.distance_m, 0);
+                }
+            }
+            Solid::Bar(shape) => {
+                if let Some(touch) = core(shape) {
+                    add(touch.point1, touch.normal1, touch.dist - edge_m, 0);
+                }
+            }
+            Solid::Field(shape) => {
+                let reach_m = self.shape.0.half_length_m().hypot(self.shape.0.radius_m()) + meeting.ahead_m;
+                let nearest = |triangle: &Triangle| {
+                    core(triangle).map(|touch| (touch.point1, touch.normal1, touch.dist - edge_m))
+                };
+                for ((on, normal, gap_m), face) in nearest_on_field(shape, local.translation, reach_m, nearest) {
+                    add(on, normal, gap_m, face);
+                }
+            }
+        }
+    }
+
+    /// The contact of a roller.
+    #[expect(clippy::too_many_arguments, reason = "each is another part of the picture")]
+    fn contact<const N: usize>(
+        &self,
+        meeting: &Meeting<'_, N>,
+        wheel: &Wheel,
+        index: usize,
+        centre: Vector3,
+        placed: &Placed,
+        touch: &Touch,
+        free_rad_s: f64,
+    ) -> Contact<N> {
+        let tree = meeting.tree;
+        let (normal, axis) = (touch.normal, placed.axis);
+        let axle = tree.rotation[wheel.body] * wheel.axle;
+        // On the roller: the ground's place and the roller's are a gap apart.
+        let point = touch.point - meeting.com + normal * touch.gap_m;
+        let line = |direction: Vector3, roller_lever_m: f64| {
+            // The wheel turns everything but the roller about its own axis.
+            let moment = (point - centre).cross(direction) - axis * roller_lever_m;
+            let lever_m = axle.dot(moment);
+            let mut row = tree.along(wheel.body, centre, direction);
+            tree.add_turning(&mut row, wheel.body, moment - axle * lever_m);
+            Line { row, lever_m }
+        };
+        let along = (axis - normal * normal.dot(axis)).normalize_or_zero();
+        let across = normal.cross(along);
+        let lever_m = axis.dot((point - placed.middle).cross(across));
+        let lines = [line(normal, 0.0), line(along, 0.0)];
+        let mut contact = Contact::new(wheel, index, touch, [point, along], lines, meeting.step_s);
+        contact.key |= (placed.index as u64) << 32;
+        contact.across = Some(Across {
+            direction: across,
+            line: line(across, lever_m),
+            roller: self.first + placed.index,
+            lever_m,
+            inertia_kg_m2: self.inertia_kg_m2 + meeting.step_s * self.friction_n_m_s_rad,
+            free_rad_s,
+            rad_s: free_rad_s,
+            impulse: 0.0,
+        });
+        contact
+    }
+}
+
+/// A pose whose x axis is given.
+fn pose(at: Vector3, axis: Vector3) -> Pose {
+    let aside = axis.any_orthonormal_vector();
+    let frame = Matrix3::from_cols(axis, aside, axis.cross(aside));
+    Pose::from_parts(at, Rotation::from_mat3(&frame))
+}
