@@ -1103,6 +1103,9 @@ class Outcome:
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
+    def engine(self) -> Literal["rapier", "articulated"]:
+        """What simulated it: `rapier` or `articulated`."""
+    @property
     def wheel_model_valid(self) -> bool:
         """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
 

@@ -22,6 +22,9 @@ pub enum Engine {
 }
 
 impl Engine {
+    /// All of them, the default first.
+    pub const ALL: [Self; 2] = [Self::Rapier, Self::Articulated];
+
     /// Its name in files, tables and logs.
     ///
     /// ```
@@ -88,6 +91,16 @@ fn two() -> u64 {
 }
 
 impl Physics {
+    /// A key that the engine cannot honour, and what it allows.
+    pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
+        let iterations = self.solver_iterations.filter(|_| self.engine != Engine::Rapier)?;
+        let message = format!(
+            "{iterations}, allowed: only with physics.engine = \"rapier\"; \"{}\" solves contacts to the end",
+            self.engine.name()
+        );
+        Some(("solver_iterations", message))
+    }
+
     /// Solver iterations in each of the `parts` that a physics step is taken in.
     ///
     /// ```

@@ -53,6 +53,7 @@ impl RunLog {
             ("scenario", scenario.name.clone()),
             ("vehicle", scenario.vehicle().name.clone()),
             ("policy", scenario.control.policy.clone()),
+            ("engine", scenario.physics.engine.name().into()),
             ("seed", scenario.seed.to_string()),
         ];
         writer.metadata(RUN, facts.map(|(k, v)| (k.to_owned(), v)).into())?;

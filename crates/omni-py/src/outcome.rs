@@ -59,6 +59,12 @@ impl Outcome {
         self.inner.climbed
     }
 
+    /// What simulated it: ``rapier`` or ``articulated``.
+    #[getter]
+    fn engine(&self) -> &'static str {
+        self.inner.engine.name()
+    }
+
     /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
     ///
     /// docs/physics.md, Wheels.
@@ -180,6 +186,7 @@ impl Outcome {
         let dict = PyDict::new(py);
         dict.set_item("verdict", self.verdict())?;
         dict.set_item("climbed", self.inner.climbed)?;
+        dict.set_item("engine", self.inner.engine.name())?;
         dict.set_item("wheel_model_valid", self.inner.wheel_model_valid)?;
         dict.set_item("crossing_s", self.inner.crossing_s)?;
         dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;

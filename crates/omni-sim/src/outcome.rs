@@ -5,7 +5,7 @@ mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::config::Scenario;
+use crate::config::{Engine, Scenario};
 pub(crate) use meter::Meter;
 
 /// How a run ended.
@@ -77,6 +77,9 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Every wheel stands on the ground beyond the obstacle; false on flat ground.
     pub climbed: bool,
+    /// What simulated it.
+    #[serde(default)] // logs that do not say it are of the only engine that there was
+    pub engine: Engine,
     /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there
     /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it is false, verdict and figures are those of another vehicle.
     #[serde(default)] // of logs that do not say it, the scenario does
@@ -161,6 +164,7 @@ impl Outcome {
         Self {
             verdict: Verdict::Unfinished,
             climbed: false,
+            engine: scenario.physics.engine,
             wheel_model_valid: scenario.beyond_balls().is_none(),
             crossing_s: None,
             stalled_at_m: None,

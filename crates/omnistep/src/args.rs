@@ -22,7 +22,13 @@ pub(crate) struct Cli {
 #[derive(Subcommand)]
 pub(crate) enum Command {
     /// Runs a scenario under every coordination policy, prints one table, writes one MCAP file a policy.
-    Compare(RunArgs),
+    Compare {
+        #[command(flatten)]
+        args: RunArgs,
+        /// Runs each policy with every physics engine, side by side.
+        #[arg(long)]
+        engines: bool,
+    },
     /// Runs a scenario under the policy it names.
     Run {
         #[command(flatten)]

@@ -9,7 +9,7 @@ use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use omni_config::{Override, Precision, Scenario};
+use omni_config::{Engine, Override, Precision, Scenario};
 use omni_log::{FinishedLog, RunLog, record};
 use omni_sim::Outcome;
 use omni_sim::controller::{AnyController, Firmware, LinkCounters};
@@ -24,6 +24,7 @@ use crate::signals::stop_flag;
 #[derive(Serialize)]
 struct Row {
     policy: String,
+    // The engine is among the outcome's figures.
     #[serde(flatten)]
     outcome: Outcome,
     steps_per_s: f64,
@@ -34,10 +35,12 @@ struct Row {
     _log: FinishedLog,
 }
 
-/// Runs the scenario under each policy (`None`: the scenario's own), with the controller in `firmware` if there is one.
+/// Runs the scenario under each policy (`None`: the scenario's own) with each engine (none: the scenario's own), with the controller in
+/// `firmware` if there is one.
 pub(super) fn compare(
     args: &RunArgs,
     policies: &[Option<&str>],
+    engines: &[Engine],
     firmware: Option<&Firmware>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
@@ -52,7 +55,16 @@ pub(super) fn compare(
         Some(policy) => scenario.with_policy(policy),
         None => Ok(scenario.clone()),
     });
-    let runs = runs.collect::<Result<Vec<_>, _>>()?;
+    let mut runs = runs.collect::<Result<Vec<_>, _>>()?;
+    if !engines.is_empty() {
+        let with = |run: &Scenario, engine: &Engine| {
+            run.with(&args.scenario, &[Override::new("physics.engine", engine.name())])
+        };
+        let each = runs
+            .iter()
+            .flat_map(|run| engines.iter().map(move |engine| with(run, engine)));
+        runs = each.collect::<Result<Vec<_>, _>>()?;
+    }
     std::fs::create_dir_all(&args.out).map_err(|source| {
         let source = std::io::Error::new(
             source.kind(),
@@ -111,7 +123,18 @@ pub(super) fn compare(
 
 /// Prints the table of what was run, and where the logs are.
 fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Error> {
-    print(out, &format!("{}\n{}\n", headline(scenario), table(rows)))?;
+    let one = rows
+        .iter()
+        .all(|row| row.outcome.engine == scenario.physics.engine);
+    let engine = if one {
+        format!(", engine {}", scenario.physics.engine.name())
+    } else {
+        String::new()
+    };
+    print(
+        out,
+        &format!("{}{engine}\n{}\n", headline(scenario), table(rows, !one)),
+    )?;
     if scenario.beyond_balls().is_some() {
         print(out, &format!("{BEYOND_BALLS}\n"))?;
     }
@@ -139,8 +162,9 @@ fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
 /// What logs are called.
 struct LogNames<'a> {
     folder: &'a Path,
-    /// The seed that the scenario's file gives.
+    /// The seed and the engine that the scenario's file gives.
     own_seed: u64,
+    own_engine: Engine,
 }
 
 impl<'a> LogNames<'a> {
@@ -154,24 +178,31 @@ impl<'a> LogNames<'a> {
         }
         let others: Vec<_> = overrides
             .iter()
-            .filter(|each| each.key() != "seed")
+            .filter(|each| !["seed", "physics.engine"].contains(&each.key()))
             .cloned()
             .collect();
+        let own = Scenario::load(&args.scenario, &others)?;
         Ok(Self {
             folder: &args.out,
-            own_seed: Scenario::load(&args.scenario, &others)?.seed,
+            own_seed: own.seed,
+            own_engine: own.physics.engine,
         })
     }
 
-    /// Runs that differ in their seed have different names, so that they may go on side by side.
+    /// Runs that differ in their seed or engine have different names, so that they may go on side by side.
     fn of(&self, run: &Scenario) -> PathBuf {
         let seed = if run.seed == self.own_seed {
             String::new()
         } else {
             format!("-seed{}", run.seed)
         };
+        let engine = if run.physics.engine == self.own_engine {
+            String::new()
+        } else {
+            format!("-{}", run.physics.engine.name())
+        };
         self.folder
-            .join(format!("{}-{}{seed}.mcap", run.name, run.control.policy))
+            .join(format!("{}-{}{engine}{seed}.mcap", run.name, run.control.policy))
     }
 }
 
@@ -264,13 +295,21 @@ pub(super) fn figures(o: &Outcome) -> [String; 9] {
     ]
 }
 
-fn table(rows: &[Row]) -> Table {
-    let headings = ["policy", "verdict"].into_iter().chain(FIGURES);
+fn table(rows: &[Row], engines: bool) -> Table {
+    let names: &[&str] = if engines {
+        &["policy", "engine"]
+    } else {
+        &["policy"]
+    };
+    let headings = names.iter().copied().chain(["verdict"]).chain(FIGURES);
     let rows = rows.iter().map(|row| {
-        let named = std::iter::once(row.policy.clone()).chain(figures(&row.outcome));
+        let engine = engines.then(|| row.outcome.engine.name().to_owned());
+        let named = std::iter::once(row.policy.clone())
+            .chain(engine)
+            .chain(figures(&row.outcome));
         named.chain([format!("{:.1}", row.realtime_factor)])
     });
-    aligned(headings.chain(["x real time"]), rows, 1)
+    aligned(headings.chain(["x real time"]), rows, names.len())
 }
 
 /// How it ended, and where if it stalled.

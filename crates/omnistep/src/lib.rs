@@ -28,7 +28,7 @@ use std::io::Write;
 use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, parse_overrides};
 use clap::Parser;
 use notices::announce_gains;
-use omni_config::{Language, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
+use omni_config::{Engine, Language, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
 use omni_core::Coordination;
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error};
@@ -67,8 +67,8 @@ fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
 
 /// The exit code.
 fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
-    let default = || {
-        Command::Compare(RunArgs {
+    let default = || Command::Compare {
+        args: RunArgs {
             scenario: "step".into(),
             overrides: Vec::new(),
             seed: None,
@@ -76,14 +76,16 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             out: "out".into(),
             json: false,
             quiet: false,
-        })
+        },
+        engines: false,
     };
     let done = match cli.command.unwrap_or_else(default) {
         Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
         Command::Check { files } => return Ok(each(&files, |file| files::check(file, out))),
-        Command::Compare(args) => {
+        Command::Compare { args, engines } => {
             let policies = Coordination::<f64>::PRESETS.map(Some);
-            compare::compare(&args, &policies, None, out).map_err(to_command("compare"))
+            let engines: &[Engine] = if engines { &Engine::ALL } else { &[] };
+            compare::compare(&args, &policies, engines, None, out).map_err(to_command("compare"))
         }
         Command::Run {
             args,
@@ -96,7 +98,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 return run_live(&args, policy.as_deref(), live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
-            compare::compare(&args, &[policy.as_deref()], firmware.as_ref(), out)
+            compare::compare(&args, &[policy.as_deref()], &[], firmware.as_ref(), out)
         }
         Command::Wheels {
             experiment,

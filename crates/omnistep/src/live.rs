@@ -57,7 +57,11 @@ pub(super) fn live(
     } else {
         let headings = ["verdict"].into_iter().chain(FIGURES);
         let table = aligned(headings, [figures(&outcome)], FIGURES.len() + 1);
-        print(out, &format!("{}\n{table}\n", headline(&scenario)))?;
+        let engine = outcome.engine.name();
+        print(
+            out,
+            &format!("{}, engine {engine}\n{table}\n", headline(&scenario)),
+        )?;
         if !outcome.wheel_model_valid {
             print(out, &format!("{BEYOND_BALLS}\n"))?;
         }

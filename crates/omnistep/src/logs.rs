@@ -56,14 +56,16 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     }
     let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-        let mut row = vec![name.into_owned(), file.scenario.control.policy.clone()];
+        let engine = file.scenario.physics.engine.name().into();
+        let mut row = vec![name.into_owned(), file.scenario.control.policy.clone(), engine];
         match &file.outcome {
             Some(outcome) => row.extend(figures(outcome)),
             None => row.push("ended early".into()),
         }
         row
     });
-    let table = aligned(["log", "policy", "verdict"].into_iter().chain(FIGURES), rows, 3);
+    let headings = ["log", "policy", "engine", "verdict"].into_iter().chain(FIGURES);
+    let table = aligned(headings, rows, 4);
     let marks = files.iter().filter_map(|file| file.outcome);
     let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {
         String::new()
@@ -77,12 +79,13 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
 fn described(file: &LogFile) -> String {
     let run = |key: &str| file.run.get(key).map_or("?", String::as_str);
     let mut text = format!(
-        "{}: {} with {}, policy {}, seed {}, omnistep {}; ",
+        "{}: {} with {}, policy {}, seed {}, engine {}, omnistep {}; ",
         file.path.display(),
         run("scenario"),
         run("vehicle"),
         run("policy"),
         run("seed"),
+        file.scenario.physics.engine.name(),
         run("omnistep")
     );
     let until_s = file.until_ns as f64 / 1e9;

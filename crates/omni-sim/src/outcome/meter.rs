@@ -6,7 +6,7 @@ use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread}
 
 use super::criteria::{Gain, Gained, Lean, Runaway};
 use super::{Outcome, Verdict};
-use crate::config::{Obstacle, Scenario, Terrain};
+use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
 use crate::observation::Observation;
 
@@ -29,6 +29,7 @@ const LIGHT: f64 = 0.01;
 
 /// Gathers an [`Outcome`].
 pub(crate) struct Meter {
+    engine: Engine,
     wheel_model_valid: bool,
     obstacle: Option<Obstacle>,
     terrain: Terrain,
@@ -108,6 +109,7 @@ impl Meter {
         let obstacle = scenario.terrain.obstacle();
         let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
         Self {
+            engine: scenario.physics.engine,
             wheel_model_valid: scenario.beyond_balls().is_none(),
             obstacle,
             terrain: scenario.terrain.clone(),
@@ -259,6 +261,7 @@ impl Meter {
         Outcome {
             verdict,
             climbed: verdict == Verdict::Climbed,
+            engine: self.engine,
             wheel_model_valid: self.wheel_model_valid,
             crossing_s: (verdict == Verdict::Climbed).then(|| {
                 let us = (self.period_s * 1e6).round() as u64;

@@ -47,7 +47,12 @@ impl Balance {
     }
 
     /// What a contact took in a step; `roller_rad_s` is the mean spin of the roller in touch.
-    pub(super) fn contact<const N: usize>(&mut self, contact: &Contact<N>, mean: &Mean<'_, N>, roller_rad_s: f64) {
+    pub(super) fn contact<const N: usize>(
+        &mut self,
+        contact: &Contact<N>,
+        mean: &Mean<'_, N>,
+        roller_rad_s: f64,
+    ) {
         let spin = mean.spins[contact.wheel];
         self.impact_loss_j -= contact.push * contact.closing.at(mean.u, spin);
         self.friction_loss_j -= contact.rub * contact.slip.at(mean.u, spin);
@@ -84,7 +89,13 @@ impl Balance {
     }
 
     /// At the end of a control period: the energies, and the force that Newton's second law misses.
-    pub(super) fn close(&mut self, now: &Now, moved: &actuation::State, period_s: f64, seen: &mut Observation) {
+    pub(super) fn close(
+        &mut self,
+        now: &Now,
+        moved: &actuation::State,
+        period_s: f64,
+        seen: &mut Observation,
+    ) {
         seen.energy = Energy {
             work_in_j: moved.work_j + self.added_j,
             turnover_j: moved.turnover_j + self.added_size_j,

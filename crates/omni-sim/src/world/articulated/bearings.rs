@@ -59,7 +59,8 @@ impl Bearings {
                 moment += axis * (damping * (spin - carried));
                 let inertia = rollers.inertia_kg_m2();
                 self.carried_rad_s[roller] = carried;
-                self.free_rad_s[roller] = (inertia * spin + step_s * damping * carried) / (inertia + step_s * damping);
+                self.free_rad_s[roller] =
+                    (inertia * spin + step_s * damping * carried) / (inertia + step_s * damping);
             }
             let about_axle = moment.dot(axle);
             spins[i].free_rad_s += step_s * about_axle / wheel.inertia_kg_m2;
@@ -102,7 +103,9 @@ impl Bearings {
                 self.mean_rad_s[roller] = mean;
                 if damping > 0.0 {
                     let carried = self.carried_rad_s[roller];
-                    balance.bearing(step_s * damping * ((after - carried) * mean - (before - carried) * carried));
+                    balance.bearing(
+                        step_s * damping * ((after - carried) * mean - (before - carried) * carried),
+                    );
                 }
             }
         }

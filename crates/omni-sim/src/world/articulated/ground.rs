@@ -101,14 +101,19 @@ impl Ground {
             match &part.solid {
                 Solid::Box(shape) => {
                     let found = shape.project_local_point(at, false);
-                    of(found.point, found.is_inside).into_iter().for_each(|found| add(found, 0));
+                    of(found.point, found.is_inside)
+                        .into_iter()
+                        .for_each(|found| add(found, 0));
                 }
                 Solid::Bar(shape) => {
                     let found = shape.project_local_point(at, false);
-                    of(found.point, found.is_inside).into_iter().for_each(|found| add(found, 0));
+                    of(found.point, found.is_inside)
+                        .into_iter()
+                        .for_each(|found| add(found, 0));
                 }
                 Solid::Field(shape) => {
-                    let nearest = |triangle: &Triangle| of(triangle.project_local_point(at, false).point, false);
+                    let nearest =
+                        |triangle: &Triangle| of(triangle.project_local_point(at, false).point, false);
                     for (found, face) in nearest_on_field(shape, at, reach_m, nearest) {
                         add(found, face);
                     }

@@ -26,10 +26,10 @@ use crate::config::Scenario;
 use crate::error::unknown;
 use crate::observation::Observation;
 use balance::{Balance, Mean, Now};
+use bearings::Bearings;
 use contact::{Contact, Known};
 use ground::{Ground, Touch};
 use linear::{add_outer, dot, times};
-use bearings::Bearings;
 use model::{Model, WheelShape};
 use rollers::Meeting;
 use solver::{Effort, Spin, System, solve_step};
@@ -121,12 +121,21 @@ impl<const N: usize> World<N> {
         let mut tree = Tree::new(&model);
         tree.place(&model, &state);
         state.com_m = (Vector3::new(place.x_m + x_m, place.y_m, 0.0) - tree.origin[0]).into();
-        let substeps = if model.rollers > 0 { scenario.physics.roller_substeps } else { 1 };
+        let substeps = if model.rollers > 0 {
+            scenario.physics.roller_substeps
+        } else {
+            1
+        };
         let step_s = scenario.physics.step_us as f64 * 1e-6 / substeps as f64;
         let mut world = Self {
             actuation: Actuation::new(scenario, step_s),
             balance: Balance::default(),
-            rows: scenario.vehicle().rows().into_iter().map(|row| row.wheels).collect(),
+            rows: scenario
+                .vehicle()
+                .rows()
+                .into_iter()
+                .map(|row| row.wheels)
+                .collect(),
             steps_per_period: scenario.control.period_us / scenario.physics.step_us * substeps,
             period_ns: scenario.control.period_us * 1000,
             step_s,
@@ -178,7 +187,8 @@ impl<const N: usize> World<N> {
                 carried,
             });
         }
-        self.bearings.release(&self.model, &self.tree, &self.state, step_s, &mut self.spins);
+        self.bearings
+            .release(&self.model, &self.tree, &self.state, step_s, &mut self.spins);
         self.meet();
         let u0 = self.u();
         let mut system = System {
@@ -188,14 +198,24 @@ impl<const N: usize> World<N> {
         for i in 0..N {
             system.right[i] += step_s * self.tree.push[i];
         }
-        for (force, row) in system.right.iter_mut().zip(self.bearings.on_tree(&self.tree, &self.model)) {
+        for (force, row) in system
+            .right
+            .iter_mut()
+            .zip(self.bearings.on_tree(&self.tree, &self.model))
+        {
             *force += step_s * row;
         }
         system.right[2] -= step_s * self.model.gravity_m_s2 * self.model.mass_kg;
         let hinges = self.hold_hinges(&mut system, &u0);
         let before = std::mem::take(&mut self.state.spin_rad_s);
         let mut spins = before.clone();
-        let mut u = solve_step(&system, &self.spins, &mut self.contacts, &mut spins, &mut self.effort);
+        let mut u = solve_step(
+            &system,
+            &self.spins,
+            &mut self.contacts,
+            &mut spins,
+            &mut self.effort,
+        );
         // The solution leaves 1e-10 m/s; from the impulses themselves the momentum is right to rounding.
         let pushed: Vector3 = self.contacts.iter().map(Contact::impulse).sum();
         for k in 0..3 {
@@ -238,7 +258,8 @@ impl<const N: usize> World<N> {
                         ahead_m: AHEAD_OF_ROLLERS_M.max(2.0 * self.step_s * speed_m_s),
                         step_s: self.step_s,
                     };
-                    let (turn_rad, free) = (self.state.turn_rad[i], &self.bearings.free_rad_s[rollers.first..]);
+                    let (turn_rad, free) =
+                        (self.state.turn_rad[i], &self.bearings.free_rad_s[rollers.first..]);
                     let from = self.contacts.len();
                     rollers.meet(&meeting, wheel, i, turn_rad, free, &mut self.contacts);
                     for contact in &mut self.contacts[from..] {
@@ -321,15 +342,26 @@ impl<const N: usize> World<N> {
                 self.state.turn_rad[i] += turned * self.step_s;
             }
         }
-        let spins: Vec<f64> = before.iter().zip(after).map(|(a, b)| f64::midpoint(*a, *b)).collect();
+        let spins: Vec<f64> = before
+            .iter()
+            .zip(after)
+            .map(|(a, b)| f64::midpoint(*a, *b))
+            .collect();
         let mean = Mean {
             u: &middle,
             spins: &spins,
         };
-        self.bearings
-            .turn(&self.model, &self.contacts, &mut self.state.roller_rad_s, self.step_s, &mut self.balance);
+        self.bearings.turn(
+            &self.model,
+            &self.contacts,
+            &mut self.state.roller_rad_s,
+            self.step_s,
+            &mut self.balance,
+        );
         for contact in &self.contacts {
-            let roller = contact.across.map_or(0.0, |across| self.bearings.mean_rad_s[across.roller]);
+            let roller = contact
+                .across
+                .map_or(0.0, |across| self.bearings.mean_rad_s[across.roller]);
             self.balance.contact(contact, &mean, roller);
         }
         for (row, held) in hinges {
@@ -362,7 +394,11 @@ impl<const N: usize> World<N> {
     /// Puts masses on bodies when their time has come: at rest with the body, so nothing jumps.
     fn add_loads(&mut self) {
         let time_ns = self.time_ns;
-        if self.loads.iter_mut().fold(false, |any, load| load.falls_due(time_ns) | any) {
+        if self
+            .loads
+            .iter_mut()
+            .fold(false, |any, load| load.falls_due(time_ns) | any)
+        {
             let before = self.now();
             let origin = self.com() + self.tree.origin[0];
             let velocity = self.tree.velocity(0, self.tree.origin[0], &self.u());
@@ -397,7 +433,8 @@ impl<const N: usize> World<N> {
 impl<const N: usize> Plant for World<N> {
     fn measure(&self, velocities_rad_s: &mut Vec<f64>) {
         velocities_rad_s.clear();
-        velocities_rad_s.extend((0..self.model.wheels.len()).map(|i| self.wheel_rad_s(i) / self.model.wheels[i].gear));
+        velocities_rad_s
+            .extend((0..self.model.wheels.len()).map(|i| self.wheel_rad_s(i) / self.model.wheels[i].gear));
     }
 
     fn angles_rad(&self) -> &[f64] {
@@ -433,7 +470,8 @@ impl<const N: usize> Plant for World<N> {
         let period_s = self.period_ns as f64 * 1e-9;
         let now = self.now();
         self.observe(observation);
-        self.balance.close(&now, self.actuation.state(), period_s, observation);
+        self.balance
+            .close(&now, self.actuation.state(), period_s, observation);
         Ok(())
     }
 
@@ -475,7 +513,12 @@ impl<const N: usize> Plant for World<N> {
         let bodies = self.model.bodies.len();
         let wheels = self.model.wheels.len();
         let state = &snapshot.state;
-        let sizes = [state.u.len(), state.angle_rad.len(), state.spin_rad_s.len(), state.turn_rad.len()];
+        let sizes = [
+            state.u.len(),
+            state.angle_rad.len(),
+            state.spin_rad_s.len(),
+            state.turn_rad.len(),
+        ];
         if sizes != [N, bodies, wheels, wheels] || state.roller_rad_s.len() != self.model.rollers {
             return Err(postcard::Error::DeserializeBadEncoding);
         }

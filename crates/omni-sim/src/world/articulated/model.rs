@@ -143,7 +143,11 @@ impl Model {
                 anchor_m: spec.map_or(Vector::ZERO, |spec| Vector::from(spec.anchor_m)),
                 limit_rad: spec.map_or(0.0, |spec| spec.limit_rad),
                 damping_n_m_s_rad: spec.map_or(0.0, |spec| spec.damping_n_m_s_rad),
-                path: if place == 0 { 0 } else { bodies[parent].path | 1 << place },
+                path: if place == 0 {
+                    0
+                } else {
+                    bodies[parent].path | 1 << place
+                },
             });
         }
         let on_hinge = |name: &str| {

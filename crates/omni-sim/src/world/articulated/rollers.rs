@@ -55,11 +55,15 @@ impl Rollers {
             shape: BarrelShape(built.barrel),
             places: built.places().map(|(angle, along)| [angle, along]).collect(),
             pitch_radius_m: built.pitch_radius_m,
-            reach_m: built.radius_m.hypot(0.5 * built.row_gap_m + built.barrel.half_length_m()),
+            reach_m: built
+                .radius_m
+                .hypot(0.5 * built.row_gap_m + built.barrel.half_length_m()),
             inertia_kg_m2,
             friction_n_m_s_rad: built.friction_n_m_s_rad,
             first,
-            covers_rad: libm::atan(built.barrel.half_length_m() / (built.pitch_radius_m - built.barrel.radius_m())),
+            covers_rad: libm::atan(
+                built.barrel.half_length_m() / (built.pitch_radius_m - built.barrel.radius_m()),
+            ),
         }
     }
 
@@ -182,7 +186,9 @@ impl Rollers {
                 let nearest = |triangle: &Triangle| {
                     core(triangle).map(|touch| (touch.point1, touch.normal1, touch.dist - edge_m))
                 };
-                for ((on, normal, gap_m), face) in nearest_on_field(shape, local.translation, reach_m, nearest) {
+                for ((on, normal, gap_m), face) in
+                    nearest_on_field(shape, local.translation, reach_m, nearest)
+                {
                     add(on, normal, gap_m, face);
                 }
             }

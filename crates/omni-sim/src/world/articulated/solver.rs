@@ -178,7 +178,10 @@ fn solve_modes<const N: usize>(
     let mut rows: [Option<WheelRow<N>>; MAX_WHEELS] = [const { None }; MAX_WHEELS];
     let mut from = 0;
     for (index, wheel) in wheels.iter().enumerate() {
-        let own = contacts[from..].iter().take_while(|contact| contact.wheel == index).count();
+        let own = contacts[from..]
+            .iter()
+            .take_while(|contact| contact.wheel == index)
+            .count();
         let own = &contacts[from..from + own];
         from += own.len();
         let mut row = WheelRow::new(wheel);
@@ -222,10 +225,22 @@ fn solve_modes<const N: usize>(
                         row.add_force(&mut whole, STICK, &own.line, &own.line, 0.0);
                     }
                 }
-                row.add_force(&mut whole, contact.stiffness, &works, &contact.closing, contact.bias);
+                row.add_force(
+                    &mut whole,
+                    contact.stiffness,
+                    &works,
+                    &contact.closing,
+                    contact.bias,
+                );
             }
             if let Some(roller) = roller {
-                row.add_force(&mut whole, -1.0 / roller.diagonal, &roller.holds, &roller.holds, -roller.right);
+                row.add_force(
+                    &mut whole,
+                    -1.0 / roller.diagonal,
+                    &roller.holds,
+                    &roller.holds,
+                    -roller.right,
+                );
             }
         }
         if wheel.damper > 0.0 {
@@ -443,7 +458,10 @@ fn sweep<const N: usize>(
         contact.mode = if contact.push <= 0.0 {
             Mode::Open
         } else {
-            Mode::Closed(grip(contact.rub), contact.across.map_or(Grip::Stick, |a| grip(a.impulse)))
+            Mode::Closed(
+                grip(contact.rub),
+                contact.across.map_or(Grip::Stick, |a| grip(a.impulse)),
+            )
         };
     }
     u

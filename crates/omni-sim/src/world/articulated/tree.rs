@@ -248,7 +248,12 @@ impl State {
         } else {
             0.5 - angle * angle / 48.0
         };
-        let step = Rotation::from_xyzw(turn.x * part, turn.y * part, turn.z * part, libm::cos(0.5 * angle));
+        let step = Rotation::from_xyzw(
+            turn.x * part,
+            turn.y * part,
+            turn.z * part,
+            libm::cos(0.5 * angle),
+        );
         let [x, y, z, w] = self.base;
         let turned = (step * Rotation::from_xyzw(x, y, z, w)).normalize();
         self.base = [turned.x, turned.y, turned.z, turned.w];

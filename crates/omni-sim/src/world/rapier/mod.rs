@@ -191,7 +191,10 @@ impl Plant for World {
                 observation,
                 |i, before| {
                     let after = wheels[i].actuator_velocity(physics);
-                    [f64::midpoint(before, after) * physics.integration_parameters.dt, after]
+                    [
+                        f64::midpoint(before, after) * physics.integration_parameters.dt,
+                        after,
+                    ]
                 },
                 |actuation, i| actuation.explicit_drag_n_m(i, time_s),
             );

@@ -5,9 +5,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use crate::world::barrel::BarrelShape;
 use super::{Wheel, directions, touching};
 use crate::config::{RollerWheel, WheelSpec};
+use crate::world::barrel::BarrelShape;
 
 /// Rollers are in this group and touch whatever is not.
 const ROLLERS: Group = Group::GROUP_2;

@@ -3,9 +3,9 @@
 use rapier3d_f64::parry::shape::{Cuboid, SupportMap};
 use rapier3d_f64::prelude::*;
 
-use crate::world::barrel::{BarrelShape, touch_box};
 use super::{FreshContacts, Wheel};
 use crate::config::{Override, Scenario};
+use crate::world::barrel::{BarrelShape, touch_box};
 
 fn scenario() -> Scenario {
     let rollers = Override::new("physics.wheel_model", "rollers");
