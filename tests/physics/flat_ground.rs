@@ -2,11 +2,12 @@
 
 use omni_core::BodyTwist;
 use omni_sim::Simulation;
-use omni_sim::config::Scenario;
+
+use crate::engines::{load, on_both_engines};
 
 /// Mean twist over the last second of four, the command held from the start.
 fn settled(command: BodyTwist<f64>, policy: &str) -> [f64; 3] {
-    let scenario = Scenario::load("flat", &[])
+    let scenario = load("flat", &[])
         .and_then(|s| s.with_policy(policy))
         .expect("built-in scenario");
     let mut simulation = Simulation::new(&scenario).expect("valid scenario");
@@ -41,7 +42,6 @@ fn follows_within_a_thousandth(command: BodyTwist<f64>) {
     }
 }
 
-#[test]
 fn forward_command_is_followed_within_a_thousandth() {
     follows_within_a_thousandth(BodyTwist {
         vx_m_s: 0.3,
@@ -50,7 +50,6 @@ fn forward_command_is_followed_within_a_thousandth() {
     });
 }
 
-#[test]
 fn sideways_command_is_followed_within_a_thousandth() {
     follows_within_a_thousandth(BodyTwist {
         vx_m_s: 0.0,
@@ -59,7 +58,6 @@ fn sideways_command_is_followed_within_a_thousandth() {
     });
 }
 
-#[test]
 fn yaw_command_is_followed_within_a_thousandth() {
     follows_within_a_thousandth(BodyTwist {
         vx_m_s: 0.0,
@@ -68,7 +66,6 @@ fn yaw_command_is_followed_within_a_thousandth() {
     });
 }
 
-#[test]
 fn mixed_command_is_followed_within_a_thousandth() {
     follows_within_a_thousandth(BodyTwist {
         vx_m_s: 0.2,
@@ -77,7 +74,6 @@ fn mixed_command_is_followed_within_a_thousandth() {
     });
 }
 
-#[test]
 fn gear_changes_the_actuator_not_the_motion() {
     use omni_sim::config::Override;
     // A 20:1 reduction: actuators turn 20 times faster with a 20th of the torque. Gains follow: k^2 of them.
@@ -92,7 +88,7 @@ fn gear_changes_the_actuator_not_the_motion() {
         overrides.push(Override::new(format!("vehicle.{key}"), direct));
     }
     let run = |overrides: &[Override]| {
-        let scenario = Scenario::load("flat", overrides).expect("valid");
+        let scenario = load("flat", overrides).expect("valid");
         omni_sim::run(&scenario).expect("runs")
     };
     let (geared, direct) = (run(&overrides), run(&[]));
@@ -102,4 +98,12 @@ fn gear_changes_the_actuator_not_the_motion() {
     assert!((at(&geared, "pose_x_m") - at(&direct, "pose_x_m")).abs() < 1e-6);
     let ratio = at(&geared, "wheel_1_measured_rad_s") / at(&direct, "wheel_1_measured_rad_s");
     assert!((ratio - 20.0).abs() < 1e-3, "{ratio}");
+}
+
+on_both_engines! {
+    forward_command_is_followed_within_a_thousandth,
+    sideways_command_is_followed_within_a_thousandth,
+    yaw_command_is_followed_within_a_thousandth,
+    mixed_command_is_followed_within_a_thousandth,
+    gear_changes_the_actuator_not_the_motion,
 }

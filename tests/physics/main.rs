@@ -2,6 +2,7 @@
 
 mod core_serde;
 mod derived_gains;
+mod engines;
 mod figures;
 mod flat_ground;
 mod imperfections;

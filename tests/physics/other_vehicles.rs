@@ -1,7 +1,9 @@
 //! Vehicles other than the paper's are files, not code: each follows its commands and stands as its masses say.
 
-use omni_sim::config::{Override, Scenario};
+use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Trace, run};
+
+use crate::engines::{engine, load, on_both_engines};
 
 /// A vehicle on flat ground under one command.
 fn drive(vehicle: &str, [vx, vy, wz]: [f64; 3], duration_s: f64) -> (Scenario, Trace) {
@@ -12,7 +14,7 @@ fn drive(vehicle: &str, [vx, vy, wz]: [f64; 3], duration_s: f64) -> (Scenario, T
         Override::new("command.vy_m_s", vy),
         Override::new("command.wz_rad_s", wz),
     ];
-    let scenario = Scenario::load("flat", &overrides).expect("valid");
+    let scenario = load("flat", &overrides).expect("valid");
     let trace = run(&scenario).expect("runs");
     (scenario, trace)
 }
@@ -21,7 +23,6 @@ fn last(trace: &Trace, column: &str) -> f64 {
     *trace.column(column).expect("a column").last().expect("a row")
 }
 
-#[test]
 fn each_vehicle_follows_every_direction_on_flat_ground() {
     for vehicle in ["omni3", "mecanum4", "rocker_bogie6"] {
         for command in [
@@ -72,7 +73,6 @@ fn assert_loads(vehicle: &str, expected_n: &[f64]) {
     }
 }
 
-#[test]
 fn three_wheels_carry_what_the_moment_balance_says() {
     // Wheels at 0.18 m and 0, 120, 240 degrees: n1 0.18 - (n2 + n3) 0.09 = 6 g 0.02 with n1 + n2 + n3 = 6 g, and their own 0.4 g.
     let (g, base, own) = (9.81, 6.0, 0.4);
@@ -81,12 +81,10 @@ fn three_wheels_carry_what_the_moment_balance_says() {
     assert_loads("omni3", &[ahead + own * g, behind + own * g, behind + own * g]);
 }
 
-#[test]
 fn four_wheels_under_a_symmetric_platform_carry_a_quarter_each() {
     assert_loads("mecanum4", &[24.0 * 9.81 / 4.0; 4]);
 }
 
-#[test]
 fn a_rocker_bogie_shares_its_weight_as_its_levers_say() {
     // A bogie's hinge is midway between its wheels and its own weight is there: both carry n. The whole vehicle, 16 kg, about
     // y at x = 0: 2 f 0.30 - 4 n 0.15 = g (8 x 0.02 + 2 x 1.2 x 0.10 - 2 x 1.0 x 0.15), and 2 f + 4 n = 16 g.
@@ -96,7 +94,6 @@ fn a_rocker_bogie_shares_its_weight_as_its_levers_say() {
     assert_loads("rocker_bogie6", &[front, front, n, n, n, n]);
 }
 
-#[test]
 fn loads_that_check_prints_are_those_that_the_ground_gives() {
     // Balance alone, and where it leaves the loads open equally stiff contacts: what is simulated. Half a per cent as above.
     for vehicle in ["chugo7", "omni3", "mecanum4", "rocker_bogie6"] {
@@ -106,11 +103,11 @@ fn loads_that_check_prints_are_those_that_the_ground_gives() {
     }
 }
 
-#[test]
 fn mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says() {
     // Each wheel at its limit pushes with tau / (r cos 45) along its roller, tau / r of it forward: 4 tau / r in all. What
-    // is accelerated is the mass and the wheels' inertia at the rim, which move with v / r. The ball model adds its cost: the
+    // is accelerated is the mass and the wheels' inertia at the rim, which move with v / r. rapier's balls add their cost: a
     // ball spins freely across the push too, with an inertia of I / cos^2 of 45 degrees, as much again as the wheel's own.
+    let turning = if engine() == Engine::Rapier { 2.0 } else { 1.0 };
     let (limit, r) = (0.5, 0.076);
     let overrides = [
         Override::new("vehicle", "mecanum4"),
@@ -121,10 +118,19 @@ fn mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says() {
         Override::new("vehicle.motor.slope_n_m_s_rad", 0.0),
         Override::new("control.policy", "independent"),
     ];
-    let trace = run(&Scenario::load("flat", &overrides).expect("valid")).expect("runs");
+    let trace = run(&load("flat", &overrides).expect("valid")).expect("runs");
     assert_eq!(trace.wheel("applied_n_m", 0).expect("a column")[150], limit);
     let v = trace.column("twist_vx_m_s").expect("a column");
     let measured = (v[180] - v[80]) / 0.1;
-    let expected = 4.0 * limit / r / (24.0 + 2.0 * 4.0 * 0.0035 / (r * r));
+    let expected = 4.0 * limit / r / (24.0 + turning * 4.0 * 0.0035 / (r * r));
     assert!((measured / expected - 1.0).abs() < 0.01, "{measured}, {expected}");
+}
+
+on_both_engines! {
+    each_vehicle_follows_every_direction_on_flat_ground,
+    three_wheels_carry_what_the_moment_balance_says,
+    four_wheels_under_a_symmetric_platform_carry_a_quarter_each,
+    a_rocker_bogie_shares_its_weight_as_its_levers_say,
+    loads_that_check_prints_are_those_that_the_ground_gives,
+    mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says,
 }

@@ -5,6 +5,8 @@ use omni_core::BodyTwist;
 use omni_sim::Simulation;
 use omni_sim::config::{Override, Scenario};
 
+use crate::engines::{load, on_both_engines};
+
 const HEIGHT_M: f64 = 0.02;
 const AT_M: f64 = 0.45;
 /// Links of one side in the vehicle file \[m\], x and z: hinge of the bogie, wheels' axles. (Where the rocker's own hinge is does
@@ -19,7 +21,7 @@ fn scenario(ratio: f64) -> Scenario {
         Override::new("terrain.height_m", HEIGHT_M),
         Override::new("terrain.at_m", AT_M),
     ];
-    Scenario::load("step", &overrides).expect("valid")
+    load("step", &overrides).expect("valid")
 }
 
 fn on_a_step() -> Simulation {
@@ -120,7 +122,6 @@ fn assert_stance(simulation: &Simulation, up: [bool; 6]) {
     );
 }
 
-#[test]
 fn hinges_on_a_step_crossed_straight_stand_as_the_links_say() {
     let mut simulation = on_a_step();
     rest(&mut simulation, 500);
@@ -133,7 +134,6 @@ fn hinges_on_a_step_crossed_straight_stand_as_the_links_say() {
     assert_stance(&simulation, [true; 6]);
 }
 
-#[test]
 fn hinges_on_a_step_crossed_askew_stand_as_the_links_say_one_wheel_after_the_other() {
     // Turned left by 0.3 rad the right front wheel leads, and the others follow 13 to 16 cm apart.
     let mut simulation = on_a_step();
@@ -146,7 +146,6 @@ fn hinges_on_a_step_crossed_askew_stand_as_the_links_say_one_wheel_after_the_oth
     }
 }
 
-#[test]
 fn differential_carries_the_bodys_moment_and_gives_by_what_its_spring_says() {
     let mut simulation = on_a_step();
     let off = |simulation: &Simulation| {
@@ -178,7 +177,6 @@ fn differential_carries_the_bodys_moment_and_gives_by_what_its_spring_says() {
     assert!(most < 6e-3, "{most} rad");
 }
 
-#[test]
 fn ratio_of_two_makes_the_second_rocker_count_twice() {
     let mut simulation = Simulation::new(&scenario(2.0)).expect("valid");
     turn(&mut simulation);
@@ -188,4 +186,11 @@ fn ratio_of_two_makes_the_second_rocker_count_twice() {
     let expected = (level + 2.0 * right) / 3.0;
     let pitch = simulation.observation().body_nose_up_rad[0];
     assert!((pitch - expected).abs() < 5e-4, "{pitch} rad, {expected}"); // as in `assert_stance`
+}
+
+on_both_engines! {
+    hinges_on_a_step_crossed_straight_stand_as_the_links_say,
+    hinges_on_a_step_crossed_askew_stand_as_the_links_say_one_wheel_after_the_other,
+    differential_carries_the_bodys_moment_and_gives_by_what_its_spring_says,
+    ratio_of_two_makes_the_second_rocker_count_twice,
 }

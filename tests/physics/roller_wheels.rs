@@ -8,6 +8,8 @@ use omni_sim::config::{Override, Scenario, Study, builtin_scenarios};
 use omni_sim::{Simulation, Trace, Verdict, run};
 use omni_study::{Plan, Run};
 
+use crate::engines::{load, on_both_engines};
+
 /// A built-in scenario with roller wheels.
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let mut all = vec![Override::parse("physics.wheel_model=rollers").expect("key=value")];
@@ -16,7 +18,7 @@ fn scenario(name: &str, overrides: &[&str]) -> Scenario {
             .iter()
             .map(|text| Override::parse(text).expect("key=value")),
     );
-    Scenario::load(name, &all).expect("valid")
+    load(name, &all).expect("valid")
 }
 
 /// Mean of a column over its last rows.
@@ -42,7 +44,6 @@ fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f
     })
 }
 
-#[test]
 fn forward_command_is_followed_by_seven_roller_wheels() {
     // A roller takes 0.115 s to pass at 0.3 m/s, so 0.46 s average over whole rollers.
     let [twist, told] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
@@ -56,7 +57,6 @@ fn forward_command_is_followed_by_seven_roller_wheels() {
     assert!(twist[1].abs() < 3e-4 && twist[2].abs() < 1e-3, "{twist:?}");
 }
 
-#[test]
 fn every_direction_is_followed_by_three_double_wheels() {
     for command in [[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.8]] {
         let [twist, told] = driven("omni3", command, 2.0, 700);
@@ -70,7 +70,6 @@ fn every_direction_is_followed_by_three_double_wheels() {
     }
 }
 
-#[test]
 fn mecanum_rollers_lose_sideways_what_their_tilt_takes() {
     // A roller on its way past the ground is tilted by up to pi / N: its axis, seen from above, is then at tan(g) / cos(tilt)
     // to the rolling direction. Forward nothing changes; sideways v = w r / tan, times the mean of that cosine, and yaw has both.
@@ -101,7 +100,6 @@ fn at_rest(periods: usize) -> Simulation {
     simulation
 }
 
-#[test]
 fn static_row_loads_follow_from_the_moment_balance_with_rollers() {
     let mut simulation = at_rest(400);
     let mut loads = [0.0; 7];
@@ -125,7 +123,6 @@ fn static_row_loads_follow_from_the_moment_balance_with_rollers() {
     assert!((all / (20.0 * 9.81) - 1.0).abs() < 1e-3, "{all} N on the ground");
 }
 
-#[test]
 fn free_acceleration_is_that_of_five_turning_wheels() {
     // 0.3 N.m on wheels 1, 3, 4, 5, 7 as they roll. Wheels 2 and 6 stand still on their rollers, which is what balls cannot do.
     let mut simulation = at_rest(100);
@@ -147,7 +144,6 @@ fn free_acceleration_is_that_of_five_turning_wheels() {
     );
 }
 
-#[test]
 fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
     // Three wheels under a vehicle that spins. Straight rollers in one row, so that there is something to see; slowly, so that
     // nothing leaves the ground.
@@ -199,11 +195,10 @@ fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
     }
 }
 
-#[test]
 fn a_wheel_of_rollers_among_balls_carries_its_share_and_drives() {
     let own = "vehicle.wheel[3].contact={kind = \"rollers\", count = 12, radius_m = 0.006}";
     let overrides = [own, "duration_s=1.0"].map(|text| Override::parse(text).expect("key=value"));
-    let trace = run(&Scenario::load("flat", &overrides).expect("valid")).expect("finite");
+    let trace = run(&load("flat", &overrides).expect("valid")).expect("finite");
     let load = tail(&trace, "wheel_4_force_normal_n", 300);
     // 66.7 N by the moment balance; as its rollers pass, the frames beside it swing by some newtons.
     assert!((load / 66.7 - 1.0).abs() < 0.05, "{load} N on wheel 4");
@@ -217,7 +212,6 @@ fn a_wheel_of_rollers_among_balls_carries_its_share_and_drives() {
     );
 }
 
-#[test]
 fn rollers_saved_and_resumed_go_on_bit_for_bit() {
     // The front row starts at the riser, and climbs.
     let climb = scenario("step", &["duration_s=0.3", "start.x_m=0.33"]);
@@ -248,7 +242,6 @@ fn rollers_saved_and_resumed_go_on_bit_for_bit() {
     }
 }
 
-#[test]
 fn same_rollers_leave_the_same_bits() {
     // The front row starts at the riser, and climbs.
     let climb = scenario("step", &["duration_s=0.3", "start.x_m=0.33"]);
@@ -256,12 +249,11 @@ fn same_rollers_leave_the_same_bits() {
     assert_eq!(once(), once());
 }
 
-#[test]
 fn rollers_take_as_long_over_the_step_as_balls() {
     let crossing = |model: &str| {
         let wheels = Override::new("physics.wheel_model", model);
         let policy = Override::new("control.policy", "independent");
-        let scenario = Scenario::load("step", &[wheels, policy]).expect("valid");
+        let scenario = load("step", &[wheels, policy]).expect("valid");
         run(&scenario).expect("finite").outcome().crossing_s
     };
     let ball = crossing("ball").expect("balls climb");
@@ -353,4 +345,17 @@ fn every_built_in_scenario_is_passed_on_rollers_and_its_energy_book_closes_withi
         let newton = trace.column("newton_residual_n").expect("a column");
         assert!(newton.iter().all(|n| *n < 2e-7), "{name}: rounding of the weight");
     }
+}
+
+on_both_engines! {
+    forward_command_is_followed_by_seven_roller_wheels,
+    every_direction_is_followed_by_three_double_wheels,
+    mecanum_rollers_lose_sideways_what_their_tilt_takes,
+    static_row_loads_follow_from_the_moment_balance_with_rollers,
+    free_acceleration_is_that_of_five_turning_wheels,
+    axle_rises_and_sinks_over_the_rollers_as_their_geometry_says,
+    a_wheel_of_rollers_among_balls_carries_its_share_and_drives,
+    rollers_saved_and_resumed_go_on_bit_for_bit,
+    same_rollers_leave_the_same_bits,
+    rollers_take_as_long_over_the_step_as_balls,
 }

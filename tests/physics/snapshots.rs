@@ -5,6 +5,8 @@ use omni_sim::controller::ControlSample;
 use omni_sim::observation::Observation;
 use omni_sim::{Error, Simulation};
 
+use crate::engines::{load, on_both_engines};
+
 /// A climb with everything that has a state: noise, delay, lag, faults, heading hold.
 fn scenario() -> Scenario {
     let overrides = [
@@ -19,7 +21,7 @@ fn scenario() -> Scenario {
         .iter()
         .map(|text| Override::parse(text).expect("KEY=VALUE"))
         .collect();
-    Scenario::load("step", &overrides).expect("valid")
+    load("step", &overrides).expect("valid")
 }
 
 fn step(simulation: &mut Simulation) -> (ControlSample, Observation) {
@@ -28,7 +30,6 @@ fn step(simulation: &mut Simulation) -> (ControlSample, Observation) {
     (simulation.sample().clone(), simulation.observation().clone())
 }
 
-#[test]
 fn a_snapshot_of_any_period_resumes_bit_for_bit() {
     let scenario = scenario();
     let mut simulation = Simulation::new(&scenario).expect("valid");
@@ -66,8 +67,12 @@ fn a_snapshot_of_another_scenario_or_a_damaged_one_is_refused_by_name() {
         Err(Error::Snapshot { reason }) => reason,
         other => panic!("{:?}", other.map(|_| "resumed")),
     };
-    let other = Scenario::load("step", &[]).expect("built in");
+    let other = load("step", &[]).expect("built in");
     assert_eq!(refused(&other, &bytes), "it is of another scenario");
     assert_eq!(refused(&scenario, b""), "it is no snapshot");
     assert!(refused(&scenario, &bytes[..bytes.len() / 2]).starts_with("it is damaged"));
+}
+
+on_both_engines! {
+    a_snapshot_of_any_period_resumes_bit_for_bit,
 }

@@ -2,20 +2,20 @@
 
 use omni_core::BodyTwist;
 use omni_sim::Simulation;
-use omni_sim::config::Scenario;
+
+use crate::engines::{load, on_both_engines};
 
 const G: f64 = 9.81;
 
 /// The vehicle after one second at rest on flat ground.
 fn at_rest() -> Simulation {
-    let mut simulation = Simulation::new(&Scenario::load("flat", &[]).expect("built-in")).expect("valid");
+    let mut simulation = Simulation::new(&load("flat", &[]).expect("built-in")).expect("valid");
     for _ in 0..1000 {
         simulation.step(&BodyTwist::ZERO).expect("finite");
     }
     simulation
 }
 
-#[test]
 fn static_row_loads_follow_from_the_moment_balance_of_each_frame() {
     let simulation = at_rest();
     let load = |wheels: [usize; 3]| -> f64 {
@@ -47,7 +47,6 @@ fn static_row_loads_follow_from_the_moment_balance_of_each_frame() {
     );
 }
 
-#[test]
 fn contact_forces_are_all_that_accelerates_the_vehicle() {
     // Newton: weight plus ground forces = mass times acceleration of the centre of mass. At rest and when driving
     // steadily the acceleration is nil; contacts are read from the solver, so this tests the reading.
@@ -69,10 +68,9 @@ fn contact_forces_are_all_that_accelerates_the_vehicle() {
     );
 }
 
-#[test]
 fn ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_wheels() {
     // All parts move forward alike on flat ground, so the momentum gained is 20 kg times the speed gained.
-    let mut simulation = Simulation::new(&Scenario::load("flat", &[]).expect("built-in")).expect("valid");
+    let mut simulation = Simulation::new(&load("flat", &[]).expect("built-in")).expect("valid");
     for _ in 0..500 {
         simulation.step(&BodyTwist::ZERO).expect("finite");
     }
@@ -102,7 +100,6 @@ fn ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_
     );
 }
 
-#[test]
 fn vehicle_at_rest_settles_by_micrometres_and_then_stays() {
     let mut simulation = at_rest();
     let settled = simulation.observation().pose.position_m;
@@ -116,4 +113,11 @@ fn vehicle_at_rest_settles_by_micrometres_and_then_stays() {
     for (now, then) in simulation.observation().pose.position_m.iter().zip(settled) {
         assert!((now - then).abs() < 1e-7, "creeps from {then} to {now} m in 2 s");
     }
+}
+
+on_both_engines! {
+    static_row_loads_follow_from_the_moment_balance_of_each_frame,
+    contact_forces_are_all_that_accelerates_the_vehicle,
+    ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_wheels,
+    vehicle_at_rest_settles_by_micrometres_and_then_stays,
 }

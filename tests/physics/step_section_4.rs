@@ -1,14 +1,16 @@
 //! Section 4 of the paper: forward at 0.3 m/s over a step of 5 cm (docs/physics.md).
 
-use omni_sim::config::{Override, Scenario};
+use omni_sim::config::Override;
 use omni_sim::{Outcome, Trace, run};
+
+use crate::engines::{load, on_both_engines};
 
 fn climb(policy: &str, overrides: &[(&str, f64)]) -> (Trace, Outcome) {
     let overrides: Vec<_> = overrides
         .iter()
         .map(|(key, value)| Override::new(*key, *value))
         .collect();
-    let scenario = Scenario::load("step", &overrides)
+    let scenario = load("step", &overrides)
         .and_then(|s| s.with_policy(policy))
         .expect("built-in step");
     let trace = run(&scenario).expect("the simulation stays finite");
@@ -18,7 +20,6 @@ fn climb(policy: &str, overrides: &[(&str, f64)]) -> (Trace, Outcome) {
 
 const TORQUE: &str = "vehicle.motor.stall_torque_n_m";
 
-#[test]
 fn front_pitch_at_the_crossing_is_the_arc_sine_of_step_height_over_r1() {
     for height_m in [0.03, 0.05] {
         let (trace, outcome) = climb("independent", &[("terrain.height_m", height_m)]);
@@ -33,7 +34,6 @@ fn front_pitch_at_the_crossing_is_the_arc_sine_of_step_height_over_r1() {
     }
 }
 
-#[test]
 fn independent_climbs_at_2_n_m_and_stalls_at_1_n_m() {
     let (_, strong) = climb("independent", &[(TORQUE, 2.0)]);
     assert!(strong.climbed);
@@ -52,7 +52,6 @@ fn independent_climbs_at_2_n_m_and_stalls_at_1_n_m() {
     assert!((x - 0.336).abs() < 0.02, "{x} m");
 }
 
-#[test]
 fn stall_at_1_n_m_is_no_accident_of_one_run() {
     // Near the threshold single runs are chaotic; 1 N.m is far below it.
     for seed in 0..4 {
@@ -64,14 +63,13 @@ fn stall_at_1_n_m_is_no_accident_of_one_run() {
         ];
         let mut overrides: Vec<_> = overrides.iter().map(|(k, v)| Override::new(*k, *v)).collect();
         overrides.push(Override::new("seed", seed));
-        let scenario = Scenario::load("step", &overrides)
+        let scenario = load("step", &overrides)
             .and_then(|s| s.with_policy("independent"))
             .expect("valid");
         assert!(!run(&scenario).expect("finite").outcome().climbed, "seed {seed}");
     }
 }
 
-#[test]
 fn seed_moves_the_start_only_where_a_perturbation_is_asked_for() {
     let start = |seed: i64, yaw: f64| {
         let overrides = [
@@ -79,7 +77,7 @@ fn seed_moves_the_start_only_where_a_perturbation_is_asked_for() {
             Override::new("perturbation.yaw_rad", yaw),
             Override::new("duration_s", 0.01),
         ];
-        let trace = run(&Scenario::load("step", &overrides).expect("valid")).expect("finite");
+        let trace = run(&load("step", &overrides).expect("valid")).expect("finite");
         trace.column("pose_yaw_rad").expect("a column")[0]
     };
     assert_eq!(start(1, 0.0), start(2, 0.0));
@@ -90,7 +88,6 @@ fn seed_moves_the_start_only_where_a_perturbation_is_asked_for() {
     );
 }
 
-#[test]
 fn every_applied_torque_of_a_climb_is_within_its_limit() {
     for policy in omni_core::Coordination::<f64>::PRESETS {
         let (trace, _) = climb(policy, &[]);
@@ -101,11 +98,9 @@ fn every_applied_torque_of_a_climb_is_within_its_limit() {
     }
 }
 
-#[test]
 fn single_precision_controller_climbs_like_the_double_precision_one() {
     let climb = |precision: &str| {
-        let scenario =
-            Scenario::load("step", &[Override::new("control.precision", precision)]).expect("valid");
+        let scenario = load("step", &[Override::new("control.precision", precision)]).expect("valid");
         *run(&scenario).expect("finite").outcome()
     };
     let (single, double) = (climb("f32"), climb("f64"));
@@ -113,4 +108,13 @@ fn single_precision_controller_climbs_like_the_double_precision_one() {
     // The climb amplifies rounding; the outcome is the same within some hundredths of a second.
     let gap = single.crossing_s.expect("climbed") - double.crossing_s.expect("climbed");
     assert!(gap.abs() < 0.15, "{gap} s");
+}
+
+on_both_engines! {
+    front_pitch_at_the_crossing_is_the_arc_sine_of_step_height_over_r1,
+    independent_climbs_at_2_n_m_and_stalls_at_1_n_m,
+    stall_at_1_n_m_is_no_accident_of_one_run,
+    seed_moves_the_start_only_where_a_perturbation_is_asked_for,
+    every_applied_torque_of_a_climb_is_within_its_limit,
+    single_precision_controller_climbs_like_the_double_precision_one,
 }

@@ -3,12 +3,14 @@
 use omni_sim::config::{Override, Scenario, builtin_scenarios};
 use omni_sim::{Trace, Verdict, run};
 
+use crate::engines::{load, on_both_engines};
+
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides
         .iter()
         .map(|text| Override::parse(text).expect("KEY=VALUE"))
         .collect();
-    Scenario::load(name, &overrides).expect("valid")
+    load(name, &overrides).expect("valid")
 }
 
 fn drive(name: &str, overrides: &[&str]) -> Trace {
@@ -24,7 +26,6 @@ fn peak(trace: &Trace, column: &str) -> f64 {
     column.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
 }
 
-#[test]
 fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth() {
     for name in builtin_scenarios() {
         let trace = drive(name, &[]);
@@ -46,7 +47,6 @@ fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundred
     }
 }
 
-#[test]
 fn vehicle_stands_on_the_level_beyond_each_obstacle() {
     for (name, level) in [
         ("step", 0.05),
@@ -64,7 +64,6 @@ fn vehicle_stands_on_the_level_beyond_each_obstacle() {
     }
 }
 
-#[test]
 fn a_ramp_pitches_the_whole_vehicle_by_its_slope() {
     let trace = drive("ramp", &["terrain.slope_rad=0.12", "terrain.length_m=2.0"]);
     let rear = trace.column("body_rear_nose_up_rad").expect("a column");
@@ -95,7 +94,6 @@ fn a_ramp_pitches_the_whole_vehicle_by_its_slope() {
     assert!(along.is_finite());
 }
 
-#[test]
 fn a_half_round_bar_lifts_a_wheel_by_its_height() {
     for height in ["0.01", "0.02"] {
         let trace = drive(
@@ -119,7 +117,6 @@ fn a_half_round_bar_lifts_a_wheel_by_its_height() {
     }
 }
 
-#[test]
 fn a_ditch_lets_a_wheel_sink_between_its_edges() {
     let trace = drive("ditch", &["command.vx_m_s=0.1", "duration_s=9.0"]);
     // A circle of radius r between two edges w apart hangs r - sqrt(r^2 - w^2 / 4) lower; wheel 5 is a ball of 66 mm.
@@ -134,7 +131,6 @@ fn a_ditch_lets_a_wheel_sink_between_its_edges() {
     );
 }
 
-#[test]
 fn a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels() {
     // Without a heading held the left wheels' longer way turns the vehicle by 20 degrees, and the rear row misses the step.
     let hold = "heading_hold={ gain_per_s = 3.0, limit_rad_s = 0.5 }";
@@ -156,7 +152,6 @@ fn a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels() {
     assert!((tilt - 0.03).abs() < 1e-3, "{tilt} m from wheel 1 to wheel 3");
 }
 
-#[test]
 fn friction_patches_take_the_grip_where_they_lie_and_nowhere_else() {
     // All wheels of the left side on ice, braking hard: the vehicle turns right, towards the side that still holds.
     let patch = "friction_patch=[{ x_m = [0.2, 30.0], y_m = [0.05, 5.0], friction = 0.02 }]";
@@ -266,7 +261,6 @@ fn another_seed_is_another_ground_and_the_runs_own_seed_is_not() {
     assert_eq!(one, heights("seed=5"));
 }
 
-#[test]
 fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
     // A picture of 3 x 3: white in the upper left corner only. Its middle column is at y = 0.
     let folder = tempfile::tempdir().expect("a folder");
@@ -288,7 +282,7 @@ fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
         .replace("pixel_m = 0.015", "pixel_m = 1.0");
     let path = folder.path().join("corner.toml");
     std::fs::write(&path, text).expect("written");
-    let scenario = Scenario::load(path.to_str().expect("a path"), &[]).expect("valid");
+    let scenario = load(path.to_str().expect("a path"), &[]).expect("valid");
     let omni_sim::config::Terrain::HeightMap { image, .. } = &scenario.terrain else {
         panic!("a height map");
     };
@@ -311,7 +305,7 @@ fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
             .iter()
             .map(|o| Override::parse(o).expect("KEY=VALUE"))
             .collect();
-        let scenario = Scenario::load(path.to_str().expect("a path"), &overrides).expect("valid");
+        let scenario = load(path.to_str().expect("a path"), &overrides).expect("valid");
         let top = peak(&run(&scenario).expect("runs"), "wheel_5_z_m") - 0.066;
         assert_eq!(top > 0.02, raised, "{top} m at y = {y} m");
     }
@@ -321,7 +315,6 @@ fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
     assert_eq!(Scenario::from_source(&source, &[]).expect("valid"), scenario);
 }
 
-#[test]
 fn a_step_higher_than_a_wheel_and_ground_without_friction_are_stalls_not_errors() {
     let high = drive("step", &["terrain.height_m=0.2", "duration_s=4.0"]);
     assert_eq!(
@@ -333,7 +326,6 @@ fn a_step_higher_than_a_wheel_and_ground_without_friction_are_stalls_not_errors(
     assert!(slick.outcome().stalled_at_m.is_some_and(|x| x.abs() < 1e-3));
 }
 
-#[test]
 fn a_vehicle_that_falls_off_a_high_edge_has_tipped() {
     // Half a metre: the front frame hangs on its hinge's stop, and the rest follows over the edge.
     for vehicle in ["chugo7", "omni3"] {
@@ -344,7 +336,6 @@ fn a_vehicle_that_falls_off_a_high_edge_has_tipped() {
     }
 }
 
-#[test]
 fn start_and_heading_are_where_the_scenario_puts_them() {
     let keys = [
         "start.x_m=-0.2",
@@ -364,4 +355,18 @@ fn start_and_heading_are_where_the_scenario_puts_them() {
     );
     assert!(last(&across, "pose_x_m") > 0.8 && last(&across, "pose_y_m").abs() < 5e-3);
     assert!((last(&across, "pose_yaw_rad") - 0.5).abs() < 5e-3);
+}
+
+on_both_engines! {
+    every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth,
+    vehicle_stands_on_the_level_beyond_each_obstacle,
+    a_ramp_pitches_the_whole_vehicle_by_its_slope,
+    a_half_round_bar_lifts_a_wheel_by_its_height,
+    a_ditch_lets_a_wheel_sink_between_its_edges,
+    a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels,
+    friction_patches_take_the_grip_where_they_lie_and_nowhere_else,
+    a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left,
+    a_step_higher_than_a_wheel_and_ground_without_friction_are_stalls_not_errors,
+    a_vehicle_that_falls_off_a_high_edge_has_tipped,
+    start_and_heading_are_where_the_scenario_puts_them,
 }

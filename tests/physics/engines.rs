@@ -1,0 +1,46 @@
+//! The same laws on both physics engines.
+
+use std::cell::Cell;
+
+use omni_sim::config::{Engine, Error, Override, Scenario};
+
+thread_local! {
+    static ENGINE: Cell<Engine> = const { Cell::new(Engine::Rapier) };
+}
+
+/// The engine that this test is about.
+pub(crate) fn engine() -> Engine {
+    ENGINE.get()
+}
+
+/// Runs a test on an engine.
+pub(crate) fn on(engine: Engine, test: fn()) {
+    ENGINE.set(engine);
+    test();
+}
+
+/// [`Scenario::load`] with the engine that the test is about.
+pub(crate) fn load(name: &str, overrides: &[Override]) -> Result<Scenario, Error> {
+    let engine = Override::new("physics.engine", engine().name());
+    let all: Vec<_> = std::iter::once(engine).chain(overrides.iter().cloned()).collect();
+    Scenario::load(name, &all)
+}
+
+/// Makes of each function a test on each engine.
+macro_rules! on_both_engines {
+    ($($test:ident,)+) => {
+        mod rapier {
+            $(#[test]
+            fn $test() {
+                crate::engines::on(omni_sim::config::Engine::Rapier, super::$test);
+            })+
+        }
+        mod articulated {
+            $(#[test]
+            fn $test() {
+                crate::engines::on(omni_sim::config::Engine::Articulated, super::$test);
+            })+
+        }
+    };
+}
+pub(crate) use on_both_engines;
