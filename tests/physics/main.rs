@@ -1,5 +1,6 @@
 //! The laws that a simulation keeps, and the figures that documents promise.
 
+mod articulated;
 mod core_serde;
 mod derived_gains;
 mod engines;

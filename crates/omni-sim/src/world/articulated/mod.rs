@@ -29,7 +29,7 @@ use balance::{Balance, Mean, Now};
 use bearings::Bearings;
 use contact::{Contact, Known};
 use ground::{Ground, Touch};
-use linear::{add_outer, dot, times};
+use linear::{add, add_outer, dot, times};
 use model::{Model, WheelShape};
 use rollers::Meeting;
 use solver::{Effort, Spin, System, solve_step};
@@ -41,6 +41,8 @@ const AHEAD_M: f64 = 0.002;
 const AHEAD_OF_ROLLERS_M: f64 = 0.0005;
 /// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times a second.
 const STOP_RAD_S: f64 = 632.0;
+/// Wheels that a vehicle file may have.
+const MOST_WHEELS: usize = 8;
 
 /// The plant with room for the unknowns of its tree. Sizes in between take the next.
 ///
@@ -84,6 +86,9 @@ struct World<const N: usize> {
     spins: Vec<Spin<N>>,
     torques_n_m: Vec<f64>,
     moved: Vec<[f64; 2]>,
+    spins_after: Vec<f64>,
+    /// What hinges push with: along a row of the velocities, an impulse and more of it per rate.
+    held: Vec<([f64; N], [f64; 2])>,
 }
 
 /// What a snapshot holds.
@@ -150,6 +155,8 @@ impl<const N: usize> World<N> {
             spins: Vec::new(),
             torques_n_m: vec![0.0; wheels],
             moved: vec![[0.0; 2]; wheels],
+            spins_after: Vec::new(),
+            held: Vec::new(),
             scenario: Box::new(scenario.clone()),
             model,
             ground,
@@ -157,6 +164,7 @@ impl<const N: usize> World<N> {
             tree,
             loads,
         };
+        world.tree.update(&world.model, &world.state);
         world.balance = Balance::start(&world.now());
         Ok(world)
     }
@@ -173,12 +181,14 @@ impl<const N: usize> World<N> {
     fn advance_step(&mut self, dampers: impl Fn(usize) -> f64) {
         let step_s = self.step_s;
         self.before_com = self.com();
-        self.tree.weigh(&self.model, &self.state, &self.torques_n_m);
         self.spins.clear();
+        let mut held = [0.0; N];
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let mut carried = [0.0; N];
             let axle = self.tree.rotation[wheel.body] * wheel.axle;
             self.tree.add_turning(&mut carried, wheel.body, axle);
+            // A motor holds on to the carrier.
+            add(&mut held, -self.torques_n_m[i], &carried);
             let gained = step_s * self.torques_n_m[i] / wheel.inertia_kg_m2;
             self.spins.push(Spin {
                 inertia_kg_m2: wheel.inertia_kg_m2,
@@ -195,25 +205,20 @@ impl<const N: usize> World<N> {
             matrix: self.tree.mass,
             right: times(&self.tree.mass, &u0),
         };
-        for i in 0..N {
-            system.right[i] += step_s * self.tree.push[i];
-        }
-        for (force, row) in system
-            .right
-            .iter_mut()
-            .zip(self.bearings.on_tree(&self.tree, &self.model))
-        {
-            *force += step_s * row;
+        add(&mut system.right, step_s, &self.tree.push);
+        add(&mut system.right, step_s, &held);
+        if self.model.rollers > 0 {
+            let bearings = self.bearings.on_tree(&self.tree, &self.model);
+            add(&mut system.right, step_s, &bearings);
         }
         system.right[2] -= step_s * self.model.gravity_m_s2 * self.model.mass_kg;
-        let hinges = self.hold_hinges(&mut system, &u0);
-        let before = std::mem::take(&mut self.state.spin_rad_s);
-        let mut spins = before.clone();
+        self.hold_hinges(&mut system, &u0);
+        self.spins_after.clone_from(&self.state.spin_rad_s);
         let mut u = solve_step(
             &system,
             &self.spins,
             &mut self.contacts,
-            &mut spins,
+            &mut self.spins_after,
             &mut self.effort,
         );
         // The solution leaves 1e-10 m/s; from the impulses themselves the momentum is right to rounding.
@@ -222,7 +227,7 @@ impl<const N: usize> World<N> {
             u[k] = u0[k] + pushed[k] / self.model.mass_kg;
         }
         u[2] -= step_s * self.model.gravity_m_s2;
-        self.account(&u0, &u, &before, &spins, &hinges);
+        self.account(&u0, &u);
         self.known.clear();
         let known = |contact: &Contact<N>| Known {
             key: contact.key,
@@ -230,11 +235,11 @@ impl<const N: usize> World<N> {
         };
         self.known.extend(self.contacts.iter().map(known));
         self.state.u.copy_from_slice(&u);
-        self.state.spin_rad_s = spins;
+        std::mem::swap(&mut self.state.spin_rad_s, &mut self.spins_after);
         self.state.advance(step_s);
         self.diverged |= !u.iter().all(|v| v.is_finite());
         if !self.diverged {
-            self.tree.place(&self.model, &self.state);
+            self.tree.update(&self.model, &self.state);
         }
     }
 
@@ -281,11 +286,11 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Adds dampers, stops and couplings of hinges to a step, as they are at its end. Returns what each pushes with: along a row of the
-    /// velocities, an impulse less one per rate.
-    fn hold_hinges(&self, system: &mut System<N>, u: &[f64; N]) -> Vec<([f64; N], [f64; 2])> {
+    /// Adds dampers, stops and couplings of hinges to a step, as they are at its end.
+    fn hold_hinges(&mut self, system: &mut System<N>, u: &[f64; N]) {
         let step_s = self.step_s;
-        let mut held = Vec::new();
+        let held = &mut self.held;
+        held.clear();
         let mut hold = |row: [f64; N], off: f64, stiffness: f64, damping: f64| {
             let (constant, per_rate) = (step_s * stiffness * off, step_s * (damping + step_s * stiffness));
             add_outer(&mut system.matrix, per_rate, &row, &row);
@@ -320,59 +325,48 @@ impl<const N: usize> World<N> {
             let off = self.state.angle_rad[coupling.a] + coupling.ratio * self.state.angle_rad[coupling.b];
             hold(row, off, coupling.stiffness_n_m_rad, coupling.damping_n_m_s_rad);
         }
-        held
     }
 
     /// Energies of a step, and how far the actuators turned.
-    fn account(
-        &mut self,
-        u0: &[f64; N],
-        u: &[f64; N],
-        before: &[f64],
-        after: &[f64],
-        hinges: &[([f64; N], [f64; 2])],
-    ) {
+    fn account(&mut self, u0: &[f64; N], u: &[f64; N]) {
         let middle: [f64; N] = std::array::from_fn(|i| f64::midpoint(u0[i], u[i]));
+        let mut spins = [0.0; MOST_WHEELS];
         for (i, wheel) in self.model.wheels.iter().enumerate() {
+            let (before, after) = (self.state.spin_rad_s[i], self.spins_after[i]);
             let carried = &self.spins[i].carried;
-            let turned = f64::midpoint(before[i], after[i]) - dot(carried, &middle);
-            let now = after[i] - dot(carried, u);
+            spins[i] = f64::midpoint(before, after);
+            let turned = spins[i] - dot(carried, &middle);
+            let now = after - dot(carried, u);
             self.moved[i] = [turned * self.step_s / wheel.gear, now / wheel.gear];
             if wheel.rollers().is_some() {
                 self.state.turn_rad[i] += turned * self.step_s;
             }
         }
-        let spins: Vec<f64> = before
-            .iter()
-            .zip(after)
-            .map(|(a, b)| f64::midpoint(*a, *b))
-            .collect();
         let mean = Mean {
             u: &middle,
             spins: &spins,
         };
+        let (model, contacts) = (&self.model, &self.contacts);
         self.bearings.turn(
-            &self.model,
-            &self.contacts,
+            model,
+            contacts,
             &mut self.state.roller_rad_s,
             self.step_s,
             &mut self.balance,
         );
-        for contact in &self.contacts {
+        for contact in contacts {
             let roller = contact
                 .across
                 .map_or(0.0, |across| self.bearings.mean_rad_s[across.roller]);
             self.balance.contact(contact, &mean, roller);
         }
-        for (row, held) in hinges {
+        for (row, held) in &self.held {
             self.balance.hinge(row, *held, u, &mean);
         }
     }
 
     /// Energies and momentum now.
-    fn now(&mut self) -> Now {
-        // Torques do not matter to the mass matrix.
-        self.tree.weigh(&self.model, &self.state, &[]);
+    fn now(&self) -> Now {
         let u = self.u();
         let spinning: f64 = self
             .model
@@ -406,7 +400,7 @@ impl<const N: usize> World<N> {
             // The base stays where it is, and moves as it does.
             self.tree.place(&self.model, &self.state);
             self.state.com_m = (origin - self.tree.origin[0]).into();
-            self.tree.weigh(&self.model, &self.state, &[]);
+            self.tree.update(&self.model, &self.state);
             let mut u = self.u();
             let off = velocity - self.tree.velocity(0, self.tree.origin[0], &u);
             for k in 0..3 {
@@ -452,7 +446,8 @@ impl<const N: usize> Plant for World<N> {
             for (i, wheel) in self.model.wheels.iter().enumerate() {
                 self.torques_n_m[i] = self.actuation.torques_n_m()[i] / wheel.gear;
             }
-            let dampers: [f64; 8] = std::array::from_fn(|i| self.actuation.damper_n_m_s_rad(i, time_s));
+            let dampers: [f64; MOST_WHEELS] =
+                std::array::from_fn(|i| self.actuation.damper_n_m_s_rad(i, time_s));
             self.advance_step(|i| dampers[i]);
             self.time_ns = started_ns + k * self.period_ns / self.steps_per_period;
             if self.diverged {
@@ -527,8 +522,7 @@ impl<const N: usize> Plant for World<N> {
         }
         self.model = Model::new(&self.scenario, &self.loads);
         self.state = snapshot.state;
-        self.tree.place(&self.model, &self.state);
-        self.tree.weigh(&self.model, &self.state, &[]);
+        self.tree.update(&self.model, &self.state);
         self.known = snapshot.known;
         self.actuation.restore(snapshot.actuation);
         self.balance = snapshot.balance;

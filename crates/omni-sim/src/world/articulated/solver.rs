@@ -5,8 +5,9 @@
 //! wrong mode; they are changed, and the system is solved again (a semismooth Newton method). It starts from the modes of the step
 //! before, and needs 1.0 solutions a step on average.
 
+use super::MOST_WHEELS;
 use super::contact::{Contact, Grip, Line, Mode};
-use super::linear::{Matrix, Vector, add, add_outer, dot, solve};
+use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
 
 /// Impulse per slip of what sticks \[kg\]: a wheel creeps by a millionth of a metre a second per newton second.
 const STICK: f64 = 1e6;
@@ -175,7 +176,7 @@ fn solve_modes<const N: usize>(
         right: system.right,
     };
     // What a spin follows once the tree's velocities are known: a row, or the line of the one contact that it rolls on.
-    let mut rows: [Option<WheelRow<N>>; MAX_WHEELS] = [const { None }; MAX_WHEELS];
+    let mut rows: [Option<WheelRow<N>>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
     let mut from = 0;
     for (index, wheel) in wheels.iter().enumerate() {
         let own = contacts[from..]
@@ -249,15 +250,23 @@ fn solve_modes<const N: usize>(
         row.eliminate(&mut whole);
         rows[index] = Some(row);
     }
-    let u = solve(whole.matrix, whole.right);
+    // Friction that slides follows the normal force, and not the other way round.
+    let slides = |contact: &Contact<N>| {
+        matches!(
+            contact.mode,
+            Mode::Closed(Grip::Slide(_), _) | Mode::Closed(_, Grip::Slide(_))
+        )
+    };
+    let u = if contacts.iter().any(slides) {
+        solve(whole.matrix, whole.right)
+    } else {
+        solve_symmetric(whole.matrix, whole.right)
+    };
     for (spin, row) in spins.iter_mut().zip(&rows) {
         *spin = row.as_ref().map_or(*spin, |row| row.spin(&u));
     }
     u
 }
-
-/// More wheels than a vehicle has.
-const MAX_WHEELS: usize = 8;
 
 /// The normal impulse of a contact at these velocities, below 0 where it is open.
 fn push<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {

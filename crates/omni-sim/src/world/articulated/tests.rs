@@ -1,1 +1,81 @@
-//! Laws.
+//! A vehicle in free flight: nothing but gravity acts on it.
+
+use rapier3d_f64::prelude::Vector as Vector3;
+
+use super::World;
+use super::linear::times;
+use crate::config::{Override, Scenario};
+
+/// A vehicle 100 m up that turns and whose hinges and wheels turn too, without dampers.
+fn in_flight<const N: usize>(vehicle: &str, step_us: i64) -> World<N> {
+    let mut keys = vec![
+        Override::new("vehicle", vehicle),
+        Override::new("physics.step_us", step_us),
+    ];
+    let hinges = Scenario::load("flat", &keys)
+        .expect("built in")
+        .vehicle()
+        .hinge
+        .len();
+    for i in 0..hinges {
+        keys.push(Override::new(format!("vehicle.hinge.{i}.damping_n_m_s_rad"), 0.0));
+        keys.push(Override::new(format!("vehicle.hinge.{i}.limit_rad"), 3.0));
+    }
+    let scenario = Scenario::load("flat", &keys).expect("valid");
+    let mut world = World::<N>::new(&scenario, 0.0, 0.0).expect("flat");
+    world.state.com_m[2] += 100.0;
+    let turning = [0.3, -0.2, 1.0, 0.7, -1.1, 0.9, 1.3, -0.8];
+    world.state.u[..turning.len().min(6 + hinges)].copy_from_slice(&turning[..turning.len().min(6 + hinges)]);
+    for (i, spin) in world.state.spin_rad_s.iter_mut().enumerate() {
+        *spin = 3.0 - i as f64;
+    }
+    world.tree.update(&world.model, &world.state);
+    world
+}
+
+/// Energy \[J\], and angular momentum about the common centre of mass \[kg.m^2/s\].
+fn kept<const N: usize>(world: &World<N>) -> (f64, Vector3) {
+    let now = world.now();
+    let momentum = times(&world.tree.mass, &world.u());
+    let mut angular = Vector3::new(momentum[3], momentum[4], momentum[5]);
+    for (wheel, spin) in world.model.wheels.iter().zip(&world.state.spin_rad_s) {
+        angular += world.tree.rotation[wheel.body] * wheel.axle * (wheel.inertia_kg_m2 * spin);
+    }
+    (now.kinetic_j + now.potential_j, angular)
+}
+
+/// By how much, as parts, energy and angular momentum are off after a second.
+fn off<const N: usize>(vehicle: &str, step_us: i64) -> [f64; 2] {
+    let mut world = in_flight::<N>(vehicle, step_us);
+    let (energy, angular) = kept(&world);
+    let turning_j = world.now().kinetic_j;
+    for _ in 0..1_000_000 / step_us {
+        world.advance_step(|_| 0.0);
+    }
+    let (after_j, after) = kept(&world);
+    // Free fall in steps: g^2 T dt m / 2 is the first order of the integration, and no error of the tree.
+    let g = world.model.gravity_m_s2;
+    let falling_j = 0.5 * world.model.mass_kg * g * g * step_us as f64 * 1e-6;
+    [
+        (after_j - energy + falling_j).abs() / turning_j,
+        (after - angular).length() / angular.length(),
+    ]
+}
+
+#[test]
+fn free_flight_keeps_energy_and_angular_momentum_to_the_first_order_of_the_step() {
+    for (vehicle, off) in [
+        ("omni3", [500, 250].map(|step| off::<6>("omni3", step))),
+        ("chugo7", [500, 250].map(|step| off::<8>("chugo7", step))),
+    ] {
+        let [coarse, fine] = off;
+        for (coarse, fine) in coarse.into_iter().zip(fine) {
+            // A radian a second, seven bodies: parts of a thousandth at half a millisecond.
+            assert!(coarse < 1e-3, "{vehicle}: {coarse}");
+            assert!(
+                (coarse / fine - 2.0).abs() < 0.3 || coarse < 1e-9,
+                "{vehicle}: {coarse}, with half the step {fine}"
+            );
+        }
+    }
+}

@@ -7,7 +7,7 @@
 use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::linear::{Matrix, Vector, dot};
+use super::linear::{Matrix, Vector};
 use super::model::{Model, of_point};
 
 /// Unknowns of a tree without hinges.
@@ -46,7 +46,7 @@ pub(super) struct Tree<const N: usize> {
     momentum: [Vector3; N],
     /// The mass matrix.
     pub(super) mass: Matrix<N>,
-    /// What gyroscopic and centrifugal terms and the motors' torques push with.
+    /// What gyroscopic and centrifugal terms push with.
     pub(super) push: Vector<N>,
     mass_kg: f64,
     bodies: usize,
@@ -73,6 +73,12 @@ impl<const N: usize> Tree<N> {
             bodies: model.bodies.len(),
             path,
         }
+    }
+
+    /// Takes over a state: places, velocities, inertia.
+    pub(super) fn update(&mut self, model: &Model, state: &State) {
+        self.place(model, state);
+        self.weigh(model, state);
     }
 
     /// Places and velocities of the bodies.
@@ -102,11 +108,11 @@ impl<const N: usize> Tree<N> {
         }
     }
 
-    /// The mass matrix and the push of the present velocities and of torques on the wheels \[N.m\]; [`Tree::place`] comes first.
+    /// The mass matrix and the push of the present velocities; [`Tree::place`] comes first.
     ///
     /// The push by one Newton-Euler pass: accelerations outwards with all generalised ones zero, then forces and moments inwards,
-    /// composite inertias with them. A wheel's motor holds on to its carrier, and the carrier turns the wheel's spin around.
-    pub(super) fn weigh(&mut self, model: &Model, state: &State, torques_n_m: &[f64]) {
+    /// composite inertias with them. A wheel's carrier turns the wheel's spin around.
+    fn weigh(&mut self, model: &Model, state: &State) {
         let none = Vector3::ZERO;
         let (mut mass, mut first, mut inertia) = ([0.0; N], [none; N], [Matrix3::ZERO; N]);
         let (mut force, mut moment) = ([none; N], [none; N]);
@@ -132,10 +138,9 @@ impl<const N: usize> Tree<N> {
             force[b] = here * body.mass_kg;
             moment[b] = com.cross(force[b]) + own * alpha[b] + omega.cross(own * omega);
         }
-        for ((wheel, spin), torque) in model.wheels.iter().zip(&state.spin_rad_s).zip(torques_n_m) {
+        for (wheel, spin) in model.wheels.iter().zip(&state.spin_rad_s) {
             let axle = self.rotation[wheel.body] * wheel.axle;
-            moment[wheel.body] +=
-                axle * *torque + self.omega[wheel.body].cross(axle) * (wheel.inertia_kg_m2 * spin);
+            moment[wheel.body] += self.omega[wheel.body].cross(axle) * (wheel.inertia_kg_m2 * spin);
         }
         for b in (1..self.bodies).rev() {
             let parent = model.bodies[b].parent;
@@ -218,8 +223,15 @@ impl<const N: usize> Tree<N> {
 
     /// Velocity of a point of a body \[m/s\].
     pub(super) fn velocity(&self, body: usize, point: Vector3, u: &Vector<N>) -> Vector3 {
-        let along = |direction| dot(&self.along(body, point, direction), u);
-        Vector3::new(along(Vector3::X), along(Vector3::Y), along(Vector3::Z))
+        let mut velocity = Vector3::new(u[0], u[1], u[2]) + self.omega[0].cross(point);
+        for b in 1..self.bodies {
+            let rate = u[FREE - 1 + b];
+            velocity -= self.momentum[b] * (rate / self.mass_kg);
+            if self.path[body] & (1 << b) != 0 {
+                velocity += self.axis[b].cross(point - self.anchor[b]) * rate;
+            }
+        }
+        velocity
     }
 }
 
