@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded wasm instructions firmware viewers docs supply-chain attack attack-long package
+.PHONY: run test test-full bench lint coverage embedded wasm instructions firmware viewers docs supply-chain attack attack-long package semver
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -42,6 +42,9 @@ supply-chain:   ## licences, sources and duplicates of Rust dependencies, known 
 
 package:        ## what would be published of each crate, listed; nothing is uploaded
 	scripts/package.sh
+
+semver:         ## what the crates show, compared with the last release or the commit in BASELINE
+	scripts/semver.sh
 
 attack:         ## mutants, random bits, lies, live clients, loss, leaks: under three minutes after `make test`
 	scripts/attack.sh

@@ -5,6 +5,7 @@ cd "$(dirname "$0")/.."
 scripts/test.sh
 scripts/sdist.sh
 scripts/package.sh --verify
+scripts/semver.sh
 scripts/wasm.sh --whole
 cargo test --release --test physics -- --ignored
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.

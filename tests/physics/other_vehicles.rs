@@ -61,6 +61,10 @@ fn each_vehicle_follows_every_direction_on_flat_ground() {
 /// Loads of wheels that stand on the ground, by balance of force and of moments about both axes; `share` of the base.
 fn assert_loads(vehicle: &str, expected_n: &[f64]) {
     let (_, trace) = drive(vehicle, [0.0; 3], 1.5);
+    assert_trace_loads(vehicle, &trace, expected_n);
+}
+
+fn assert_trace_loads(vehicle: &str, trace: &Trace, expected_n: &[f64]) {
     for (wheel, expected) in expected_n.iter().enumerate() {
         let column = trace.wheel("force_normal_n", wheel).expect("a column");
         let tail = &column[column.len() - 500..];
@@ -103,6 +107,53 @@ fn loads_that_check_prints_are_those_that_the_ground_gives() {
     }
 }
 
+/// The loads of a vehicle at rest with keys of its own are those that `check` prints, and differ from those without.
+fn assert_shared(keys: &[(&str, f64)], expected_n: [f64; 3]) {
+    let still = [("duration_s", 1.5), ("command.vx_m_s", 0.0)];
+    let keys: Vec<_> = still
+        .iter()
+        .chain(keys)
+        .map(|(key, value)| Override::new(*key, *value))
+        .collect();
+    let scenario = load("flat", &keys).expect("valid");
+    let loads = scenario.vehicle().static_loads_n(9.81).expect("it stands");
+    for (load, expected) in loads[4..].iter().zip(expected_n) {
+        assert!((load - expected).abs() < 1e-6, "{loads:?}, {expected_n:?}");
+    }
+    assert_trace_loads("chugo7", &run(&scenario).expect("runs"), &loads);
+}
+
+fn a_preload_moves_the_load_of_a_row_by_two_thirds_of_itself() {
+    // The front row carries 64.746 N on wheels 5, 6, 7, alike: a third each. Wheel 6 is mounted lower by p / k, and the row sinks
+    // less for it: it gets p - p / 3 more.
+    let row = 9.81 * (6.0 * 0.18 + 3.0 * 0.30) / 0.30;
+    let preload = -12.0;
+    let outer = row / 3.0 - preload / 3.0;
+    assert_shared(
+        &[("vehicle.wheel.5.preload_n", preload)],
+        [outer, row / 3.0 + 2.0 / 3.0 * preload, outer],
+    );
+}
+
+fn a_softer_contact_takes_less_of_its_row() {
+    if engine() == Engine::Rapier {
+        // Its contacts are as stiff as what they push is heavy, all by one frequency: it says that it cannot.
+        let key = Override::new("vehicle.wheel.5.contact_stiffness_n_m", 1e6);
+        let error = load("flat", &[key]).expect_err("refused").to_string();
+        assert!(error.ends_with("vehicle.wheel[5].contact_stiffness_n_m: 1000000, allowed: only with physics.engine = \"articulated\""), "{error}");
+        return;
+    }
+    // A quarter as stiff as the other two: a ninth of the row.
+    let row = 9.81 * (6.0 * 0.18 + 3.0 * 0.30) / 0.30;
+    let keys = [4, 5, 6].map(|i| format!("vehicle.wheel.{i}.contact_stiffness_n_m"));
+    let keys = [
+        (keys[0].as_str(), 2e6),
+        (keys[1].as_str(), 5e5),
+        (keys[2].as_str(), 2e6),
+    ];
+    assert_shared(&keys, [4.0, 1.0, 4.0].map(|part| part / 9.0 * row));
+}
+
 fn mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says() {
     // Each wheel at its limit pushes with tau / (r cos 45) along its roller, tau / r of it forward: 4 tau / r in all. What
     // is accelerated is the mass and the wheels' inertia at the rim, which move with v / r. rapier's balls add their cost: a
@@ -133,4 +184,6 @@ on_both_engines! {
     a_rocker_bogie_shares_its_weight_as_its_levers_say,
     loads_that_check_prints_are_those_that_the_ground_gives,
     mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says,
+    a_preload_moves_the_load_of_a_row_by_two_thirds_of_itself,
+    a_softer_contact_takes_less_of_its_row,
 }

@@ -311,6 +311,17 @@ impl Scenario {
         if let Some((key, message)) = self.physics.refusal() {
             return Err(source.refuse(format!("physics.{key}"), message));
         }
+        if self.physics.engine == Engine::Rapier
+            && let Some((i, stiffness)) = self
+                .vehicle
+                .wheel
+                .iter()
+                .enumerate()
+                .find_map(|(i, wheel)| Some((i, wheel.contact_stiffness_n_m?)))
+        {
+            let message = format!("{stiffness}, allowed: only with physics.engine = \"articulated\"");
+            return Err(source.refuse(format!("vehicle.wheel[{i}].contact_stiffness_n_m"), message));
+        }
         if let Some((key, message)) = self.command.refusal() {
             return Err(source.refuse(key, message));
         }

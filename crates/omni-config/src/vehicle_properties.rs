@@ -20,6 +20,9 @@ impl Body {
     }
 }
 
+/// Of scenarios; it enters where some wheels have a stiffness of their own and others have not.
+const CONTACT_HZ: f64 = 200.0;
+
 impl Vehicle {
     /// Mass of everything \[kg\].
     ///
@@ -124,7 +127,7 @@ impl Vehicle {
     ///
     /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings passing on
     /// their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the smallest sum of squares:
-    /// those of contacts that give alike.
+    /// those of contacts that give alike; stiffer contacts and preloaded wheels take more.
     ///
     /// ```
     /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");
@@ -166,7 +169,24 @@ impl Vehicle {
             }
         }
         let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
-        let solved = balance.clone().svd(true, true).solve(&weight, 1e-8).ok()?;
+        // Contacts carry n = preload + k sink, and the sinks are those of rigid bodies: (n - preload) / sqrt k is the smallest that
+        // balances. Only how stiff contacts are against each other counts.
+        let stiffness = self
+            .wheel
+            .iter()
+            .map(|wheel| wheel.contact_stiffness_n_m(CONTACT_HZ));
+        let mean = stiffness.clone().sum::<f64>() / wheels as f64;
+        let mut roots = DVector::from_element(balance.ncols(), 1.0);
+        let mut preload = DVector::zeros(balance.ncols());
+        for (i, (stiffness, wheel)) in stiffness.zip(&self.wheel).enumerate() {
+            (roots[i], preload[i]) = ((stiffness / mean).sqrt(), wheel.preload_n);
+        }
+        let scaled = &balance * DMatrix::from_diagonal(&roots);
+        let found = scaled
+            .svd(true, true)
+            .solve(&(&weight - &balance * &preload), 1e-8)
+            .ok()?;
+        let solved = preload + roots.component_mul(&found);
         let whole = weight[0];
         let stands =
             residual(&solved) <= 1e-6 * whole && solved.iter().take(wheels).all(|n| *n >= -1e-9 * whole);

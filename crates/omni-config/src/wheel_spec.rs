@@ -5,12 +5,12 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::ranges::{
+    CONTACT_N_M, GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, PRELOAD_N, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M,
+    direction, is_name, one, within,
+};
 #[cfg(feature = "schema")]
 use crate::ranges::{DIRECTION, NAME};
-use crate::ranges::{
-    GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M, direction, is_name, one,
-    within,
-};
 use crate::rollers::Rollers;
 use crate::tagged::deserialize_by_kind;
 
@@ -93,9 +93,26 @@ pub struct WheelSpec {
     #[garde(custom(within(GEAR)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GEAR.min, max = GEAR.max)))]
     pub gear: f64,
+    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_hz` with the wheel's mass. Where the
+    /// frame is rigid it decides how wheels of a row share their load. Only with `physics.engine = "articulated"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(CONTACT_N_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_N_M.min, max = CONTACT_N_M.max)))]
+    pub contact_stiffness_n_m: Option<f64>,
+    /// By how much more than the others it is pressed on the ground \[N\], -1e5 to 1e5: it is mounted lower by this over the stiffness of its
+    /// contact. On a frame that it shares with others; 0 if left out.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[garde(custom(within(PRELOAD_N)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PRELOAD_N.min, max = PRELOAD_N.max)))]
+    pub preload_n: f64,
     /// What touches the ground.
     #[garde(dive)]
     pub contact: WheelContact,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl WheelSpec {
@@ -113,6 +130,20 @@ impl WheelSpec {
             WheelContact::Ball {} | WheelContact::Rollers(_) => self.radius_m,
             WheelContact::Roller { radius_m } => radius_m,
         }
+    }
+
+    /// Stiffness of its contact with the ground \[N/m\], where contacts of its mass swing with so many Hz: its own, or `m (2 pi f)^2`.
+    ///
+    /// ```
+    /// let vehicle = omni_config::Vehicle::load("chugo7")?;
+    /// let stiffness = vehicle.wheel[0].contact_stiffness_n_m(200.0); // of 1 kg
+    /// assert!((stiffness - 1.579e6).abs() < 1e3);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn contact_stiffness_n_m(&self, contact_hz: f64) -> f64 {
+        let swing = std::f64::consts::TAU * contact_hz;
+        self.contact_stiffness_n_m.unwrap_or(self.mass_kg * swing * swing)
     }
 
     /// Width \[m\]: the file's, or half the radius.

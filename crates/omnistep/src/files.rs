@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use omni_config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle};
+use omni_config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
@@ -102,6 +102,13 @@ fn described(vehicle: &Vehicle) -> String {
     )
 }
 
+/// Does a wheel push across the vehicle's way ahead?
+fn is_crosswise(wheel: &WheelSpec) -> bool {
+    let [dx, dy] = wheel.rolling_direction;
+    let (sin, cos) = wheel.roller_angle_rad.sin_cos();
+    (cos * dx - sin * dy).abs() < 0.1 * dx.hypot(dy)
+}
+
 /// What follows from the vehicle's numbers, one indented line each.
 fn facts(
     vehicle: &Vehicle,
@@ -120,18 +127,44 @@ fn facts(
         .map(|at| if at.abs() < 5e-5 { 0.0 } else { at });
     say("weight", format!("centre of mass at ({x:.3}, {y:.3}, {z:.3}) m"));
     if let Some(loads) = vehicle.static_loads_n(gravity_m_s2) {
-        let loads = vehicle
+        let each = vehicle
             .wheel
             .iter()
-            .zip(loads)
+            .zip(&loads)
             .map(|(wheel, load)| format!("{} {load:.1}", wheel.name));
         say(
             "loads",
             format!(
                 "at rest on flat ground [N]: {}",
-                loads.collect::<Vec<_>>().join(", ")
+                each.collect::<Vec<_>>().join(", ")
             ),
         );
+        // What a crosswise wheel carries is lost to those that push.
+        let shares = vehicle.rows().into_iter().filter_map(|row| {
+            let carried: f64 = row.wheels.iter().map(|wheel| loads[*wheel]).sum();
+            let crosswise: Vec<_> = row
+                .wheels
+                .iter()
+                .filter(|wheel| is_crosswise(&vehicle.wheel[**wheel]))
+                .collect();
+            if crosswise.is_empty() || crosswise.len() == row.wheels.len() || carried <= 0.0 {
+                return None;
+            }
+            let names: Vec<_> = crosswise
+                .iter()
+                .map(|wheel| vehicle.wheel[**wheel].name.as_str())
+                .collect();
+            let share = 100.0 * crosswise.iter().map(|wheel| loads[**wheel]).sum::<f64>() / carried;
+            let (wheel, x_m) = (if names.len() == 1 { "wheel" } else { "wheels" }, row.x_m);
+            Some(format!(
+                "of the row at x = {x_m} m crosswise {wheel} {} {share:.0} %",
+                names.join(", ")
+            ))
+        });
+        let shares: Vec<_> = shares.collect();
+        if !shares.is_empty() {
+            say("shares", shares.join("; "));
+        }
     }
     if let Some(no_load) = vehicle.no_load_rad_s() {
         let [vx, vy, wz] = vehicle.speeds_at(no_load)?;

@@ -189,8 +189,9 @@ impl Wheel {
         let rolling = Vector::new(dx, dy, 0.0).normalize();
         let push = Vector::new(cos * dx - sin * dy, sin * dx + cos * dy, 0.0).normalize();
         let [x, y] = spec.position_m;
-        let swing = std::f64::consts::TAU * scenario.physics.contact_hz;
-        let damped = 2.0 * scenario.physics.contact_damping * swing;
+        let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_hz);
+        let damping = 2.0 * scenario.physics.contact_damping * (stiffness * spec.mass_kg).sqrt();
+        let lower_m = spec.preload_n / stiffness;
         // A roller that is free turns with its wheel but for its own axis.
         let free_kg_m2 = rollers.as_ref().map_or(0.0, |built| {
             let [axial, _] = built.roller_inertia_kg_m2();
@@ -200,7 +201,7 @@ impl Wheel {
             (Some(built), _) => WheelShape::Rollers(Box::new(Rollers::new(&built, first))),
             (None, WheelContact::Roller { radius_m }) => WheelShape::RollerBall {
                 radius_m,
-                centre_m: Vector::new(x, y, radius_m),
+                centre_m: Vector::new(x, y, radius_m - lower_m),
             },
             (None, _) => WheelShape::Ball {
                 radius_m: spec.radius_m,
@@ -210,11 +211,11 @@ impl Wheel {
             body,
             axle: Vector::Z.cross(rolling),
             across_push: Vector::Z.cross(push),
-            centre_m: Vector::new(x, y, spec.radius_m),
+            centre_m: Vector::new(x, y, spec.radius_m - lower_m),
             shape,
             sin_cos: [sin, cos],
             inertia_kg_m2: spec.inertia_kg_m2 - free_kg_m2,
-            contact: [spec.mass_kg * swing * swing, spec.mass_kg * damped],
+            contact: [stiffness, damping],
             way_per_rad: spec.radius_m * cos,
             gear: spec.gear,
         }

@@ -44,7 +44,7 @@ fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
                 AngVector::splat(1.0),
             )),
     );
-    let wheel = Wheel::insert(&mut physics, &spec, None, load, start);
+    let wheel = Wheel::insert(&mut physics, &spec, None, 200.0, load, start);
     let steps = 40_000;
     let (mut since, mut last) = (0, 0.0);
     for k in 0..steps {

@@ -126,7 +126,10 @@ impl VehicleBodies {
             .wheel
             .iter()
             .zip(rollers)
-            .map(|(w, rollers)| Wheel::insert(physics, w, rollers.as_ref(), find(&w.body), start))
+            .map(|(w, rollers)| {
+                let contact_hz = scenario.physics.contact_hz;
+                Wheel::insert(physics, w, rollers.as_ref(), contact_hz, find(&w.body), start)
+            })
             .collect();
         Self {
             names: vehicle.body.iter().map(|b| b.name.clone()).collect(),

@@ -14,13 +14,14 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::{Wheel, directions, touching};
+use super::{Wheel, directions, lower_m, touching};
 use crate::config::WheelSpec;
 
 /// Adds a wheel to its carrier, whose local frame is the vehicle's.
 pub(super) fn insert(
     physics: &mut PhysicsWorld,
     spec: &WheelSpec,
+    contact_hz: f64,
     frame: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
@@ -28,7 +29,8 @@ pub(super) fn insert(
     let [x, y] = spec.position_m;
     let way_per_rad = spec.radius_m * libm::cos(spec.roller_angle_rad);
     let ball_per_wheel = way_per_rad / ball_radius;
-    let ball_centre = Vector::new(x, y, ball_radius);
+    let lower_m = lower_m(spec, contact_hz);
+    let ball_centre = Vector::new(x, y, ball_radius - lower_m);
     // One inertia for all axes: about the axle it is the wheel's, seen through the gearing.
     let inertia = spec.inertia_kg_m2 / (ball_per_wheel * ball_per_wheel);
     let body = RigidBodyBuilder::dynamic()
@@ -56,7 +58,7 @@ pub(super) fn insert(
         frame,
         drive_axis: axle,
         axle,
-        centre: Vector::new(x, y, spec.radius_m),
+        centre: Vector::new(x, y, spec.radius_m - lower_m),
         way_per_rad,
         driven_per_wheel: ball_per_wheel,
         gear: spec.gear,

@@ -49,12 +49,13 @@ impl Wheel {
         physics: &mut PhysicsWorld,
         spec: &WheelSpec,
         rollers: Option<&RollerWheel>,
+        contact_hz: f64,
         frame: RigidBodyHandle,
         start: Pose,
     ) -> Self {
         match rollers {
-            None => ball::insert(physics, spec, frame, start),
-            Some(built) => rollers::insert(physics, spec, built, frame, start),
+            None => ball::insert(physics, spec, contact_hz, frame, start),
+            Some(built) => rollers::insert(physics, spec, built, contact_hz, frame, start),
         }
     }
 
@@ -127,6 +128,11 @@ impl Wheel {
     fn drive_axis_world(&self, physics: &PhysicsWorld) -> Vector {
         physics.bodies[self.frame].rotation() * self.drive_axis
     }
+}
+
+/// How much lower than the others a wheel is mounted \[m\], so that its contact presses by its preload more.
+fn lower_m(spec: &WheelSpec, contact_hz: f64) -> f64 {
+    spec.preload_n / spec.contact_stiffness_n_m(contact_hz)
 }
 
 /// A wheel's rolling direction and push, unit vectors in the carrier's frame.

@@ -5,7 +5,7 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::{Wheel, directions, touching};
+use super::{Wheel, directions, lower_m, touching};
 use crate::config::{RollerWheel, WheelSpec};
 use crate::world::barrel::BarrelShape;
 
@@ -17,13 +17,14 @@ pub(super) fn insert(
     physics: &mut PhysicsWorld,
     spec: &WheelSpec,
     built: &RollerWheel,
+    contact_hz: f64,
     frame: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
     let [x, y] = spec.position_m;
     let [rolling, push] = directions(spec);
     let axle = Vector::Z.cross(rolling);
-    let centre = Vector::new(x, y, spec.radius_m);
+    let centre = Vector::new(x, y, spec.radius_m - lower_m(spec, contact_hz));
     let hub =
         physics.insert_body(hub(spec, built, axle).pose(Pose::from_parts(start * centre, start.rotation)));
     let bearing = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)

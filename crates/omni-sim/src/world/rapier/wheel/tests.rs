@@ -73,6 +73,7 @@ fn a_roller_off_its_bearing_is_a_gap_of_its_wheel() {
         &mut physics,
         spec,
         scenario.rollers(0).as_ref(),
+        200.0,
         frame,
         Pose::IDENTITY,
     );
@@ -113,7 +114,7 @@ fn turns_though_blocked(vehicle: &str, model: &str, wheel: usize, [rise, azimuth
             .can_sleep(false)
             .additional_mass_properties(MassProperties::new(Vector::ZERO, 10.0, AngVector::splat(1.0))),
     );
-    let wheel = Wheel::insert(&mut physics, spec, rollers.as_ref(), load, Pose::IDENTITY);
+    let wheel = Wheel::insert(&mut physics, spec, rollers.as_ref(), 200.0, load, Pose::IDENTITY);
     let (centre, _) = wheel.centre_world(&physics);
     let turned = Rotation::from_rotation_z(azimuth) * Rotation::from_rotation_y(-rise);
     let ground = Pose::from_parts(
