@@ -76,19 +76,16 @@ pub struct Physics {
     #[serde(default)]
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16, each 250 us at most; 2 if left out.
-    #[serde(default = "two")]
-    #[garde(custom(within(SUBSTEPS)))]
+    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16. Left out: 2 with `engine = "rapier"`, where each is 250 us
+    /// at most, else 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(SUBSTEPS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max)))]
-    pub roller_substeps: u64,
+    pub roller_substeps: Option<u64>,
 }
 
 /// Longest step \[us\] in which wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
 pub(crate) const ROLLER_STEP_US: u64 = 250;
-
-fn two() -> u64 {
-    2
-}
 
 impl Physics {
     /// A key that the engine cannot honour, and what it allows.
@@ -99,6 +96,22 @@ impl Physics {
             self.engine.name()
         );
         Some(("solver_iterations", message))
+    }
+
+    /// Parts that a physics step is taken in where wheels have rollers.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let parts = |engine: &str| -> Result<u64, omni_config::Error> {
+    ///     Ok(Scenario::load("step", &[Override::new("physics.engine", engine)])?.physics.roller_parts())
+    /// };
+    /// assert_eq!([parts("rapier")?, parts("articulated")?], [2, 1]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn roller_parts(&self) -> u64 {
+        let derived = if self.engine == Engine::Rapier { 2 } else { 1 };
+        self.roller_substeps.unwrap_or(derived)
     }
 
     /// Solver iterations in each of the `parts` that a physics step is taken in.

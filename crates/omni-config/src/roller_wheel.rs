@@ -5,6 +5,9 @@ mod geometry;
 #[cfg(test)]
 mod tests;
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
 pub use barrel::Barrel;
 pub use geometry::{Ripple, RollerWheel};
 
@@ -24,9 +27,42 @@ const HUB_PART: f64 = 0.1;
 /// Shortest roller, as a part of its diameter: shorter ones are discs with nothing to crown.
 const SHORTEST: f64 = 0.15;
 
+/// What a wheel of rollers is made of: rollers, and the wheel's radius, roller angle, mass and inertia.
+type Parts = (Rollers, [f64; 4]);
+
+thread_local! {
+    /// Wheels that were built last: most wheels of a vehicle are alike, and each is asked for several times.
+    static BUILT: RefCell<VecDeque<(Parts, RollerWheel)>> = const { RefCell::new(VecDeque::new()) };
+}
+
+/// Wheels that are kept.
+const KEPT: usize = 16;
+
 impl Rollers {
     /// These rollers on a wheel.
     pub(crate) fn on(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {
+        let wheel_parts = [
+            wheel.radius_m,
+            wheel.roller_angle_rad,
+            wheel.mass_kg,
+            wheel.inertia_kg_m2,
+        ];
+        let parts = (*self, wheel_parts);
+        let known = |built: &VecDeque<(Parts, RollerWheel)>| {
+            built.iter().find(|(of, _)| *of == parts).map(|(_, built)| *built)
+        };
+        if let Some(built) = BUILT.with_borrow(known) {
+            return Ok(built);
+        }
+        let built = self.build(wheel)?;
+        BUILT.with_borrow_mut(|all| {
+            all.truncate(KEPT - 1);
+            all.push_front((parts, built));
+        });
+        Ok(built)
+    }
+
+    fn build(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {
         let most = 0.5 * wheel.radius_m;
         if self.radius_m >= most {
             return Err(misfit(

@@ -404,11 +404,10 @@ impl Scenario {
             );
             return Err(source.refuse("physics.wheel_model", message));
         }
-        let Physics {
-            step_us,
-            roller_substeps: parts,
-            ..
-        } = self.physics;
+        if self.physics.engine != Engine::Rapier {
+            return Ok(());
+        }
+        let (step_us, parts) = (self.physics.step_us, self.physics.roller_parts());
         let (least, most) = (step_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
         if rolling && least > most {
             let message = format!(

@@ -178,14 +178,15 @@ impl<'a> LogNames<'a> {
         }
         let others: Vec<_> = overrides
             .iter()
-            .filter(|each| !["seed", "physics.engine"].contains(&each.key()))
+            .filter(|each| each.key() != "seed")
             .cloned()
             .collect();
-        let own = Scenario::load(&args.scenario, &others)?;
+        // The file alone: what goes with another engine may not go with its own.
+        let plain = Scenario::load(&args.scenario, &[]);
         Ok(Self {
             folder: &args.out,
-            own_seed: own.seed,
-            own_engine: own.physics.engine,
+            own_seed: Scenario::load(&args.scenario, &others)?.seed,
+            own_engine: plain.map_or_else(|_| Engine::default(), |own| own.physics.engine),
         })
     }
 

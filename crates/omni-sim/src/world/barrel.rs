@@ -167,28 +167,25 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
             continue; // the edge is beyond the barrel
         }
         let (from, to) = (axis(i), axis(j));
-        let leaning = |angle: f64| from * libm::cos(angle) + to * libm::sin(angle);
-        // The gap widens with the angle as long as the nearest point moves away from the edge.
-        let edge = from * half[i] + to * half[j];
-        let widens = |angle: f64| {
-            let turned = to * libm::cos(angle) - from * libm::sin(angle);
-            turned.dot(nearest(leaning(angle)) - edge) > 0.0
+        // A normal that leans from the one face, 0, to the other, 1, and what is at right angles to it.
+        let leaning = |part: f64| {
+            let length = (part * part + (1.0 - part) * (1.0 - part)).sqrt();
+            let [a, b] = [(1.0 - part) / length, part / length];
+            [from * a + to * b, to * a - from * b]
         };
-        let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-        let found = if !widens(low) {
+        // The gap widens with the lean as long as the nearest point moves away from the edge.
+        let edge = from * half[i] + to * half[j];
+        let widens = |part: f64| {
+            let [normal, turned] = leaning(part);
+            turned.dot(nearest(normal) - edge)
+        };
+        let (first, last) = (widens(0.0), widens(1.0));
+        let found = if first <= 0.0 {
             from
-        } else if widens(high) {
+        } else if last > 0.0 {
             to
         } else {
-            for _ in 0..48 {
-                let angle = 0.5 * (low + high);
-                if widens(angle) {
-                    low = angle;
-                } else {
-                    high = angle;
-                }
-            }
-            leaning(0.5 * (low + high))
+            leaning(root([first, last], widens))[0]
         };
         let found_gap = gap(found);
         if found_gap > widest {
@@ -204,4 +201,34 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         normals: [normal, pose.rotation.inverse() * -normal],
         distance_m: widest,
     }
+}
+
+/// Where a function that falls from `first` > 0 at 0 to `last` <= 0 at 1 is zero, to rounding: the Illinois variant of false position.
+fn root([mut first, mut last]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut moved = 0; // which end moved last, and so the other one's value is halved
+    for _ in 0..60 {
+        let at = (low * last - high * first) / (last - first);
+        if !(at > low && at < high) {
+            break;
+        }
+        let value = function(at);
+        if value > 0.0 {
+            (low, first) = (at, value);
+            if moved == 1 {
+                last *= 0.5;
+            }
+            moved = 1;
+        } else {
+            (high, last) = (at, value);
+            if moved == -1 {
+                first *= 0.5;
+            }
+            moved = -1;
+        }
+        if value.abs() < 1e-15 {
+            return at;
+        }
+    }
+    0.5 * (low + high)
 }

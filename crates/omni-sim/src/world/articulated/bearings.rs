@@ -38,8 +38,11 @@ impl Bearings {
         step_s: f64,
         spins: &mut [Spin<N>],
     ) {
-        self.free_rad_s.clone_from(&state.roller_rad_s);
         self.on_carrier.clear();
+        if model.rollers == 0 {
+            return;
+        }
+        self.free_rad_s.clone_from(&state.roller_rad_s);
         for (i, wheel, rollers) in with_rollers(model) {
             let damping = rollers.friction_n_m_s_rad();
             if damping == 0.0 {
@@ -89,26 +92,26 @@ impl Bearings {
         if model.rollers == 0 {
             return;
         }
-        self.mean_rad_s.clear();
-        self.mean_rad_s.extend_from_slice(spins_rad_s);
-        spins_rad_s.copy_from_slice(&self.free_rad_s);
-        for across in contacts.iter().filter_map(|contact| contact.across) {
-            spins_rad_s[across.roller] += across.impulse * across.lever_m / across.inertia_kg_m2;
+        self.mean_rad_s.clone_from(&self.free_rad_s);
+        // From here on those with the contacts' impulses.
+        for across in contacts.iter().filter_map(|contact| contact.across.as_ref()) {
+            let gained = across.impulse * across.lever_m / across.inertia_kg_m2;
+            self.free_rad_s[across.roller] += gained;
+            self.mean_rad_s[across.roller] += 0.5 * gained;
         }
         for (_, _, rollers) in with_rollers(model) {
             let damping = rollers.friction_n_m_s_rad();
+            if damping == 0.0 {
+                continue;
+            }
             for roller in rollers.first..rollers.first + rollers.count() {
-                let (before, after) = (self.mean_rad_s[roller], spins_rad_s[roller]);
-                let mean = f64::midpoint(before, after);
+                let (before, after) = (spins_rad_s[roller], self.free_rad_s[roller]);
+                let (mean, carried) = (f64::midpoint(before, after), self.carried_rad_s[roller]);
                 self.mean_rad_s[roller] = mean;
-                if damping > 0.0 {
-                    let carried = self.carried_rad_s[roller];
-                    balance.bearing(
-                        step_s * damping * ((after - carried) * mean - (before - carried) * carried),
-                    );
-                }
+                balance.bearing(step_s * damping * ((after - carried) * mean - (before - carried) * carried));
             }
         }
+        spins_rad_s.copy_from_slice(&self.free_rad_s);
     }
 
     /// Kinetic energy of the rollers' spins \[J\].

@@ -17,8 +17,8 @@ use crate::world::barrel::{BarrelShape, touch_box};
 /// The rollers of a wheel.
 pub(super) struct Rollers {
     shape: BarrelShape,
-    /// Angle about the axle \[rad\] and place along it \[m\] of each, the wheel not turned.
-    places: Vec<[f64; 2]>,
+    /// Sine and cosine of the angle about the axle, and place along it \[m\], of each, the wheel not turned.
+    places: Vec<[f64; 3]>,
     pitch_radius_m: f64,
     /// How far the wheel reaches from the centre of its axle \[m\].
     reach_m: f64,
@@ -53,7 +53,10 @@ impl Rollers {
         let [inertia_kg_m2, _] = built.roller_inertia_kg_m2();
         Self {
             shape: BarrelShape(built.barrel),
-            places: built.places().map(|(angle, along)| [angle, along]).collect(),
+            places: built
+                .places()
+                .map(|(angle, along)| [libm::sin(angle), libm::cos(angle), along])
+                .collect(),
             pitch_radius_m: built.pitch_radius_m,
             reach_m: built
                 .radius_m
@@ -83,10 +86,16 @@ impl Rollers {
 
     /// The axis of a roller in the frame of the wheel's carrier, the wheel turned by an angle \[rad\].
     pub(super) fn axis(&self, wheel: &Wheel, roller: usize, turn_rad: f64) -> Vector3 {
-        let (sin, cos) = libm::sincos(self.places[roller][0] + turn_rad);
+        let (sin, cos) = self.angle(roller, libm::sincos(turn_rad));
         let [angle_sin, angle_cos] = wheel.sin_cos;
         let rolling = wheel.axle.cross(Vector3::Z);
         (rolling * cos - Vector3::Z * sin) * angle_cos + wheel.axle * angle_sin
+    }
+
+    /// Sine and cosine of the angle of a roller, the wheel turned by an angle of that sine and cosine.
+    fn angle(&self, roller: usize, (sin, cos): (f64, f64)) -> (f64, f64) {
+        let [own_sin, own_cos, _] = self.places[roller];
+        (own_sin * cos + own_cos * sin, own_cos * cos - own_sin * sin)
     }
 
     /// The contacts of a wheel, turned by an angle \[rad\], roller by roller; `free` is the spin that each roller has if it is not touched.
@@ -118,23 +127,35 @@ impl Rollers {
         let least = libm::cos((margin + self.covers_rad).min(std::f64::consts::PI));
         let rolling = wheel.axle.cross(Vector3::Z);
         let axle = rotation * wheel.axle;
-        for (roller, [angle, along]) in self.places.iter().enumerate() {
-            let (sin, cos) = libm::sincos(angle + turn_rad);
-            let outward = Vector3::Z * -cos - rolling * sin;
-            let direction = rotation * outward;
-            let mut placed = None;
-            for (key, part, way) in &near {
-                if let Way::Towards(way) = way {
-                    // In the wheel's plane: what leans out of it is met by whichever roller is there.
-                    let way = *way - axle * way.dot(axle);
-                    if way.dot(direction) < least * way.length() {
-                        continue;
-                    }
+        // In the wheel's plane: what leans out of it is met by whichever roller is there. As parts of the way along down and back.
+        let (down, back) = (rotation * -Vector3::Z, rotation * -rolling);
+        let near: Vec<_> = near
+            .into_iter()
+            .map(|(key, part, way)| match way {
+                Way::Towards(way) => {
+                    let [down, back] = [way.dot(down), way.dot(back)];
+                    (key, part, [down, back, least * down.hypot(back)])
                 }
-                let placed = placed.get_or_insert_with(|| Placed {
-                    index: roller,
-                    middle: centre + rotation * (outward * self.pitch_radius_m + wheel.axle * *along),
-                    axis: rotation * self.axis(wheel, roller, turn_rad),
+                Way::Around => (key, part, [0.0; 3]),
+            })
+            .collect();
+        let turned = libm::sincos(turn_rad);
+        for roller in 0..self.places.len() {
+            let (sin, cos) = self.angle(roller, turned);
+            let mut placed = None;
+            for (key, part, [along_down, along_back, needed]) in &near {
+                if along_down * cos + along_back * sin < *needed {
+                    continue;
+                }
+                let placed = placed.get_or_insert_with(|| {
+                    let outward = down * cos + back * sin;
+                    let [angle_sin, angle_cos] = wheel.sin_cos;
+                    let [_, _, along] = self.places[roller];
+                    Placed {
+                        index: roller,
+                        middle: centre + outward * self.pitch_radius_m + axle * along,
+                        axis: (down * sin - back * cos) * angle_cos + axle * angle_sin,
+                    }
                 });
                 self.touch(meeting, part, *key, placed, |touch| {
                     contacts.push(self.contact(meeting, wheel, index, centre, placed, touch, free[roller]));
