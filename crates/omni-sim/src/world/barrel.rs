@@ -18,6 +18,14 @@ use crate::config::Barrel;
 #[derive(Clone, Copy)]
 pub(super) struct BarrelShape(pub(super) Barrel);
 
+impl BarrelShape {
+    /// How far it reaches from its middle at most \[m\].
+    pub(super) fn reach_m(&self) -> f64 {
+        let (length, radius) = (self.0.half_length_m(), self.0.radius_m());
+        (length * length + radius * radius).sqrt() // not hypot, which differs from machine to machine
+    }
+}
+
 /// What is left of a barrel without the rounding of its edges; the engine adds that to contacts.
 impl SupportMap for BarrelShape {
     fn local_support_point(&self, direction: Vector) -> Vector {
@@ -48,7 +56,7 @@ impl Shape for BarrelShape {
     }
 
     fn compute_local_bounding_sphere(&self) -> BoundingSphere {
-        BoundingSphere::new(Vector::ZERO, self.0.half_length_m().hypot(self.0.radius_m()))
+        BoundingSphere::new(Vector::ZERO, self.reach_m())
     }
 
     fn clone_dyn(&self) -> Box<dyn Shape> {
@@ -155,11 +163,17 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         let support: f64 = normal.to_array().iter().zip(half).map(|(n, h)| n.abs() * h).sum();
         nearest(normal).dot(normal) - support
     };
-    let reach = barrel.0.half_length_m().hypot(barrel.0.radius_m());
-    let (mut normal, mut widest) = (axis(0), gap(axis(0)));
-    for face in [axis(1), axis(2)] {
-        if gap(face) > widest {
-            (normal, widest) = (face, gap(face));
+    let reach = barrel.reach_m();
+    // A gap is at most how far the middle is out, and less than that by the reach at most: most faces cannot be the widest.
+    let farthest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (mut normal, mut widest) = (axis(0), f64::NEG_INFINITY);
+    for (i, out) in out.iter().enumerate() {
+        if *out < farthest - reach {
+            continue;
+        }
+        let found = gap(axis(i));
+        if found > widest {
+            (normal, widest) = (axis(i), found);
         }
     }
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {

@@ -38,7 +38,7 @@ use tree::{FREE, State, Tree};
 /// How far ahead of a surface contacts are looked for at least \[m\].
 const AHEAD_M: f64 = 0.002;
 /// The same for rollers, of which fewer are looked at then \[m\].
-const AHEAD_OF_ROLLERS_M: f64 = 0.0005;
+const AHEAD_OF_ROLLERS_M: f64 = 0.0002;
 /// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times a second.
 const STOP_RAD_S: f64 = 632.0;
 /// Wheels that a vehicle file may have.
@@ -260,7 +260,7 @@ impl<const N: usize> World<N> {
                         tree: &self.tree,
                         ground: &self.ground,
                         com: self.com(),
-                        ahead_m: AHEAD_OF_ROLLERS_M.max(2.0 * self.step_s * speed_m_s),
+                        ahead_m: AHEAD_OF_ROLLERS_M.max(self.step_s * speed_m_s),
                         step_s: self.step_s,
                     };
                     let (turn_rad, free) =

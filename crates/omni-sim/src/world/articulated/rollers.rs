@@ -58,9 +58,10 @@ impl Rollers {
                 .map(|(angle, along)| [libm::sin(angle), libm::cos(angle), along])
                 .collect(),
             pitch_radius_m: built.pitch_radius_m,
-            reach_m: built
-                .radius_m
-                .hypot(0.5 * built.row_gap_m + built.barrel.half_length_m()),
+            reach_m: length(
+                built.radius_m,
+                0.5 * built.row_gap_m + built.barrel.half_length_m(),
+            ),
             inertia_kg_m2,
             friction_n_m_s_rad: built.friction_n_m_s_rad,
             first,
@@ -112,56 +113,47 @@ impl Rollers {
         let rotation = tree.rotation[wheel.body];
         let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
         let reach_m = self.reach_m + meeting.ahead_m;
-        // Ways from the axle to the ground: of each part that is near, to its nearest place.
         let at = centre + meeting.com;
-        let near: Vec<_> = meeting
-            .ground
-            .near(at, reach_m)
-            .filter_map(|(key, part)| Some((key, part, part.way_from(at, reach_m)?)))
-            .collect();
-        if near.is_empty() {
-            return;
-        }
-        // Beyond this angle from the way to a flat or rounded part a roller is farther from it than what is looked for.
-        let margin = libm::acos((1.0 - meeting.ahead_m / self.pitch_radius_m).max(-1.0));
-        let least = libm::cos((margin + self.covers_rad).min(std::f64::consts::PI));
         let rolling = wheel.axle.cross(Vector3::Z);
         let axle = rotation * wheel.axle;
-        // In the wheel's plane: what leans out of it is met by whichever roller is there. As parts of the way along down and back.
         let (down, back) = (rotation * -Vector3::Z, rotation * -rolling);
-        let near: Vec<_> = near
-            .into_iter()
-            .map(|(key, part, way)| match way {
+        let [angle_sin, angle_cos] = wheel.sin_cos;
+        let turned = libm::sincos(turn_rad);
+        let from = contacts.len();
+        for (key, part) in meeting.ground.near(at, reach_m) {
+            let Some(way) = part.way_from(at, reach_m) else {
+                continue;
+            };
+            // The way to the nearest place in the wheel's plane, as parts down and back: what leans out of that plane is met by
+            // whichever roller is there. Rollers beyond an angle from it are farther from the part than what is looked for.
+            let [along_down, along_back, needed] = match way {
                 Way::Towards(way) => {
                     let [down, back] = [way.dot(down), way.dot(back)];
-                    (key, part, [down, back, least * down.hypot(back)])
+                    let margin = libm::acos((1.0 - meeting.ahead_m / self.pitch_radius_m).max(-1.0));
+                    let least = libm::cos((margin + self.covers_rad).min(std::f64::consts::PI));
+                    [down, back, least * (down * down + back * back).sqrt()]
                 }
-                Way::Around => (key, part, [0.0; 3]),
-            })
-            .collect();
-        let turned = libm::sincos(turn_rad);
-        for roller in 0..self.places.len() {
-            let (sin, cos) = self.angle(roller, turned);
-            let mut placed = None;
-            for (key, part, [along_down, along_back, needed]) in &near {
-                if along_down * cos + along_back * sin < *needed {
+                Way::Around => [0.0; 3],
+            };
+            for roller in 0..self.places.len() {
+                let (sin, cos) = self.angle(roller, turned);
+                if along_down * cos + along_back * sin < needed {
                     continue;
                 }
-                let placed = placed.get_or_insert_with(|| {
-                    let outward = down * cos + back * sin;
-                    let [angle_sin, angle_cos] = wheel.sin_cos;
-                    let [_, _, along] = self.places[roller];
-                    Placed {
-                        index: roller,
-                        middle: centre + outward * self.pitch_radius_m + axle * along,
-                        axis: (down * sin - back * cos) * angle_cos + axle * angle_sin,
-                    }
-                });
-                self.touch(meeting, part, *key, placed, |touch| {
-                    contacts.push(self.contact(meeting, wheel, index, centre, placed, touch, free[roller]));
+                let outward = down * cos + back * sin;
+                let [_, _, along] = self.places[roller];
+                let placed = Placed {
+                    index: roller,
+                    middle: centre + outward * self.pitch_radius_m + axle * along,
+                    axis: (down * sin - back * cos) * angle_cos + axle * angle_sin,
+                };
+                self.touch(meeting, part, key, &placed, |touch| {
+                    contacts.push(self.contact(meeting, wheel, index, centre, &placed, touch, free[roller]));
                 });
             }
         }
+        // Roller by roller, whatever part of the ground they meet.
+        contacts[from..].sort_by_key(|contact| contact.across.as_ref().map(|across| across.roller));
     }
 
     /// Where a roller meets a part of the ground.
@@ -203,7 +195,7 @@ impl Rollers {
                 }
             }
             Solid::Field(shape) => {
-                let reach_m = self.shape.0.half_length_m().hypot(self.shape.0.radius_m()) + meeting.ahead_m;
+                let reach_m = self.shape.reach_m() + meeting.ahead_m;
                 let nearest = |triangle: &Triangle| {
                     core(triangle).map(|touch| (touch.point1, touch.normal1, touch.dist - edge_m))
                 };
@@ -259,6 +251,11 @@ impl Rollers {
         });
         contact
     }
+}
+
+/// Length of the way to both sides of a right angle, the same on every machine.
+fn length(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
 }
 
 /// A pose whose x axis is given.

@@ -112,14 +112,14 @@ struct RollerRow<const N: usize> {
 impl<const N: usize> RollerRow<N> {
     /// The row of the roller that all these contacts belong to; none where there is no roller.
     fn of(contacts: &[Contact<N>]) -> Option<Self> {
-        let roller = contacts.first()?.across?;
+        let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
             diagonal: roller.inertia_kg_m2,
             holds: Line::ZERO,
             right: roller.inertia_kg_m2 * roller.free_rad_s,
         };
         for contact in contacts {
-            if let (Mode::Closed(_, Grip::Stick), Some(across)) = (contact.mode, contact.across) {
+            if let (Mode::Closed(_, Grip::Stick), Some(across)) = (contact.mode, &contact.across) {
                 row.diagonal += STICK * across.lever_m * across.lever_m;
                 row.holds.add(STICK * across.lever_m, &across.line);
             }
@@ -205,7 +205,12 @@ fn solve_modes<const N: usize>(
             continue;
         }
         for group in own.chunk_by(Contact::shares_roller) {
-            let roller = RollerRow::of(group);
+            // Of a roller that touches in one place its spin is eliminated in closed form.
+            let roller = if group.len() > 1 {
+                RollerRow::of(group)
+            } else {
+                None
+            };
             for contact in group {
                 let Mode::Closed(along, across) = contact.mode else {
                     continue;
@@ -216,14 +221,23 @@ fn solve_modes<const N: usize>(
                     Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
                     Grip::Stick => row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0),
                 }
-                if let (Some(own), Some(roller)) = (&contact.across, &roller) {
-                    if let Grip::Slide(sign) = across {
+                match (&contact.across, across) {
+                    (None, _) => {}
+                    (Some(own), Grip::Slide(sign)) => {
                         let friction = sign * contact.friction;
                         works.add(friction, &own.line);
-                        // It turns the roller, and where that sticks as well it is held.
-                        works.add(-friction * own.lever_m / roller.diagonal, &roller.holds);
-                    } else {
+                        if let Some(roller) = &roller {
+                            // It turns the roller, and where that sticks as well it is held.
+                            works.add(-friction * own.lever_m / roller.diagonal, &roller.holds);
+                        }
+                    }
+                    (Some(own), Grip::Stick) if roller.is_some() => {
                         row.add_force(&mut whole, STICK, &own.line, &own.line, 0.0);
+                    }
+                    (Some(own), Grip::Stick) => {
+                        let gain = 1.0 / (1.0 / STICK + own.lever_m * own.lever_m / own.inertia_kg_m2);
+                        let free_m_s = own.lever_m * own.free_rad_s;
+                        row.add_force(&mut whole, gain, &own.line, &own.line, free_m_s);
                     }
                 }
                 row.add_force(
