@@ -1,24 +1,25 @@
-"""Runs the ensembles of docs/physics.md and writes its tables anew: python scripts/ensembles.py [PROGRAM].
+"""Runs the ensembles of docs/physics.md and writes its tables anew.
 
-PROGRAM is the command built with --features full, target/release/omnistep if left out. Runs that are in out/ensembles
-already are not run again: delete the folder after a change of the physics or of a law. From nothing it takes half an
-hour on two cores.
+Runs that are in out/ensembles already are not run again: delete the folder after a change of the physics or of a law.
+From nothing rapier takes half an hour on two cores, articulated two minutes.
 """
 
+import argparse
 import json
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "physics.md"
 POLICIES = ["independent", "paper", "synchronised", "load_sharing"]
 STEPS = {"1 ms": "physics.step_us=1000", "0.5 ms": "physics.step_us=500", "0.25 ms": "physics.step_us=250"}
-LINES = {
-    "as built in": None,
+ITERATIONS = {
     "`physics.solver_iterations=4`": "physics.solver_iterations=4",
     "`physics.solver_iterations=16`": "physics.solver_iterations=16",
+}
+LINES = {
+    "as built in": None,
     "`physics.step_us=125`": "physics.step_us=125",
     "torque limit 1.8 N.m": "vehicle.motor.stall_torque_n_m=1.8",
     "torque limit 1.4 N.m": "vehicle.motor.stall_torque_n_m=1.4",
@@ -28,10 +29,12 @@ LINES = {
 }
 
 
-def cells(program: Path, key: str | None) -> dict[str, dict]:
+def cells(program: Path, engine: str, key: str | None) -> dict[str, dict]:
     """What the study says of each policy, with one key replaced."""
-    folder = ROOT / "out" / "ensembles" / re.sub(r"[^\w.]+", "-", key or "built-in")
-    command = [program, "study", "ensemble", "--json", "--quiet", "--out", folder, *(["--set", key] if key else [])]
+    folder = ROOT / "out" / "ensembles" / engine / re.sub(r"[^\w.]+", "-", key or "built-in")
+    keys = [f"physics.engine={engine}", *([key] if key else [])]
+    sets = [word for key in keys for word in ("--set", key)]
+    command = [program, "study", "ensemble", "--json", "--quiet", "--out", folder, *sets]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert all(row["errors"] == 0 and row["runs"] == 24 for row in rows), rows
@@ -51,10 +54,22 @@ def climbed(cell: dict) -> str:
     return text + (f" ({cell['unfinished']} unfinished)" if cell["unfinished"] else "")
 
 
-def main(program: Path) -> None:
+def main() -> None:
     """Run and write."""
-    steps = {name: cells(program, key) for name, key in STEPS.items()}
-    lines = {name: cells(program, key) for name, key in LINES.items()}
+    parser = argparse.ArgumentParser(description=__doc__)
+    program = ROOT / "target" / "release" / "omnistep"
+    parser.add_argument("--engine", choices=["articulated", "rapier"], action="append", help="both if left out")
+    parser.add_argument("--program", type=Path, default=program, help="the command built with --features full")
+    arguments = parser.parse_args()
+    for engine in arguments.engine or ["articulated", "rapier"]:
+        write(arguments.program, engine)
+
+
+def write(program: Path, engine: str) -> None:
+    """Run those of an engine and write its tables."""
+    chosen = {**LINES, **(ITERATIONS if engine == "rapier" else {})}
+    steps = {name: cells(program, engine, key) for name, key in STEPS.items()}
+    lines = {name: cells(program, engine, key) for name, key in chosen.items()}
     tables = iter(
         [
             table("step", steps, lambda cell: f"{cell['crossing_s']:.3f}"),
@@ -63,13 +78,13 @@ def main(program: Path) -> None:
         ]
     )
     page = PAGE.read_text(encoding="utf-8")
-    start = page.index("\n## Ensembles\n")
-    following = page.find("\n## ", start + 1)
-    end = len(page) if following < 0 else following
+    start = page.index(f"\n### Ensembles with {engine}\n")
+    following = re.search(r"^##", page[start + 5 :], flags=re.MULTILINE)
+    end = start + 5 + following.start() if following else len(page)
     section, found = re.subn(r"(?:^\|.*\n)+", lambda _: next(tables), page[start:end], count=3, flags=re.MULTILINE)
     assert found == 3, found
     PAGE.write_text(page[:start] + section + page[end:], encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if sys.argv[1:] else ROOT / "target" / "release" / "omnistep")
+    main()

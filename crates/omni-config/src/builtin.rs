@@ -33,6 +33,7 @@ pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/sce
 pub(crate) const STUDIES: Builtin = &[
     ("climb_map", include_str!("../assets/studies/climb_map.toml")),
     ("ensemble", include_str!("../assets/studies/ensemble.toml")),
+    ("engines", include_str!("../assets/studies/engines.toml")),
     (
         "wheel_models",
         include_str!("../assets/studies/wheel_models.toml"),
