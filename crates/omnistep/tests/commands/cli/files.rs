@@ -34,6 +34,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
+         shares   of the row at x = 0.3 m crosswise wheel 6 33 %; of the row at x = -0.3 m crosswise wheel 2 33 %\n  \
          gains    kp 0.3000 N.m.s/rad, ki 2.0000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
          balls    stand for its wheels over a step of 5.0 cm\n"
     );

@@ -26,6 +26,48 @@ const FIGURES: [&str; 14] = [
 ];
 
 #[test]
+fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "compare",
+        "step",
+        "--engines",
+        "--quiet",
+        "--set",
+        "duration_s=0.1",
+    ];
+    let output = omnistep(folder.path(), &arguments);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for engine in ["rapier", "articulated"] {
+        assert_eq!(text.matches(&format!("| {engine} ")).count(), 4, "{text}");
+    }
+    let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
+    let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("seed 0, engine rapier,") && text.contains("seed 0, engine articulated,"),
+        "{text}"
+    );
+    // The log of a scenario's own engine keeps its name, also where the engine is asked for.
+    let own = [
+        "run",
+        "step",
+        "--quiet",
+        "--set",
+        "physics.engine=rapier",
+        "--set",
+        "duration_s=0.1",
+    ];
+    let output = omnistep(folder.path(), &own);
+    assert!(
+        String::from_utf8(output.stdout)
+            .unwrap()
+            .ends_with("out/step-synchronised.mcap\n")
+    );
+}
+
+#[test]
 fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["compare", "step", "--json"]);
@@ -37,6 +79,7 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         "policy",
         "verdict",
         "climbed",
+        "engine",
         "wheel_model_valid",
         "energy_residual",
         "steps_per_s",
