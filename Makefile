@@ -31,8 +31,9 @@ embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 wasm:           ## the simulation in WebAssembly: in every bit what it is natively; needs node
 	scripts/wasm.sh
 
-instructions:   ## instructions of a control step, at most 3 times those of as many bare PID loops
+instructions:   ## instructions of a control step, at most 3 times those of as many bare PID loops; of a physics step
 	scripts/instructions.sh
+	scripts/physics_instructions.sh
 
 docs:           ## the documentation site in out/site, warnings as errors
 	scripts/docs.sh

@@ -91,7 +91,11 @@ pub fn run_with_controller<E: From<Error>>(
 /// ```
 /// use omni_sim::{Simulation, config::Scenario, own_command};
 /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
-/// assert!(own_command(&mut simulation)?.vx_m_s > 0.0);
+/// for _ in 0..1000 {
+///     let command = own_command(&mut simulation)?;
+///     simulation.step(&command)?;
+/// }
+/// assert_eq!(own_command(&mut simulation)?.vx_m_s, 0.3); // at its end the ramp is over
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
