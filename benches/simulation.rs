@@ -57,13 +57,57 @@ fn arithmetic() {
     std::hint::black_box(x);
 }
 
-/// Seconds a simulated second takes with a wheel model: the vehicle drives up to the step.
-fn wheel_model(model: &str) -> f64 {
+/// The first seconds of the step with an engine and a wheel model.
+fn step(engine: &str, model: &str, duration_s: f64) -> Scenario {
     let overrides = [
-        Override::new("duration_s", 0.2),
+        Override::new("duration_s", duration_s),
+        Override::new("physics.engine", engine),
         Override::new("physics.wheel_model", model),
     ];
-    let scenario = Scenario::load("step", &overrides).expect("built in");
+    Scenario::load("step", &overrides).expect("built in")
+}
+
+/// What the engines do in the same time: with control, observation and trace, with a log of every period, and with rollers.
+fn engines(folder: &std::path::Path) {
+    let [rapier, own, rollers] = [
+        ("rapier", "ball"),
+        ("articulated", "ball"),
+        ("articulated", "rollers"),
+    ]
+    .map(|(e, m)| step(e, m, 3.0));
+    let log = |scenario: &Scenario| {
+        let mut log = RunLog::create(folder.join("engine.mcap"), scenario).expect("writable");
+        let controller = AnyController::new(scenario).expect("a controller");
+        let run = record::<Error>(scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
+        log.finish(&run.outcome).expect("writable");
+    };
+    let traced = |scenario: &Scenario| drop(run(scenario).expect("runs"));
+    let [theirs, ours, logged, rolled] = shortest([
+        &mut || traced(&rapier),
+        &mut || traced(&own),
+        &mut || log(&own),
+        &mut || traced(&rollers),
+    ]);
+    let times = |seconds: f64| 3.0 / seconds;
+    println!(
+        "articulated: {:.0} times real time with control, observation and trace (at least 100), {:.1} times rapier's",
+        times(ours),
+        theirs / ours
+    );
+    println!(
+        "articulated: {:.0} times real time with a log of every period (at least 50)",
+        times(logged)
+    );
+    println!(
+        "articulated: {:.0} times real time with rollers (at least 60), {:.2} of balls",
+        times(rolled),
+        ours / rolled
+    );
+}
+
+/// Seconds a simulated second takes with a wheel model in rapier: the vehicle drives up to the step.
+fn wheel_model(model: &str) -> f64 {
+    let scenario = step("rapier", model, 0.2);
     let [time] = shortest([&mut || drop(run(&scenario).expect("runs"))]);
     time / scenario.duration_s
 }
@@ -123,9 +167,10 @@ fn main() {
         2.0 * machine_alone / machine_pair
     );
     println!(
-        "balls are {:.0} times as fast as rollers (at least 10): {:.1} and {:.2} times real time",
+        "in rapier balls are {:.0} times as fast as rollers (at least 10): {:.1} and {:.2} times real time",
         rollers / ball,
         1.0 / ball,
         1.0 / rollers
     );
+    engines(folder.path());
 }

@@ -59,7 +59,7 @@ impl Outcome {
         self.inner.climbed
     }
 
-    /// What simulated it: ``rapier`` or ``articulated``.
+    /// What simulated it: `rapier` or `articulated`.
     #[getter]
     fn engine(&self) -> &'static str {
         self.inner.engine.name()
