@@ -129,7 +129,7 @@ def test_a_damaged_part_is_warned_of_and_computed_again(tmp_path):
 
 def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
     for given, key, expected in [
-        ({"study": "stairway"}, "study", "climb_map, ensemble, wheel_models"),
+        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models"),
         (
             {"study": "ensemble", "overrides": {"control.policy": "paper"}},
             "control.policy",

@@ -145,10 +145,10 @@ impl<const N: usize> Tree<N> {
         for b in (1..self.bodies).rev() {
             let parent = model.bodies[b].parent;
             mass[parent] += mass[b];
-            first[parent] = first[parent] + first[b];
-            inertia[parent] = inertia[parent] + inertia[b];
-            force[parent] = force[parent] + force[b];
-            moment[parent] = moment[parent] + moment[b];
+            first[parent] += first[b];
+            inertia[parent] += inertia[b];
+            force[parent] += force[b];
+            moment[parent] += moment[b];
         }
         self.mass = [[0.0; N]; N];
         self.push = [0.0; N];
