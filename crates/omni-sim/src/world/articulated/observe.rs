@@ -3,6 +3,7 @@
 use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
+use super::tree::FREE;
 use crate::observation::{ContactForce, Observation, Pose3};
 
 impl<const N: usize> World<N> {
@@ -73,7 +74,7 @@ impl<const N: usize> World<N> {
         for (b, body) in self.model.bodies.iter().enumerate() {
             if let Some(hinge) = body.hinge {
                 let seen = &mut observation.hinges[hinge];
-                (seen.angle_rad, seen.rate_rad_s) = (self.state.angle_rad[b], u[super::FREE - 1 + b]);
+                (seen.angle_rad, seen.rate_rad_s) = (self.state.angle_rad[b], u[FREE - 1 + b]);
             }
         }
         for (i, (wheel, seen)) in self.model.wheels.iter().zip(&mut observation.wheels).enumerate() {

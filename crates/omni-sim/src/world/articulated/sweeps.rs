@@ -1,0 +1,140 @@
+//! Sweeps over the contacts (Gauss-Seidel), where their modes go round in circles.
+
+use super::contact::{Contact, Grip, Line, Mode};
+use super::linear::{Vector, add, add_outer, dot, solve};
+use super::solver::{SLACK, STICK, Spin, System, WheelRow};
+
+/// Sweeps over all contacts.
+const SWEEPS: usize = 300;
+
+/// Gauss-Seidel over the contacts' impulses, from those that the last modes made.
+pub(super) fn sweep<const N: usize>(
+    system: &System<N>,
+    wheels: &[Spin<N>],
+    contacts: &mut [Contact<N>],
+    spins: &mut [f64],
+) -> Vector<N> {
+    // Without contacts only drags tie wheels to the tree.
+    let mut bare = System {
+        matrix: system.matrix,
+        right: system.right,
+    };
+    for wheel in wheels {
+        if wheel.damper > 0.0 {
+            add_outer(&mut bare.matrix, wheel.damper, &wheel.carried, &wheel.carried);
+        }
+        WheelRow::new(wheel).eliminate(&mut bare);
+    }
+    // What a unit impulse along a line does to the tree and to the wheel.
+    let respond = |line: &Line<N>, wheel: &Spin<N>| {
+        let row = WheelRow::new(wheel);
+        let mut force = line.row;
+        add(&mut force, -line.lever_m / row.diagonal, &row.column);
+        let tree = solve(bare.matrix, force);
+        let spin = (line.lever_m - dot(&row.row, &tree)) / row.diagonal;
+        (tree, spin)
+    };
+    let mut u = solve(bare.matrix, bare.right);
+    for (spin, wheel) in spins.iter_mut().zip(wheels) {
+        *spin = WheelRow::new(wheel).spin(&u);
+    }
+    // Directions of all contacts: normal, along, across.
+    let responses: Vec<[Option<(Vector<N>, f64)>; 3]> = contacts
+        .iter()
+        .map(|contact| {
+            let wheel = &wheels[contact.wheel];
+            [
+                Some(respond(&contact.closing, wheel)),
+                Some(respond(&contact.slip, wheel)),
+                contact.across.map(|across| respond(&across.line, wheel)),
+            ]
+        })
+        .collect();
+    for contact in contacts.iter_mut() {
+        let most = contact.friction * contact.push;
+        contact.rub = contact.rub.clamp(-most, most);
+        if let Some(across) = &mut contact.across {
+            across.impulse = across.impulse.clamp(-most, most);
+        }
+    }
+    for group in contacts.chunk_by_mut(Contact::shares_roller) {
+        let turned: f64 = group
+            .iter()
+            .filter_map(|contact| contact.across)
+            .map(|across| across.impulse * across.lever_m / across.inertia_kg_m2)
+            .sum();
+        for across in group.iter_mut().filter_map(|contact| contact.across.as_mut()) {
+            across.rad_s = across.free_rad_s + turned;
+        }
+    }
+    let apply = |u: &mut Vector<N>, spins: &mut [f64], contact: usize, wheel: usize, way: usize, by: f64| {
+        if let Some((tree, spin)) = &responses[contact][way] {
+            add(u, by, tree);
+            spins[wheel] += by * spin;
+        }
+    };
+    for (i, contact) in contacts.iter().enumerate() {
+        let across = contact.across.map_or(0.0, |across| across.impulse);
+        for (way, by) in [contact.push, contact.rub, across].into_iter().enumerate() {
+            apply(&mut u, spins, i, contact.wheel, way, by);
+        }
+    }
+    // How much a line gives way to a unit impulse along itself.
+    let give = |line: &Line<N>, response: &Option<(Vector<N>, f64)>| {
+        response
+            .as_ref()
+            .map_or(0.0, |(tree, spin)| dot(&line.row, tree) + line.lever_m * spin)
+    };
+    for _ in 0..SWEEPS {
+        for i in 0..contacts.len() {
+            let contact = &mut contacts[i];
+            let wheel = contact.wheel;
+            let gives = give(&contact.closing, &responses[i][0]) + 1.0 / contact.stiffness;
+            let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
+            let by = (-off / gives).max(-contact.push);
+            contact.push += by;
+            apply(&mut u, spins, i, wheel, 0, by);
+            let most = contact.friction * contact.push;
+            let gives = give(&contact.slip, &responses[i][1]) + 1.0 / STICK;
+            let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
+            let by = (contact.rub - off / gives).clamp(-most, most) - contact.rub;
+            contact.rub += by;
+            apply(&mut u, spins, i, wheel, 1, by);
+            let Some(across) = &mut contact.across else {
+                continue;
+            };
+            let turns = across.lever_m / across.inertia_kg_m2;
+            let gives = give(&across.line, &responses[i][2]) + across.lever_m * turns + 1.0 / STICK;
+            let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
+            let off = slip + across.impulse / STICK;
+            let by = (across.impulse - off / gives).clamp(-most, most) - across.impulse;
+            across.impulse += by;
+            let roller = across.roller;
+            apply(&mut u, spins, i, wheel, 2, by);
+            for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
+                if other.roller == roller {
+                    other.rad_s += by * turns;
+                }
+            }
+        }
+    }
+    for contact in contacts.iter_mut() {
+        let most = contact.friction * contact.push;
+        let grip = |impulse: f64| {
+            if impulse.abs() >= most * (1.0 - SLACK) {
+                Grip::Slide(impulse.signum())
+            } else {
+                Grip::Stick
+            }
+        };
+        contact.mode = if contact.push <= 0.0 {
+            Mode::Open
+        } else {
+            Mode::Closed(
+                grip(contact.rub),
+                contact.across.map_or(Grip::Stick, |a| grip(a.impulse)),
+            )
+        };
+    }
+    u
+}
