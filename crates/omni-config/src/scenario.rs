@@ -235,6 +235,25 @@ impl Scenario {
         Ok(files)
     }
 
+    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where it names none that there is.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], [`Error::Io`] or [`Error::Syntax`].
+    ///
+    /// ```
+    /// use omni_config::{Engine, Scenario};
+    /// assert_eq!(Scenario::engine_of("step")?, Some(Engine::Rapier));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn engine_of(name: &str) -> Result<Option<Engine>, Error> {
+        let table = Source::scenario(name)?.table()?;
+        let said = table.get("physics").and_then(|physics| physics.get("engine"));
+        Ok(match said.map(Value::as_str) {
+            None => Some(Engine::default()),
+            Some(name) => Engine::ALL.into_iter().find(|engine| Some(engine.name()) == name),
+        })
+    }
+
     /// The scenario that a source describes, with some keys replaced.
     ///
     /// # Errors

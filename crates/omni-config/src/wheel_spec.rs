@@ -101,18 +101,13 @@ pub struct WheelSpec {
     pub contact_stiffness_n_m: Option<f64>,
     /// By how much more than the others it is pressed on the ground \[N\], -1e5 to 1e5: it is mounted lower by this over the stiffness of its
     /// contact. On a frame that it shares with others; 0 if left out.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default)]
     #[garde(custom(within(PRELOAD_N)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PRELOAD_N.min, max = PRELOAD_N.max)))]
     pub preload_n: f64,
     /// What touches the ground.
     #[garde(dive)]
     pub contact: WheelContact,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 impl WheelSpec {

@@ -181,12 +181,11 @@ impl<'a> LogNames<'a> {
             .filter(|each| each.key() != "seed")
             .cloned()
             .collect();
-        // The file alone: what goes with another engine may not go with its own.
-        let plain = Scenario::load(&args.scenario, &[]);
         Ok(Self {
             folder: &args.out,
             own_seed: Scenario::load(&args.scenario, &others)?.seed,
-            own_engine: plain.map_or_else(|_| Engine::default(), |own| own.physics.engine),
+            // Of the file alone, which may not be a scenario without what is replaced.
+            own_engine: Scenario::engine_of(&args.scenario)?.unwrap_or_default(),
         })
     }
 
@@ -259,8 +258,18 @@ pub(super) fn headline(scenario: &Scenario) -> String {
     let vehicle = &scenario.vehicle().name;
     let command = &scenario.command;
     let torque = scenario.vehicle().motor.stall_torque_n_m;
+    let wheels = 0..scenario.vehicle().wheel.len();
+    let on = match wheels
+        .clone()
+        .filter(|wheel| scenario.rollers(*wheel).is_some())
+        .count()
+    {
+        0 => "",
+        some if some < wheels.len() => " on balls and rollers",
+        _ => " on rollers",
+    };
     format!(
-        "{vehicle} {}, friction {}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
+        "{vehicle}{on} {}, friction {}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
         command.vx_m_s,

@@ -32,10 +32,11 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
             announce_gains(&vehicle.name, scenario.period_s(), derived);
             warn_of(&scenario);
             format!(
-                "scenario {}, {} s, policy {}; vehicle {}{}{}",
+                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}",
                 scenario.name,
                 scenario.duration_s,
                 scenario.control.policy,
+                scenario.physics.engine.name(),
                 described(vehicle),
                 facts(
                     vehicle,
@@ -165,6 +166,13 @@ fn facts(
         if !shares.is_empty() {
             say("shares", shares.join("; "));
         }
+    }
+    let preloaded = vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0);
+    if preloaded && vehicle.static_loads_n(gravity_m_s2).is_none() {
+        say(
+            "loads",
+            "WARNING: with these preloads some wheel does not stand on the ground".into(),
+        );
     }
     if let Some(no_load) = vehicle.no_load_rad_s() {
         let [vx, vy, wz] = vehicle.speeds_at(no_load)?;

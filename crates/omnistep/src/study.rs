@@ -89,6 +89,11 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         let seconds = start.elapsed().as_secs_f64();
         line += &format!("; {seconds:.1} s, {:.1} runs/s", computed.rows as f64 / seconds);
     }
+    if let Some(run) = plan.runs().first()
+        && plan.study().axis.iter().all(|axis| axis.key != "physics.engine")
+    {
+        line += &format!("; engine {}", run.scenario().physics.engine.name());
+    }
     let failed = map.iter().map(|cell| cell.errors).sum::<usize>();
     print(
         out,

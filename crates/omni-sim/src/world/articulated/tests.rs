@@ -82,9 +82,12 @@ fn free_flight_keeps_energy_and_angular_momentum_to_the_first_order_of_the_step(
 
 #[test]
 fn a_step_over_an_edge_takes_one_solution_nearly_always() {
-    let mut world = World::<8>::new(&Scenario::load("step", &[]).expect("built in"), 0.0, 0.0).expect("a step");
+    let mut world =
+        World::<8>::new(&Scenario::load("step", &[]).expect("built in"), 0.0, 0.0).expect("a step");
     // Full torque ahead for 3 s: up to the riser, against it, and with some wheels over it.
-    world.torques_n_m.copy_from_slice(&[2.0, 0.0, -2.0, 2.0, 2.0, 0.0, -2.0]);
+    world
+        .torques_n_m
+        .copy_from_slice(&[2.0, 0.0, -2.0, 2.0, 2.0, 0.0, -2.0]);
     for _ in 0..6000 {
         world.advance_step(|_| 0.0);
     }
