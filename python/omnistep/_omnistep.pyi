@@ -1109,7 +1109,7 @@ class Outcome:
     def wheel_model_valid(self) -> bool:
         """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
 
-        docs/physics.md, Wheels.
+        docs/physics.md, Where a ball is the wheel.
         """
     @property
     def crossing_s(self) -> float | None:

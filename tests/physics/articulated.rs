@@ -14,6 +14,7 @@ fn load(name: &str, overrides: &[&str]) -> Scenario {
 
 fn worst(trace: &Trace, column: &str) -> f64 {
     let values = trace.column(column).expect("a column");
+    assert!(values.iter().all(|value| value.is_finite()), "{column}");
     values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
 }
 
@@ -46,6 +47,70 @@ fn energy_closes_within_a_hundred_thousandth_on_every_built_in_scenario() {
             "{name}: {residual} of what went through the motors"
         );
     }
+}
+
+#[test]
+fn every_built_in_scenario_is_passed_on_rollers() {
+    for name in builtin_scenarios() {
+        let trace = run(&load(
+            name,
+            &["physics.wheel_model=rollers", "control.policy=independent"],
+        ))
+        .expect("runs");
+        let outcome = trace.outcome();
+        let passed = outcome.climbed || scenario_is_level(name);
+        assert!(passed, "{name}: {}", outcome.verdict.name());
+        // Rollers that come to the ground do so within a step: ten times what balls leave.
+        assert!(
+            outcome.energy_residual.abs() < 1e-4,
+            "{name}: {}",
+            outcome.energy_residual
+        );
+    }
+}
+
+/// Is there nothing to climb?
+fn scenario_is_level(name: &str) -> bool {
+    load(name, &[]).terrain.obstacle().is_none()
+}
+
+#[test]
+fn friction_in_the_bearings_takes_from_the_vehicle_what_it_takes_from_rollers() {
+    // Coasting sideways on rollers that turn with the ground: m' v' = -4 d v / rho^2 for the rollers in touch, one a wheel, of the five
+    // wheels that roll ahead; the two that roll sideways turn with the way, and are driven by nothing.
+    let damping = 2e-6;
+    let key = format!("vehicle.rollers.friction_n_m_s_rad={damping}");
+    let lost_j = |keys: &[&str]| {
+        let mut simulation = Simulation::new(&load("flat", keys)).expect("valid");
+        for _ in 0..300 {
+            simulation
+                .step_torques(&[0.0, -0.3, 0.0, 0.0, 0.0, 0.3, 0.0])
+                .expect("finite");
+        }
+        let before = simulation.observation().energy;
+        for _ in 0..1000 {
+            simulation.step_torques(&[0.0; 7]).expect("finite");
+        }
+        let after = simulation.observation().energy;
+        assert!(
+            after.residual_j().abs() < 1e-4 * after.turnover_j,
+            "{}",
+            after.residual_j()
+        );
+        assert!(simulation.observation().newton_residual_n < 1e-8);
+        (
+            before.kinetic_j - after.kinetic_j,
+            after.joint_loss_j - before.joint_loss_j,
+        )
+    };
+    let (without_j, _) = lost_j(&["physics.wheel_model=rollers"]);
+    let (with_j, taken_j) = lost_j(&["physics.wheel_model=rollers", &key]);
+    // What the vehicle loses more is what the bearings took; rollers that come and go take the same in both.
+    assert!(taken_j > 0.0, "{taken_j}");
+    assert!(
+        (with_j - without_j) / taken_j > 0.7,
+        "{with_j}, {without_j}, {taken_j}"
+    );
 }
 
 #[test]

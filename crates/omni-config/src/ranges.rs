@@ -26,11 +26,11 @@ pub(crate) const RADIUS_M: Range = range(1e-3, 10.0);
 pub(crate) const INERTIA_KG_M2: Range = range(1e-10, 1e6);
 /// Edges of boxes.
 pub(crate) const EDGE_M: Range = range(1e-3, 100.0);
-/// Places in the vehicle's frame, and where it starts in the world's.
 /// Of a wheel's contact: from a tyre of a toy to a train's.
 pub(crate) const CONTACT_N_M: Range = range(100.0, 1e10);
 /// By which a wheel is pressed on the ground more than others.
 pub(crate) const PRELOAD_N: Range = range(-1e5, 1e5);
+/// Places in the vehicle's frame, and where it starts in the world's.
 pub(crate) const PLACE_M: Range = range(-100.0, 100.0);
 /// Components of directions, whose length does not matter.
 pub(crate) const DIRECTION: Range = range(-1e3, 1e3);

@@ -130,6 +130,9 @@ enum VehicleChoice {
     Table(Box<Vehicle>),
 }
 
+/// How much lower than the others a wheel may be mounted, as a part of its radius.
+const LOWEST: f64 = 0.1;
+
 fn an_hour() -> f64 {
     3600.0
 }
@@ -329,6 +332,18 @@ impl Scenario {
         )?;
         if let Some((key, message)) = self.physics.refusal() {
             return Err(source.refuse(format!("physics.{key}"), message));
+        }
+        for (i, wheel) in self.vehicle.wheel.iter().enumerate() {
+            let stiffness = wheel.contact_stiffness_n_m(self.physics.contact_hz);
+            let most = LOWEST * wheel.contact_radius_m() * stiffness;
+            if wheel.preload_n.abs() > most {
+                let message = format!(
+                    "{}, allowed: -{most:.0} to {most:.0} with a contact of {stiffness:.0} N/m: it would be mounted lower by more than a \
+                     tenth of the radius",
+                    wheel.preload_n
+                );
+                return Err(source.refuse(format!("vehicle.wheel[{i}].preload_n"), message));
+            }
         }
         if self.physics.engine == Engine::Rapier
             && let Some((i, stiffness)) = self

@@ -67,7 +67,7 @@ impl Outcome {
 
     /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
     ///
-    /// docs/physics.md, Wheels.
+    /// docs/physics.md, Where a ball is the wheel.
     #[getter]
     fn wheel_model_valid(&self) -> bool {
         self.inner.wheel_model_valid

@@ -52,6 +52,15 @@ impl Span {
     }
 }
 
+impl State {
+    /// Is it of so many wheels?
+    pub(super) fn fits(&self, wheels: usize) -> bool {
+        [&self.torque_n_m, &self.velocity_rad_s, &self.angle_rad]
+            .iter()
+            .all(|each| each.len() == wheels)
+    }
+}
+
 impl Actuation {
     /// For steps of the engine of `step_s`.
     pub(super) fn new(scenario: &Scenario, step_s: f64) -> Self {

@@ -15,6 +15,8 @@ use super::tree::{State, Tree};
 pub(super) struct Bearings {
     /// Spin at the end of the step if nothing touches \[rad/s\].
     pub(super) free_rad_s: Vec<f64>,
+    /// The same of a roller in touch, without what its wheel's turning gives it: that is solved for \[rad/s\].
+    pub(super) in_touch_rad_s: Vec<f64>,
     /// Mean spin in the step \[rad/s\], once it is known.
     pub(super) mean_rad_s: Vec<f64>,
     /// How fast the wheel turns about the roller's axis \[rad/s\].
@@ -43,6 +45,7 @@ impl Bearings {
             return;
         }
         self.free_rad_s.clone_from(&state.roller_rad_s);
+        self.in_touch_rad_s.clone_from(&state.roller_rad_s);
         for (i, wheel, rollers) in with_rollers(model) {
             let damping = rollers.friction_n_m_s_rad();
             if damping == 0.0 {
@@ -59,11 +62,13 @@ impl Bearings {
                 let axis = rotation * rollers.axis(wheel, k, state.turn_rad[i]);
                 let (roller, carried) = (rollers.first + k, turning.dot(axis));
                 let spin = state.roller_rad_s[roller];
-                moment += axis * (damping * (spin - carried));
                 let inertia = rollers.inertia_kg_m2();
                 self.carried_rad_s[roller] = carried;
+                self.in_touch_rad_s[roller] = inertia * spin / (inertia + step_s * damping);
                 self.free_rad_s[roller] =
                     (inertia * spin + step_s * damping * carried) / (inertia + step_s * damping);
+                // The wheel gets what the roller gives.
+                moment += axis * (damping * (self.free_rad_s[roller] - carried));
             }
             let about_axle = moment.dot(axle);
             spins[i].free_rad_s += step_s * about_axle / wheel.inertia_kg_m2;
@@ -107,8 +112,14 @@ impl Bearings {
             for roller in rollers.first..rollers.first + rollers.count() {
                 let (before, after) = (spins_rad_s[roller], self.free_rad_s[roller]);
                 let (mean, carried) = (f64::midpoint(before, after), self.carried_rad_s[roller]);
+                let free = 2.0 * self.mean_rad_s[roller] - after;
                 self.mean_rad_s[roller] = mean;
-                balance.bearing(step_s * damping * ((after - carried) * mean - (before - carried) * carried));
+                // What the contacts gave the roller, less what it has of that, and what of the rest the wheel has got.
+                let inertia = rollers.inertia_kg_m2();
+                let given = (after - free) * (inertia + step_s * damping);
+                balance.bearing(
+                    (given - inertia * (after - before)) * mean + inertia * (free - before) * carried,
+                );
             }
         }
         spins_rad_s.copy_from_slice(&self.free_rad_s);

@@ -112,8 +112,16 @@ impl Ground {
                         .for_each(|found| add(found, 0));
                 }
                 Solid::Field(shape) => {
-                    let nearest =
-                        |triangle: &Triangle| of(triangle.project_local_point(at, false).point, false);
+                    // A field has no inside: what is below its faces is under the ground.
+                    let nearest = |triangle: &Triangle| {
+                        let on = triangle.project_local_point(at, false).point;
+                        let up = triangle.normal()?;
+                        let up = if up.y < 0.0 { -up } else { up };
+                        match (at - on).dot(up) {
+                            0.0 => Some((on, up, -radius_m)),
+                            height => of(on, height < 0.0),
+                        }
+                    };
                     for (found, face) in nearest_on_field(shape, at, reach_m, nearest) {
                         add(found, face);
                     }
@@ -128,8 +136,8 @@ pub(super) type Place = (Vector, Vector, f64);
 
 /// The places of a height field where the distance to something is least, nearest first, with their faces.
 ///
-/// `nearest` is the place of a triangle that is nearest to it. Where that lies on an edge or a corner, it counts only if no other
-/// triangle there has a nearer place: the edges inside a smooth field do not push.
+/// `nearest` is the place of a triangle that is nearest to it. Where that lies on another triangle too, on an edge or a corner, it counts
+/// only if that one has no place as near: the edges inside a smooth field do not push.
 pub(super) fn nearest_on_field(
     field: &HeightField,
     at: Vector,
@@ -146,10 +154,10 @@ pub(super) fn nearest_on_field(
     found.sort_by(|a, b| a.0.2.total_cmp(&b.0.2).then(a.1.cmp(&b.1)));
     let mut kept: Vec<(Place, u32)> = Vec::new();
     for (i, (place, face, _)) in found.iter().enumerate() {
-        let (point, _, gap_m) = *place;
-        let nearer = found[..i].iter().any(|((other, _, other_m), _, triangle)| {
-            let on_it = (triangle.project_local_point(point, false).point - point).length() < SAME_POINT_M;
-            on_it && (*other_m < gap_m - SAME_POINT_M || (*other - point).length() < SAME_POINT_M)
+        let (point, _, _) = *place;
+        // Those next in order are next to it.
+        let nearer = found[..i].iter().rev().any(|(_, _, triangle)| {
+            (triangle.project_local_point(point, false).point - point).length() < SAME_POINT_M
         });
         if !nearer {
             kept.push((*place, face & 0xf_ffff));
@@ -174,9 +182,11 @@ impl Part {
             Solid::Bar(shape) => shape.project_local_point(at, false),
             Solid::Field(_) => return Some(Way::Around),
         };
+        if found.is_inside {
+            return Some(Way::Around);
+        }
         let way = self.pose.rotation * (found.point - at);
-        let way = if found.is_inside { -way } else { way };
-        (found.is_inside || way.length() <= reach_m).then_some(Way::Towards(way))
+        (way.length() <= reach_m).then_some(Way::Towards(way))
     }
 
     fn new(shape: Shape) -> Self {

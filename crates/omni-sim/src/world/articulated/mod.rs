@@ -311,7 +311,7 @@ impl<const N: usize> Plant for World<N> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let snapshot: Snapshot = postcard::from_bytes(bytes)?;
+        let (snapshot, rest): (Snapshot, _) = postcard::take_from_bytes(bytes)?;
         let bodies = self.model.bodies.len();
         let wheels = self.model.wheels.len();
         let state = &snapshot.state;
@@ -321,7 +321,12 @@ impl<const N: usize> Plant for World<N> {
             state.spin_rad_s.len(),
             state.turn_rad.len(),
         ];
-        if sizes != [N, bodies, wheels, wheels] || state.roller_rad_s.len() != self.model.rollers {
+        if sizes != [N, bodies, wheels, wheels]
+            || state.roller_rad_s.len() != self.model.rollers
+            || !snapshot.actuation.fits(wheels)
+            || snapshot.loads_done.len() != self.loads.len()
+            || !rest.is_empty()
+        {
             return Err(postcard::Error::DeserializeBadEncoding);
         }
         for (load, done) in self.loads.iter_mut().zip(snapshot.loads_done) {

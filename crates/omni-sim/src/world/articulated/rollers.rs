@@ -27,8 +27,8 @@ pub(super) struct Rollers {
     friction_n_m_s_rad: f64,
     /// The index of the first among all of the vehicle's.
     pub(super) first: usize,
-    /// How far about the axle a roller reaches to either side \[rad\].
-    covers_rad: f64,
+    /// How far a roller reaches from its middle \[m\].
+    longest_m: f64,
 }
 
 /// A roller in the present step, in world axes about the common centre of mass.
@@ -65,9 +65,7 @@ impl Rollers {
             inertia_kg_m2,
             friction_n_m_s_rad: built.friction_n_m_s_rad,
             first,
-            covers_rad: libm::atan(
-                built.barrel.half_length_m() / (built.pitch_radius_m - built.barrel.radius_m()),
-            ),
+            longest_m: BarrelShape(built.barrel).reach_m(),
         }
     }
 
@@ -124,28 +122,28 @@ impl Rollers {
             let Some(way) = part.way_from(at, reach_m) else {
                 continue;
             };
-            // The way to the nearest place in the wheel's plane, as parts down and back: what leans out of that plane is met by
-            // whichever roller is there. Rollers beyond an angle from it are farther from the part than what is looked for.
-            let [along_down, along_back, needed] = match way {
-                Way::Towards(way) => {
-                    let [down, back] = [way.dot(down), way.dot(back)];
-                    let margin = libm::acos((1.0 - meeting.ahead_m / self.pitch_radius_m).max(-1.0));
-                    let least = libm::cos((margin + self.covers_rad).min(std::f64::consts::PI));
-                    [down, back, least * (down * down + back * back).sqrt()]
-                }
-                Way::Around => [0.0; 3],
+            // A convex part lies beyond the plane across the way to its nearest place: what does not reach that plane cannot touch.
+            let (towards, least) = match way {
+                Way::Towards(way) => (way.normalize_or_zero(), way.length() - meeting.ahead_m),
+                Way::Around => (Vector3::ZERO, f64::NEG_INFINITY),
             };
             for roller in 0..self.places.len() {
                 let (sin, cos) = self.angle(roller, turned);
-                if along_down * cos + along_back * sin < needed {
-                    continue;
-                }
                 let outward = down * cos + back * sin;
                 let [_, _, along] = self.places[roller];
+                let middle = outward * self.pitch_radius_m + axle * along;
+                if middle.dot(towards) + self.longest_m < least {
+                    continue;
+                }
+                let axis = (down * sin - back * cos) * angle_cos + axle * angle_sin;
+                let sine = axis.dot(towards).clamp(-1.0, 1.0);
+                if middle.dot(towards) + self.shape.0.reach_m(sine) < least {
+                    continue;
+                }
                 let placed = Placed {
                     index: roller,
-                    middle: centre + outward * self.pitch_radius_m + axle * along,
-                    axis: (down * sin - back * cos) * angle_cos + axle * angle_sin,
+                    middle: centre + middle,
+                    axis,
                 };
                 self.touch(meeting, part, key, &placed, |touch| {
                     contacts.push(self.contact(meeting, wheel, index, centre, &placed, touch, free[roller]));
@@ -236,15 +234,17 @@ impl Rollers {
         let along = (axis - normal * normal.dot(axis)).normalize_or_zero();
         let across = normal.cross(along);
         let lever_m = axis.dot((point - placed.middle).cross(across));
+        // Of what turns the roller its bearing passes a part on to the wheel.
+        let inertia_kg_m2 = self.inertia_kg_m2 + meeting.step_s * self.friction_n_m_s_rad;
         let lines = [line(normal, 0.0), line(along, 0.0)];
         let mut contact = Contact::new(wheel, index, touch, [point, along], lines, meeting.step_s);
         contact.key |= (placed.index as u64) << 32;
         contact.across = Some(Across {
             direction: across,
-            line: line(across, lever_m),
+            line: line(across, lever_m * self.inertia_kg_m2 / inertia_kg_m2),
             roller: self.first + placed.index,
             lever_m,
-            inertia_kg_m2: self.inertia_kg_m2 + meeting.step_s * self.friction_n_m_s_rad,
+            inertia_kg_m2,
             free_rad_s,
             rad_s: free_rad_s,
             impulse: 0.0,

@@ -79,7 +79,7 @@ impl<const N: usize> World<N> {
         self.state.u.copy_from_slice(&u);
         std::mem::swap(&mut self.state.spin_rad_s, &mut self.spins_after);
         self.state.advance(step_s);
-        self.diverged |= !u.iter().all(|v| v.is_finite());
+        self.diverged |= !self.state.is_sound();
         if !self.diverged {
             self.tree.update(&self.model, &self.state);
         }
@@ -88,12 +88,19 @@ impl<const N: usize> World<N> {
     /// Finds the contacts of all wheels.
     fn meet(&mut self) {
         let u = self.u();
-        let speed_m_s = Vector3::new(u[0], u[1], u[2]).length();
-        let ahead_m = AHEAD_M.max(2.0 * self.step_s * speed_m_s);
         self.contacts.clear();
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let (origin, rotation) = (self.tree.origin[wheel.body], self.tree.rotation[wheel.body]);
             let centre = origin + rotation * wheel.centre_m;
+            // How far its surface may come in two steps; no farther than the wheel is large.
+            let surface_m_s = self.state.spin_rad_s[i].abs() * wheel.centre_m.z.abs();
+            let speed_m_s = self
+                .tree
+                .velocity(wheel.body, centre, &u)
+                .length()
+                .max(0.5 * surface_m_s);
+            let soon_m = (2.0 * self.step_s * speed_m_s).min(wheel.centre_m.z.abs());
+            let ahead_m = AHEAD_M.max(soon_m);
             let (ball, radius_m) = match &wheel.shape {
                 WheelShape::Ball { radius_m } => (centre, *radius_m),
                 WheelShape::RollerBall { radius_m, centre_m } => (origin + rotation * *centre_m, *radius_m),
@@ -102,11 +109,13 @@ impl<const N: usize> World<N> {
                         tree: &self.tree,
                         ground: &self.ground,
                         com: self.com(),
-                        ahead_m: AHEAD_OF_ROLLERS_M.max(self.step_s * speed_m_s),
+                        ahead_m: AHEAD_OF_ROLLERS_M.max(soon_m),
                         step_s: self.step_s,
                     };
-                    let (turn_rad, free) =
-                        (self.state.turn_rad[i], &self.bearings.free_rad_s[rollers.first..]);
+                    let (turn_rad, free) = (
+                        self.state.turn_rad[i],
+                        &self.bearings.in_touch_rad_s[rollers.first..],
+                    );
                     let from = self.contacts.len();
                     rollers.meet(&meeting, wheel, i, turn_rad, free, &mut self.contacts);
                     for contact in &mut self.contacts[from..] {

@@ -52,9 +52,9 @@ pub(super) fn sweep<const N: usize>(
         .collect();
     for contact in contacts.iter_mut() {
         let most = contact.friction * contact.push;
-        contact.rub = contact.rub.clamp(-most, most);
+        contact.rub = contact.rub.max(-most).min(most);
         if let Some(across) = &mut contact.across {
-            across.impulse = across.impulse.clamp(-most, most);
+            across.impulse = across.impulse.max(-most).min(most);
         }
     }
     for group in contacts.chunk_by_mut(Contact::shares_roller) {
@@ -97,7 +97,7 @@ pub(super) fn sweep<const N: usize>(
             let most = contact.friction * contact.push;
             let gives = give(&contact.slip, &responses[i][1]) + 1.0 / STICK;
             let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
-            let by = (contact.rub - off / gives).clamp(-most, most) - contact.rub;
+            let by = (contact.rub - off / gives).max(-most).min(most) - contact.rub;
             contact.rub += by;
             apply(&mut u, spins, i, wheel, 1, by);
             let Some(across) = &mut contact.across else {
@@ -107,7 +107,7 @@ pub(super) fn sweep<const N: usize>(
             let gives = give(&across.line, &responses[i][2]) + across.lever_m * turns + 1.0 / STICK;
             let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
             let off = slip + across.impulse / STICK;
-            let by = (across.impulse - off / gives).clamp(-most, most) - across.impulse;
+            let by = (across.impulse - off / gives).max(-most).min(most) - across.impulse;
             across.impulse += by;
             let roller = across.roller;
             apply(&mut u, spins, i, wheel, 2, by);

@@ -246,7 +246,23 @@ fn turn(axis: Vector3, angle_rad: f64) -> Matrix3 {
     matrix([axis.x * sin, axis.y * sin, axis.z * sin, cos])
 }
 
+/// No vehicle is farther, faster or more turned than this \[m\], \[m/s\], \[rad\], \[rad/s\].
+const MOST: f64 = 1e7;
+
 impl State {
+    /// Is everything a number that a vehicle can have?
+    pub(super) fn is_sound(&self) -> bool {
+        let all = [
+            &self.angle_rad,
+            &self.u,
+            &self.spin_rad_s,
+            &self.turn_rad,
+            &self.roller_rad_s,
+        ];
+        let mut all = all.into_iter().flatten().chain(&self.com_m).chain(&self.base);
+        all.all(|value| value.abs() < MOST)
+    }
+
     /// Moves positions on by the present velocities.
     pub(super) fn advance(&mut self, step_s: f64) {
         for k in 0..3 {

@@ -244,7 +244,11 @@ impl Plant for World {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        self.go_on_from(postcard::from_bytes(bytes)?);
+        let (snapshot, rest): (snapshot::WorldSnapshot, _) = postcard::take_from_bytes(bytes)?;
+        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
+            return Err(postcard::Error::DeserializeBadEncoding);
+        }
+        self.go_on_from(snapshot);
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ use crate::world::actuation;
 #[derive(Serialize, Deserialize)]
 pub(super) struct WorldSnapshot {
     physics: PhysicsWorld,
-    actuation: actuation::State,
+    pub(super) actuation: actuation::State,
     energy: energy_balance::State,
     time_ns: u64,
     loads_done: Vec<bool>,

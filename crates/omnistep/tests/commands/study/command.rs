@@ -157,7 +157,7 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
         "{said}"
     );
     assert!(
-        said.contains("\n24 runs; ") && said.contains("; 0 failed; out/small\n"),
+        said.contains("\n24 runs; ") && said.contains("; engine rapier; 0 failed; out/small\n"),
         "{said}"
     );
     let output = omnistep(
@@ -183,7 +183,7 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
     let output = omnistep(folder.path(), SMALL, &["study", "small.toml", "--seeds", "5"]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("\n30 runs, 30 of them done before; 0 failed; out/small\n"),
+        said.contains("\n30 runs, 30 of them done before; engine rapier; 0 failed; out/small\n"),
         "{said}"
     );
     let said = omnistep(folder.path(), FAILING, &["study", "small.toml"]);
