@@ -3,7 +3,9 @@
 mod actuation;
 mod articulated;
 mod barrel;
+mod height_field;
 mod loads;
+mod observed;
 mod rapier;
 
 use crate::Error;

@@ -3,11 +3,11 @@
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::query::PointQuery;
 use rapier3d_f64::parry::shape::{Cuboid, Cylinder, HeightField, HeightFieldFlags, Triangle};
-use rapier3d_f64::parry::utils::Array2;
 use rapier3d_f64::prelude::{AngVector, Pose, Vector};
 
 use crate::config::{FrictionPatch, Scenario};
 use crate::ground::{Shape, shapes};
+use crate::world::height_field::height_field;
 
 /// A place where something meets the ground, or is about to.
 #[derive(Clone, Copy)]
@@ -215,25 +215,13 @@ impl Part {
             }
             Shape::Field {
                 from_m,
-                extent_m: [length, width],
+                extent_m,
                 rows,
                 columns,
                 heights_m,
             } => {
-                // parry's fields have y up, rows along z and columns along x: a quarter turn about x puts z up and rows to the right.
-                let mut heights = Array2::repeat(columns, rows, 0.0);
-                for i in 0..rows {
-                    for j in 0..columns {
-                        heights[(j, i)] = heights_m[i * columns + j];
-                    }
-                }
-                let size = Vector::new(length, 1.0, width);
-                let shape = HeightField::with_flags(heights, size, HeightFieldFlags::empty());
-                let quarter = std::f64::consts::FRAC_PI_2;
-                let pose = Pose::new(
-                    Vector::new(from_m + length / 2.0, 0.0, 0.0),
-                    AngVector::new(quarter, 0.0, 0.0),
-                );
+                let (heights, scale, pose) = height_field(from_m, extent_m, [rows, columns], &heights_m);
+                let shape = HeightField::with_flags(heights, scale, HeightFieldFlags::empty());
                 let bounds = shape.aabb(&pose);
                 let solid = Solid::Field(shape);
                 Self { solid, pose, bounds }

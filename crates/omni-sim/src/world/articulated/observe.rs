@@ -4,7 +4,8 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
 use super::tree::FREE;
-use crate::observation::{ContactForce, Observation, Pose3};
+use crate::observation::{Observation, Pose3};
+use crate::world::observed::{ContactSum, along_push, level_twist, load_rows, tilt};
 
 impl<const N: usize> World<N> {
     /// Turning speed of a wheel against its carrier \[rad/s\].
@@ -19,27 +20,14 @@ impl<const N: usize> World<N> {
         let per_second = share / self.step_s;
         let mut from = 0;
         for (i, (wheel, seen)) in self.model.wheels.iter().zip(&mut observation.wheels).enumerate() {
-            let (mut force, mut normal) = (Vector3::ZERO, Vector3::ZERO);
-            let (mut moment, mut size) = (Vector3::ZERO, 0.0);
+            let mut sum = ContactSum::default();
             while let Some(contact) = self.contacts.get(from).filter(|contact| contact.wheel == i) {
                 from += 1;
-                force += contact.impulse();
-                normal += contact.normal * contact.push;
-                moment += (contact.point + self.before_com) * contact.push;
-                size += contact.push;
-            }
-            if size == 0.0 {
-                continue;
+                let (normal, at) = (contact.normal * contact.push, contact.point + self.before_com);
+                sum.add(contact.impulse(), normal, at, contact.push);
             }
             let across = self.tree.rotation[wheel.body] * wheel.across_push;
-            let along = across.cross(normal).normalize_or_zero();
-            seen.add(&ContactForce {
-                force_n: (force * per_second).into(),
-                normal_n: (normal * per_second).into(),
-                along_n: force.dot(along) * per_second,
-                moment_m_n: (moment * per_second).into(),
-                push_n: size * per_second,
-            });
+            sum.tell(across, per_second, seen);
         }
     }
 
@@ -52,24 +40,15 @@ impl<const N: usize> World<N> {
             position_m: (com + tree.origin[0]).into(),
             rotation_xyzw: [x, y, z, w],
         };
-        // Velocity of the vehicle's origin, along the base's axes turned about the vertical only: what odometry means.
-        let forward = tree.rotation[0] * Vector3::X;
-        let level = Vector3::new(forward.x, forward.y, 0.0).normalize_or(Vector3::X);
-        let (sin, cos) = (level.y, level.x);
-        let v = tree.velocity(0, tree.origin[0], &u);
-        observation.twist = omni_core::BodyTwist {
-            vx_m_s: cos * v.x + sin * v.y,
-            vy_m_s: cos * v.y - sin * v.x,
-            wz_rad_s: tree.omega[0].z,
-        };
+        let velocity = tree.velocity(0, tree.origin[0], &u);
+        observation.twist = level_twist(tree.rotation[0] * Vector3::X, velocity, tree.omega[0].z);
         let angles = observation
             .body_nose_up_rad
             .iter_mut()
             .zip(&mut observation.body_lean_rad);
         for (place, (pitch, lean)) in self.model.place_of.iter().zip(angles) {
             let rotation = tree.rotation[*place];
-            *pitch = libm::asin((rotation * Vector3::X).z.clamp(-1.0, 1.0));
-            *lean = libm::acos((rotation * Vector3::Z).z.clamp(-1.0, 1.0));
+            (*pitch, *lean) = tilt(rotation * Vector3::X, rotation * Vector3::Z);
         }
         for (b, body) in self.model.bodies.iter().enumerate() {
             if let Some(hinge) = body.hinge {
@@ -82,18 +61,9 @@ impl<const N: usize> World<N> {
             let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
             seen.centre_m = (centre + com).into();
             seen.rim_m_s = self.wheel_rad_s(i) * wheel.way_per_rad;
-            // In the tangent plane of the contact; the ground's plane while there is none.
-            let normal = if seen.touches() {
-                Vector3::from(seen.normal)
-            } else {
-                Vector3::Z
-            };
-            let along = (rotation * wheel.across_push).cross(normal).normalize_or_zero();
-            seen.along_m_s = tree.velocity(wheel.body, centre, &u).dot(along);
+            let velocity = tree.velocity(wheel.body, centre, &u);
+            seen.along_m_s = along_push(velocity, rotation * wheel.across_push, seen);
         }
-        let (rows, wheels) = (&self.rows, &observation.wheels);
-        for (row, load_n) in rows.iter().zip(&mut observation.row_loads_n) {
-            *load_n = row.iter().map(|w| wheels[*w].force_n[2]).sum();
-        }
+        load_rows(&self.rows, observation);
     }
 }

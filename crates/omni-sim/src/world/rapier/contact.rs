@@ -5,7 +5,8 @@ use rapier3d_f64::utils::OrthonormalBasis;
 
 use super::energy_balance::EnergyBalance;
 use super::vehicle::VehicleBodies;
-use crate::observation::{ContactForce, Observation};
+use crate::observation::Observation;
+use crate::world::observed::ContactSum;
 
 /// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the control period, and their work to
 /// the energy balance.
@@ -21,8 +22,7 @@ pub(super) fn accumulate(
 ) {
     let per_second = share / physics.integration_parameters.dt;
     for (wheel, seen) in vehicle.wheels.iter().zip(&mut observation.wheels) {
-        let (mut force, mut normal) = (Vector::ZERO, Vector::ZERO);
-        let (mut moment, mut size) = (Vector::ZERO, 0.0);
+        let mut sum = ContactSum::default();
         let pairs = wheel
             .colliders()
             .iter()
@@ -48,20 +48,11 @@ pub(super) fn accumulate(
                     let rub = (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
                     let arm = if first { data.solver_dp1 } else { data.solver_dp2 };
                     energy.contact(handle, body, arm, push, rub);
-                    normal += push;
-                    force += push + rub;
-                    moment += (body.center_of_mass() + arm) * data.impulse.abs();
-                    size += data.impulse.abs();
+                    let at = body.center_of_mass() + arm;
+                    sum.add(push + rub, push, at, data.impulse.abs());
                 }
             }
         }
-        let along = wheel.axle_world(physics).cross(normal).normalize_or_zero();
-        seen.add(&ContactForce {
-            force_n: (force * per_second).into(),
-            normal_n: (normal * per_second).into(),
-            along_n: force.dot(along) * per_second,
-            moment_m_n: (moment * per_second).into(),
-            push_n: size * per_second,
-        });
+        sum.tell(wheel.axle_world(physics), per_second, seen);
     }
 }

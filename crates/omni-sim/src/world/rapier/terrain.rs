@@ -1,10 +1,10 @@
 //! The ground as fixed colliders.
 
-use rapier3d_f64::parry::utils::Array2;
 use rapier3d_f64::prelude::*;
 
 use crate::config::{FrictionPatch, Scenario};
 use crate::ground::{self, Shape};
+use crate::world::height_field::height_field;
 
 /// Adds the ground to the world; false where it is unknown, and there is none.
 pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) -> bool {
@@ -44,27 +44,14 @@ fn collider(shape: Shape) -> ColliderBuilder {
         } => ColliderBuilder::cylinder(half_length_m, radius_m).translation(Vector::from(centre_m)),
         Shape::Field {
             from_m,
-            extent_m: [length, width],
+            extent_m,
             rows,
             columns,
             heights_m,
         } => {
-            // rapier's fields have y up, rows along z and columns along x. Turned by a quarter about x they have z up and rows
-            // to the right; so rows here are columns there.
-            let mut heights = Array2::repeat(columns, rows, 0.0);
-            for i in 0..rows {
-                for j in 0..columns {
-                    heights[(j, i)] = heights_m[i * columns + j];
-                }
-            }
+            let (heights, scale, pose) = height_field(from_m, extent_m, [rows, columns], &heights_m);
             let flags = HeightFieldFlags::FIX_INTERNAL_EDGES;
-            let field =
-                ColliderBuilder::heightfield_with_flags(heights, Vector::new(length, 1.0, width), flags);
-            let quarter = std::f64::consts::FRAC_PI_2;
-            field.position(Pose::new(
-                Vector::new(from_m + length / 2.0, 0.0, 0.0),
-                AngVector::new(quarter, 0.0, 0.0),
-            ))
+            ColliderBuilder::heightfield_with_flags(heights, scale, flags).position(pose)
         }
     }
 }

@@ -6,6 +6,7 @@ use super::pose3;
 use super::wheel::Wheel;
 use crate::config::{Body, CouplingSpring, RollerWheel, Scenario};
 use crate::observation::Observation;
+use crate::world::observed::{along_push, level_twist, load_rows, tilt};
 
 struct HingeBodies {
     name: String,
@@ -186,24 +187,15 @@ impl VehicleBodies {
     pub(super) fn observe(&self, physics: &PhysicsWorld, observation: &mut Observation) {
         let base = &physics.bodies[self.bodies[0]];
         observation.pose = pose3(base.position());
-        // Velocity of the vehicle's origin, along the base's axes turned about the vertical only: what odometry means.
-        let forward = base.rotation() * Vector::X;
-        let level = Vector::new(forward.x, forward.y, 0.0).normalize_or(Vector::X);
-        let (sin, cos) = (level.y, level.x);
-        let v = base.velocity_at_point(base.position().translation);
-        observation.twist = omni_core::BodyTwist {
-            vx_m_s: cos * v.x + sin * v.y,
-            vy_m_s: cos * v.y - sin * v.x,
-            wz_rad_s: base.angvel().z,
-        };
+        let velocity = base.velocity_at_point(base.position().translation);
+        observation.twist = level_twist(base.rotation() * Vector::X, velocity, base.angvel().z);
         let angles = observation
             .body_nose_up_rad
             .iter_mut()
             .zip(&mut observation.body_lean_rad);
         for (handle, (pitch, lean)) in self.bodies.iter().zip(angles) {
             let rotation = physics.bodies[*handle].rotation();
-            *pitch = libm::asin((rotation * Vector::X).z.clamp(-1.0, 1.0));
-            *lean = libm::acos((rotation * Vector::Z).z.clamp(-1.0, 1.0));
+            (*pitch, *lean) = tilt(rotation * Vector::X, rotation * Vector::Z);
         }
         for (hinge, seen) in self.hinges.iter().zip(&mut observation.hinges) {
             (seen.angle_rad, seen.rate_rad_s) = hinge.angle_and_rate(physics);
@@ -212,18 +204,9 @@ impl VehicleBodies {
             let (centre, velocity) = wheel.centre_world(physics);
             seen.centre_m = centre.into();
             seen.rim_m_s = wheel.wheel_velocity(physics) * wheel.way_per_rad;
-            // Along the push, the rolling direction of an omni wheel, in the tangent plane of the contact; the ground's plane while there is none.
-            let normal = if seen.touches() {
-                Vector::from(seen.normal)
-            } else {
-                Vector::Z
-            };
-            seen.along_m_s = velocity.dot(wheel.axle_world(physics).cross(normal).normalize_or_zero());
+            seen.along_m_s = along_push(velocity, wheel.axle_world(physics), seen);
         }
-        let (rows, wheels) = (&self.rows, &observation.wheels);
-        for (row, load_n) in rows.iter().zip(&mut observation.row_loads_n) {
-            *load_n = row.iter().map(|w| wheels[*w].force_n[2]).sum();
-        }
+        load_rows(&self.rows, observation);
     }
 }
 
