@@ -166,9 +166,7 @@ fn facts(
         if !shares.is_empty() {
             say("shares", shares.join("; "));
         }
-    }
-    let preloaded = vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0);
-    if preloaded && vehicle.static_loads_n(gravity_m_s2).is_none() {
+    } else if vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0) {
         say(
             "loads",
             "WARNING: with these preloads some wheel does not stand on the ground".into(),
