@@ -125,7 +125,7 @@ impl Requests {
         set.filter_map(Result::err).collect()
     }
 
-    /// Sets a parameter, or says why not. Checked without the pending, which the run looks at every period.
+    /// Sets a parameter, or says why not.
     fn set_one(&self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
         let name = parameter.name.as_str();
         let number = || match parameter.value {
@@ -133,17 +133,13 @@ impl Requests {
             Some(ParameterValue::Integer(value)) => Ok(value as f64),
             ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
         };
-        let (scenario, twist) = {
-            let pending = self.pending();
-            (pending.scenario.clone(), pending.twist())
-        };
         let with = match name {
             VX | VY | WZ => {
-                let mut twist = twist.to_array();
-                twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
-                let twist = allowed(&scenario, twist)?;
-                self.pending().command = Command::Client(who, now, twist);
-                return Ok(());
+                return self.take_command(who, now, |scenario, twist| {
+                    let mut twist = twist.to_array();
+                    twist[[VX, VY, WZ].iter().position(|known| *known == name).unwrap_or(0)] = number()?;
+                    allowed(scenario, twist)
+                });
             }
             POLICY => match &parameter.value {
                 Some(ParameterValue::String(policy)) => Override::new(POLICY, policy.as_str()),
@@ -156,11 +152,7 @@ impl Requests {
                 ));
             }
         };
-        let changed = Arc::new(checked(&scenario, &[with])?);
-        let mut pending = self.pending();
-        pending.scenario = changed;
-        pending.changed = true;
-        Ok(())
+        self.take_setting(|scenario| checked(scenario, &[with]))
     }
 
     /// Takes a twist that a client published on `/cmd_vel`, as teleoperation panels do, or says why not.
@@ -171,10 +163,36 @@ impl Requests {
         payload: &[u8],
         now: Instant,
     ) -> Result<(), String> {
-        // Checked without the pending, which the run looks at every period.
-        let scenario = self.pending().scenario.clone();
-        let twist = allowed(&scenario, twist(published, payload)?)?;
+        self.take_command(who, now, |scenario, _| {
+            allowed(scenario, twist(published, payload)?)
+        })
+    }
+
+    /// Takes the twist that `check` makes of the scenario and the twist of now, or says why not. `check` runs without
+    /// the pending, which the run looks at every period: it may read files.
+    fn take_command(
+        &self,
+        who: ClientId,
+        now: Instant,
+        check: impl FnOnce(&Scenario, BodyTwist<f64>) -> Result<BodyTwist<f64>, String>,
+    ) -> Result<(), String> {
+        let (scenario, twist) = {
+            let pending = self.pending();
+            (pending.scenario.clone(), pending.twist())
+        };
+        let twist = check(&scenario, twist)?;
         self.pending().command = Command::Client(who, now, twist);
+        Ok(())
+    }
+
+    /// Takes the scenario that `check` makes of the one of now, or says why not. `check` runs without the pending, as in
+    /// [`Requests::take_command`].
+    fn take_setting(&self, check: impl FnOnce(&Scenario) -> Result<Scenario, String>) -> Result<(), String> {
+        let scenario = self.pending().scenario.clone();
+        let changed = Arc::new(check(&scenario)?);
+        let mut pending = self.pending();
+        pending.scenario = changed;
+        pending.changed = true;
         Ok(())
     }
 }
@@ -251,8 +269,6 @@ fn twist(published: &Published, payload: &[u8]) -> Result<[f64; 3], String> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicBool, Ordering};
-
     use super::*;
 
     const AHEAD: &[u8] = br#"{"linear":{"x":-0.3,"y":0,"z":0},"angular":{"x":0,"y":0,"z":0}}"#;
@@ -321,26 +337,24 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_is_checked_while_the_run_goes_on_taking_its_command() {
-        // Its picture is read anew for every setting.
-        let scenario = Scenario::load("height_map", &[]).expect("built-in");
-        let requests = Requests::new(&scenario);
-        let (done, mut looks, mut held) = (AtomicBool::new(false), 0, 0);
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                for k in 0..100 {
-                    let torque = Parameter::float64(TORQUE, 1.0 + f64::from(k) / 100.0);
-                    assert!(requests.set(1, &[torque], Instant::now()).is_empty());
-                }
-                done.store(true, Ordering::SeqCst);
-            });
-            while !done.load(Ordering::SeqCst) {
-                (looks, held) = (looks + 1, held + u32::from(requests.pending.try_lock().is_err()));
-                std::thread::yield_now();
-            }
+    fn what_is_asked_is_checked_while_the_run_goes_on_taking_its_command() {
+        // Every setting and command is checked in one of these two: a caller that held the pending could not get through.
+        let requests = requests();
+        let slow = BodyTwist {
+            vx_m_s: 0.1,
+            ..BodyTwist::zero()
+        };
+        let taken = requests.take_command(1, Instant::now(), |_, _| {
+            assert!(requests.pending.try_lock().is_ok(), "the run waits for a check");
+            Ok(slow)
         });
-        // All of the time, were it held while the scenario is checked; now for as long as it takes to put a pointer.
-        assert!(looks > 100 && held < looks / 10, "{held} of {looks}");
+        assert_eq!((taken, commanded(&requests)), (Ok(()), Some(0.1)));
+        let taken = requests.take_setting(|scenario| {
+            assert!(requests.pending.try_lock().is_ok(), "the run waits for a check");
+            checked(scenario, &[Override::new(TORQUE, 1.25)])
+        });
+        let changed = requests.take_changed().expect("a setting");
+        assert_eq!((taken, changed.vehicle().motor.stall_torque_n_m), (Ok(()), 1.25));
     }
 
     #[test]
