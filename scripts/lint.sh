@@ -6,6 +6,7 @@ cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
 cargo fmt --manifest-path wasm/Cargo.toml --check
 cargo clippy --locked --workspace --all-targets -- -D warnings
+python3 scripts/one_build.py
 scripts/venv.sh
 .venv/bin/ruff check python scripts benches
 .venv/bin/ruff format --check python scripts benches

@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 import maturin
+from build_places import places, remap_flags
 from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are maturin's own)
     build_editable,
     build_sdist,
@@ -24,28 +25,10 @@ from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are matu
     prepare_metadata_for_build_wheel,
 )
 
-ROOT = Path(__file__).resolve().parents[1]
-
-
-def places() -> dict[str, str]:
-    """Folders of this machine that may be named in what is built, and what they are called instead; outer first."""
-    home = Path.home()
-    named = {
-        home: "/home",
-        Path(os.environ.get("CARGO_HOME", home / ".cargo")): "/cargo",
-        Path(os.environ.get("RUSTUP_HOME", home / ".rustup")): "/rustup",
-        ROOT: "/omnistep",
-    }
-    if target := os.environ.get("CARGO_TARGET_DIR"):
-        named[Path(target).absolute()] = "/target"
-    named = {path: name for path, name in named.items() if len(path.parts) > 1}  # a home may be the root folder
-    # The compiler takes the last that fits.
-    return {str(path): name for path, name in sorted(named.items(), key=lambda item: len(item[0].parts))}
-
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build the wheel into a folder; return its file name."""
-    flags = [f"--remap-path-prefix={path}={name}" for path, name in places().items()]
+    flags = [flag for flag in remap_flags() if flag not in os.environ.get("CARGO_BUILD_RUSTFLAGS", "").split()]
     # Beside what the user's configuration says; variables replace that, so where they are set the flags go there.
     if "CARGO_ENCODED_RUSTFLAGS" in os.environ:
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([os.environ["CARGO_ENCODED_RUSTFLAGS"], *flags])

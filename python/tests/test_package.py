@@ -1,6 +1,6 @@
 """The package as others meet it: typed, one command line, logs that foreign readers open."""
 
-import importlib.util
+import importlib
 import json
 import re
 import subprocess
@@ -101,10 +101,9 @@ def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and
 @pytest.fixture(scope="module")
 def backend():
     """What pip builds the wheel with."""
-    spec = importlib.util.spec_from_file_location("wheel_backend", ROOT / "scripts" / "wheel_backend.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "scripts")  # as pip does: `backend-path` in pyproject.toml
+        return importlib.import_module("wheel_backend")
 
 
 def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, backend):
