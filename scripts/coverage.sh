@@ -20,7 +20,10 @@ export RUSTFLAGS="-Cinstrument-coverage" LLVM_PROFILE_FILE="$out/%p-%m.profraw"
 # Keeping the compiled examples of the documentation is a flag that stable rustdoc hides; it changes no language rule.
 export RUSTDOCFLAGS="-Cinstrument-coverage -Zunstable-options --persist-doctests=$out/doctests"
 cargo test --locked --quiet -p omnistep-core --lib --tests --no-run --message-format=json >"$out/build.json"
-cargo test --locked --quiet -p omnistep-core --lib --tests
+# Which lines run is known after a few cases of a law; the whole of it, and what drives for long, is in `cargo test`.
+export PROPTEST_CASES=16
+cargo test --locked --quiet -p omnistep-core --lib --tests -- \
+    --skip released_from_a_wall_overshoots --skip coarse_and_noisy_encoders_leave
 RUSTC_BOOTSTRAP=1 cargo test --locked --quiet -p omnistep-core --doc
 "$profdata" merge --sparse -o "$out/all.profdata" "$out"/*.profraw
 mapfile -t binaries < <(
