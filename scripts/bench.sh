@@ -6,3 +6,4 @@ cargo bench --locked
 scripts/venv.sh
 .venv/bin/python benches/python.py
 .venv/bin/python benches/learn.py
+.venv/bin/python benches/rollers.py

@@ -58,6 +58,17 @@ pub enum Error {
         /// How far it parted \[m\].
         gap_m: f64,
     },
+    /// The contacts of too many steps did not come to rest: what they pushed with is not known.
+    #[error(
+        "the contacts of more than one step in a hundred did not settle until t = {time_s:.3} s: no figure of this run holds; \
+         physics.step_us = {step_us} is too long, the built-in scenarios have 500"
+    )]
+    Unsettled {
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// The physics step \[us\].
+        step_us: u64,
+    },
     /// The physics gave back more energy than was put in, beyond what is their error.
     #[error(
         "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; physics.step_us = \
@@ -95,6 +106,7 @@ impl Error {
             self,
             Self::Diverged { .. }
                 | Self::FellApart { .. }
+                | Self::Unsettled { .. }
                 | Self::GainedEnergy { .. }
                 | Self::OutOfTime { .. }
                 | Self::Link { .. }

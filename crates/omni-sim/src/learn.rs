@@ -209,7 +209,7 @@ impl Episode {
             self.left -= 1;
             match self.rules.control(&mut self.simulation, &self.action) {
                 Ok(()) => {}
-                Err(Error::Diverged { .. } | Error::FellApart { .. }) => {
+                Err(Error::Diverged { .. } | Error::FellApart { .. } | Error::Unsettled { .. }) => {
                     failed = true;
                     break;
                 }

@@ -106,6 +106,22 @@ impl Energy {
             - self.joint_loss_j
             - self.drag_loss_j
     }
+
+    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work put in, a loss below 0 not counted
+    /// as one. Contacts or hinges that give back more than they took have made it.
+    ///
+    /// ```
+    /// use omni_sim::{Simulation, config::Scenario};
+    /// let energy = Simulation::new(&Scenario::load("flat", &[])?)?.observation().energy;
+    /// assert!(energy.made_j().abs() < 1e-9);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    #[must_use]
+    pub fn made_j(&self) -> f64 {
+        let contacts = self.friction_loss_j + self.impact_loss_j;
+        let made = |loss_j: f64| (-loss_j).max(0.0);
+        made(contacts) + made(self.joint_loss_j) + made(self.drag_loss_j) - self.residual_j()
+    }
 }
 
 impl Observation {

@@ -160,7 +160,7 @@ pub fn drive<E: From<Error>>(
         let command = steer(&mut simulation)?;
         match simulation.step(&command) {
             Ok(()) => {}
-            Err(error @ (Error::Diverged { .. } | Error::FellApart { .. })) => {
+            Err(error @ (Error::Diverged { .. } | Error::FellApart { .. } | Error::Unsettled { .. })) => {
                 return Ok((meter.outcome(true), Some(error)));
             }
             Err(error) => return Err(error.into()),

@@ -35,6 +35,17 @@ struct Row {
     _log: FinishedLog,
 }
 
+/// A key that one engine alone has is refused where every engine runs; the message says who asked for that.
+fn of_one_engine(mut error: omni_config::Error, engines: &[Engine]) -> omni_config::Error {
+    if let omni_config::Error::Key { message, .. } = &mut error
+        && !engines.is_empty()
+        && message.contains("only with physics.engine")
+    {
+        message.push_str(" (--engines runs every engine)");
+    }
+    error
+}
+
 /// Runs the scenario under each policy (`None`: the scenario's own) with each engine (none: the scenario's own), with the controller in
 /// `firmware` if there is one.
 pub(super) fn compare(
@@ -45,7 +56,8 @@ pub(super) fn compare(
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let overrides = args.overrides()?;
-    let mut scenario = Scenario::load(&args.scenario, &overrides)?;
+    let for_all = |error| of_one_engine(error, engines);
+    let mut scenario = Scenario::load(&args.scenario, &overrides).map_err(for_all)?;
     if firmware.is_some() {
         in_f32(args, &mut scenario)?;
     }
@@ -63,7 +75,7 @@ pub(super) fn compare(
         let each = runs
             .iter()
             .flat_map(|run| engines.iter().map(move |engine| with(run, engine)));
-        runs = each.collect::<Result<Vec<_>, _>>()?;
+        runs = each.collect::<Result<Vec<_>, _>>().map_err(for_all)?;
     }
     std::fs::create_dir_all(&args.out).map_err(|source| {
         let source = std::io::Error::new(

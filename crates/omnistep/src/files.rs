@@ -2,9 +2,12 @@
 
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use omni_config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec};
+use omni_config::{
+    DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec, builtin_scenarios,
+    builtin_studies, builtin_vehicles,
+};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
@@ -15,9 +18,24 @@ use crate::output::print;
 const PERIOD_S: f64 = 1e-3;
 const GRAVITY_M_S2: f64 = 9.81;
 
+/// What a file holds; a name that is no file is that of something built in, as it is for the other commands.
+fn load(file: &str) -> Result<File, omni_config::Error> {
+    if Path::new(file).exists() {
+        File::load(file)
+    } else if builtin_scenarios().contains(&file) {
+        Ok(File::Scenario(Box::new(Scenario::load(file, &[])?)))
+    } else if builtin_vehicles().contains(&file) {
+        Ok(File::Vehicle(Box::new(Vehicle::load(file)?)))
+    } else if builtin_studies().contains(&file) {
+        Ok(File::Study(Box::new(Study::load(file)?)))
+    } else {
+        File::load(file)
+    }
+}
+
 /// Says what a file describes, or what is wrong with it.
 pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
-    let said = match File::load(file)? {
+    let said = match load(file)? {
         File::Vehicle(vehicle) => {
             let derived = match vehicle.gains {
                 Some(_) => None,

@@ -27,6 +27,7 @@ struct Profile {
 impl Profile {
     /// Where a plane touches whose outward normal leans by an angle of this sine towards the axis: along the axis and
     /// away from it \[m\], on a barrel of `radius_m` that is thinner by `less_m` all over.
+    #[inline] // and what calls it: a simulation asks for every roller, every step
     fn touch(self, sine: f64, radius_m: f64, less_m: f64) -> [f64; 2] {
         let q = self.radius_m - radius_m;
         let root = (self.cos * self.cos - sine * sine).sqrt();
@@ -114,18 +115,21 @@ impl Barrel {
 
     /// Largest radius \[m\].
     #[must_use]
+    #[inline]
     pub fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
     /// Half of the length along the axis \[m\].
     #[must_use]
+    #[inline]
     pub fn half_length_m(&self) -> f64 {
         self.half_length_m
     }
 
     /// Radius of the rounding of the edges \[m\]: what [`Barrel::core_support`] leaves out all around.
     #[must_use]
+    #[inline]
     pub fn edge_m(&self) -> f64 {
         self.edge_m
     }
@@ -133,6 +137,7 @@ impl Barrel {
     /// The point of the core farthest in a direction, along the axis and away from it \[m\], for a direction at an angle to
     /// the plane across the axis of sine `sine`, -1 to 1. The barrel is all that is within [`Barrel::edge_m`] of its core.
     #[must_use]
+    #[inline]
     pub fn core_support(&self, sine: f64) -> [f64; 2] {
         if sine.abs() <= self.end_sine {
             self.profile.touch(sine, self.radius_m, self.edge_m)
@@ -150,6 +155,7 @@ impl Barrel {
     /// How far the barrel reaches from its middle in a direction at an angle to the plane across the axis of sine `sine`,
     /// -1 to 1 \[m\].
     #[must_use]
+    #[inline]
     pub fn reach_m(&self, sine: f64) -> f64 {
         let [along, away] = self.core_support(sine);
         along * sine + away * (1.0 - sine * sine).max(0.0).sqrt() + self.edge_m

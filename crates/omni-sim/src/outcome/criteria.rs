@@ -155,7 +155,7 @@ impl Gain {
         // A vehicle that falls has what it falls too.
         self.released_j = self.released_j.max(-energy.potential_j);
         let through_j = energy.turnover_j + self.released_j;
-        let gained_j = -energy.residual_j();
+        let gained_j = energy.made_j();
         let worst = gained_j / (GAINED_PART * through_j + GAINED_M * self.weight_n);
         if worst > self.worst {
             self.worst = worst;
@@ -303,5 +303,24 @@ mod tests {
         assert_eq!(gained(15.0, 5.0, 0.0), None, "lost work is no gain");
         assert_eq!(gained(-1.0, 5.0, -10.0), None, "10 J came of falling");
         assert!(gained(-1.0, 5.0, 10.0).is_some());
+    }
+
+    #[test]
+    fn contacts_that_give_back_more_than_they_took_have_made_it_though_the_balance_closes() {
+        let scenario = scenario("flat", &[]);
+        let made = |impact_loss_j: f64, friction_loss_j: f64| {
+            let (_, mut seen) = period(&scenario);
+            let energy = &mut seen.energy;
+            (energy.turnover_j, energy.work_in_j) = (5.0, 5.0);
+            (energy.impact_loss_j, energy.friction_loss_j) = (impact_loss_j, friction_loss_j);
+            energy.kinetic_j = 5.0 - impact_loss_j - friction_loss_j;
+            assert!(energy.residual_j().abs() < 1e-12);
+            let mut gain = Gain::new(200.0);
+            gain.push(&seen);
+            gain.found().map(|found| found.gained_j)
+        };
+        assert_eq!(made(-15.0, 0.0), Some(15.0));
+        assert_eq!(made(-15.0, 14.9), None, "what friction took of it is no gain");
+        assert_eq!(made(4.0, 1.0), None);
     }
 }

@@ -10,7 +10,7 @@ use rapier3d_f64::parry::query::{
 use rapier3d_f64::parry::shape::{
     Ball, Cuboid, FeatureId, PolygonalFeature, PolygonalFeatureMap, Shape, ShapeType, SupportMap, TypedShape,
 };
-use rapier3d_f64::prelude::{Pose, Vector};
+use rapier3d_f64::prelude::{Matrix, Pose, Vector};
 
 use crate::config::Barrel;
 
@@ -154,26 +154,29 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         axis[i] = 1.0_f64.copysign(middle[i]);
         Vector::from(axis)
     };
+    let turned = Matrix::from_quat(pose.rotation);
+    let back = turned.transpose();
     // The point of the barrel that is first met along a normal, from outside.
     let nearest = |normal: Vector| {
-        let inward = pose.rotation.inverse() * -normal;
-        *pose * (barrel.local_support_point(inward) + inward * barrel.0.edge_m())
+        let inward = back * -normal;
+        turned * (barrel.local_support_point(inward) + inward * barrel.0.edge_m()) + pose.translation
     };
     let gap = |normal: Vector| {
         let support: f64 = normal.to_array().iter().zip(half).map(|(n, h)| n.abs() * h).sum();
-        nearest(normal).dot(normal) - support
+        let point = nearest(normal);
+        (point.dot(normal) - support, point)
     };
     let reach = barrel.reach_m();
     // A gap is at most how far the middle is out, and less than that by the reach at most: most faces cannot be the widest.
     let farthest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (mut normal, mut widest) = (axis(0), f64::NEG_INFINITY);
+    let (mut normal, mut widest, mut on_barrel) = (axis(0), f64::NEG_INFINITY, pose.translation);
     for (i, out) in out.iter().enumerate() {
         if *out < farthest - reach {
             continue;
         }
-        let found = gap(axis(i));
+        let (found, point) = gap(axis(i));
         if found > widest {
-            (normal, widest) = (axis(i), found);
+            (normal, widest, on_barrel) = (axis(i), found, point);
         }
     }
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
@@ -201,18 +204,17 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         } else {
             leaning(root([first, last], widens))[0]
         };
-        let found_gap = gap(found);
+        let (found_gap, point) = gap(found);
         if found_gap > widest {
-            (normal, widest) = (found, found_gap);
+            (normal, widest, on_barrel) = (found, found_gap, point);
         }
     }
-    let on_barrel = nearest(normal);
     Touch {
         points: [
             on_barrel - normal * widest,
             pose.inverse_transform_point(on_barrel),
         ],
-        normals: [normal, pose.rotation.inverse() * -normal],
+        normals: [normal, back * -normal],
         distance_m: widest,
     }
 }

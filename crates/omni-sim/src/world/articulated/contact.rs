@@ -73,8 +73,8 @@ pub(super) struct Across<const N: usize> {
 #[derive(Clone, Copy)]
 pub(super) struct Contact<const N: usize> {
     pub(super) wheel: usize,
-    /// The same as long as the contact lasts.
-    pub(super) key: u64,
+    /// The same as long as the contact lasts: roller and wheel, and what of the ground they touch.
+    pub(super) key: [u32; 3],
     /// On the wheel \[m\], about the common centre of mass.
     pub(super) point: Vector3,
     pub(super) normal: Vector3,
@@ -97,7 +97,7 @@ pub(super) struct Contact<const N: usize> {
 /// What was known of a contact in the step before.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Known {
-    pub(super) key: u64,
+    pub(super) key: [u32; 3],
     pub(super) mode: Mode,
 }
 
@@ -150,7 +150,7 @@ impl<const N: usize> Contact<N> {
         let stiffness = step_s * (step_s * spring + damper);
         Self {
             wheel: index,
-            key: (index as u64) << 40 | u64::from(touch.key),
+            key: [index as u32, touch.key[0], touch.key[1]],
             point,
             normal: touch.normal,
             along,

@@ -20,7 +20,7 @@ pub(super) struct Touch {
     pub(super) gap_m: f64,
     pub(super) friction: f64,
     /// Which part of the ground, and which face of it: the same as long as the contact lasts.
-    pub(super) key: u32,
+    pub(super) key: [u32; 2],
 }
 
 /// The ground.
@@ -95,7 +95,7 @@ impl Ground {
                     point,
                     gap_m,
                     friction: self.friction_at(point),
-                    key: index << 20 | face,
+                    key: [index, face],
                 });
             };
             match &part.solid {

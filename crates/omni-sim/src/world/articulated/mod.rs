@@ -93,6 +93,7 @@ struct Snapshot {
     known: Vec<Known>,
     actuation: actuation::State,
     balance: Balance,
+    effort: Effort,
     time_ns: u64,
     loads_done: Vec<bool>,
 }
@@ -220,6 +221,12 @@ impl<const N: usize> World<N> {
     }
 
     fn check(&self) -> Result<(), Error> {
+        if self.effort.is_too_much() {
+            return Err(Error::Unsettled {
+                time_s: self.time_ns as f64 * 1e-9,
+                step_us: self.scenario.physics.step_us,
+            });
+        }
         if self.diverged {
             let base = &self.scenario.vehicle().body[0];
             return Err(Error::Diverged {
@@ -257,9 +264,7 @@ impl<const N: usize> Plant for World<N> {
                 std::array::from_fn(|i| self.actuation.damper_n_m_s_rad(i, time_s));
             self.advance_step(|i| dampers[i]);
             self.time_ns = started_ns + k * self.period_ns / self.steps_per_period;
-            if self.diverged {
-                return self.check();
-            }
+            self.check()?;
             let (moved, wheels) = (&self.moved, &self.model.wheels);
             self.actuation.account(
                 share,
@@ -305,6 +310,7 @@ impl<const N: usize> Plant for World<N> {
             known: self.known.clone(),
             actuation: self.actuation.state().clone(),
             balance: self.balance.clone(),
+            effort: self.effort,
             time_ns: self.time_ns,
             loads_done: self.loads.iter().map(|load| load.done).collect(),
         })
@@ -338,6 +344,7 @@ impl<const N: usize> Plant for World<N> {
         self.known = snapshot.known;
         self.actuation.restore(snapshot.actuation);
         self.balance = snapshot.balance;
+        self.effort = snapshot.effort;
         self.time_ns = snapshot.time_ns;
         self.diverged = false;
         Ok(())

@@ -127,19 +127,23 @@ impl Rollers {
                 Way::Towards(way) => (way.normalize_or_zero(), way.length() - meeting.ahead_m),
                 Way::Around => (Vector3::ZERO, f64::NEG_INFINITY),
             };
-            for roller in 0..self.places.len() {
+            // How far each roller's middle is out that way, by its own angle: most are not looked at any further.
+            let [down_to, back_to, axle_to] = [down, back, axle].map(|axis| axis.dot(towards));
+            let (turn_sin, turn_cos) = turned;
+            let by_sin = (back_to * turn_cos - down_to * turn_sin) * self.pitch_radius_m;
+            let by_cos = (down_to * turn_cos + back_to * turn_sin) * self.pitch_radius_m;
+            for (roller, [own_sin, own_cos, along]) in self.places.iter().enumerate() {
+                let middle_to = own_sin * by_sin + own_cos * by_cos + axle_to * along;
+                if middle_to + self.longest_m < least {
+                    continue;
+                }
                 let (sin, cos) = self.angle(roller, turned);
-                let outward = down * cos + back * sin;
-                let [_, _, along] = self.places[roller];
-                let middle = outward * self.pitch_radius_m + axle * along;
-                if middle.dot(towards) + self.longest_m < least {
+                let sine = (down_to * sin - back_to * cos) * angle_cos + axle_to * angle_sin;
+                if middle_to + self.shape.0.reach_m(sine.clamp(-1.0, 1.0)) < least {
                     continue;
                 }
+                let middle = (down * cos + back * sin) * self.pitch_radius_m + axle * *along;
                 let axis = (down * sin - back * cos) * angle_cos + axle * angle_sin;
-                let sine = axis.dot(towards).clamp(-1.0, 1.0);
-                if middle.dot(towards) + self.shape.0.reach_m(sine) < least {
-                    continue;
-                }
                 let placed = Placed {
                     index: roller,
                     middle: centre + middle,
@@ -173,7 +177,7 @@ impl Rollers {
                 point,
                 gap_m,
                 friction: meeting.ground.friction_at(point),
-                key: key << 20 | face,
+                key: [key, face],
             });
         };
         // Of the core, without the rounding of its edges.
@@ -238,7 +242,7 @@ impl Rollers {
         let inertia_kg_m2 = self.inertia_kg_m2 + meeting.step_s * self.friction_n_m_s_rad;
         let lines = [line(normal, 0.0), line(along, 0.0)];
         let mut contact = Contact::new(wheel, index, touch, [point, along], lines, meeting.step_s);
-        contact.key |= (placed.index as u64) << 32;
+        contact.key[0] |= (placed.index as u32) << 8;
         contact.across = Some(Across {
             direction: across,
             line: line(across, lever_m * self.inertia_kg_m2 / inertia_kg_m2),

@@ -5,6 +5,8 @@
 //! wrong mode; they are changed, and the system is solved again (a semismooth Newton method). It starts from the modes of the step
 //! before, and needs 1.0 solutions a step on average.
 
+use serde::{Deserialize, Serialize};
+
 use super::MOST_WHEELS;
 use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
@@ -17,6 +19,9 @@ const TOGETHER: usize = 10;
 const ONE_BY_ONE: usize = 30;
 /// How far beyond its bound a friction may be before the contact slides, as a part of the bound.
 pub(super) const SLACK: f64 = 1e-9;
+
+/// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of what a vehicle drives.
+const UNSETTLED_M_S: f64 = 3e-4;
 
 /// A wheel's spin in the step.
 #[derive(Clone, Copy)]
@@ -37,11 +42,20 @@ pub(super) struct System<const N: usize> {
 }
 
 /// How often what was needed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Effort {
     pub(super) steps: u64,
     pub(super) solutions: u64,
     pub(super) swept: u64,
+    /// Sweeps that ended before they settled.
+    pub(super) unsettled: u64,
+}
+
+impl Effort {
+    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and ten at least.
+    pub(super) fn is_too_much(&self) -> bool {
+        self.unsettled * 100 > self.steps.max(1000)
+    }
 }
 
 /// A wheel's row of the system: `diagonal spin + row . u = right`, and what its spin does to the tree.
@@ -142,7 +156,9 @@ pub(super) fn solve_step<const N: usize>(
         let u = solve_modes(system, wheels, contacts, spins);
         if round > TOGETHER + ONE_BY_ONE {
             effort.swept += 1;
-            return sweep(system, wheels, contacts, spins);
+            let (u, left_m_s) = sweep(system, wheels, contacts, spins);
+            effort.unsettled += u64::from(left_m_s > UNSETTLED_M_S);
+            return u;
         }
         turn_rollers(contacts, &u, spins);
         let mut changed = false;

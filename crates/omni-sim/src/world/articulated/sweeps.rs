@@ -4,16 +4,19 @@ use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Vector, add, add_outer, dot, solve};
 use super::solver::{SLACK, STICK, Spin, System, WheelRow};
 
-/// Sweeps over all contacts.
-const SWEEPS: usize = 300;
+/// Sweeps over all contacts at most.
+const SWEEPS: usize = 3000;
+/// A sweep that changes no contact's velocity by more is the last \[m/s\]: what the linear solution leaves too.
+const SETTLED_M_S: f64 = 1e-10;
 
-/// Gauss-Seidel over the contacts' impulses, from those that the last modes made.
+/// Gauss-Seidel over the contacts' impulses, from those that the last modes made. Returns the velocities, and by how much the last
+/// sweep changed those of a contact \[m/s\].
 pub(super) fn sweep<const N: usize>(
     system: &System<N>,
     wheels: &[Spin<N>],
     contacts: &mut [Contact<N>],
     spins: &mut [f64],
-) -> Vector<N> {
+) -> (Vector<N>, f64) {
     // Without contacts only drags tie wheels to the tree.
     let mut bare = System {
         matrix: system.matrix,
@@ -85,7 +88,9 @@ pub(super) fn sweep<const N: usize>(
             .as_ref()
             .map_or(0.0, |(tree, spin)| dot(&line.row, tree) + line.lever_m * spin)
     };
+    let mut left_m_s = 0.0_f64;
     for _ in 0..SWEEPS {
+        left_m_s = 0.0;
         for i in 0..contacts.len() {
             let contact = &mut contacts[i];
             let wheel = contact.wheel;
@@ -93,12 +98,14 @@ pub(super) fn sweep<const N: usize>(
             let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
             let by = (-off / gives).max(-contact.push);
             contact.push += by;
+            left_m_s = left_m_s.max((by * gives).abs());
             apply(&mut u, spins, i, wheel, 0, by);
             let most = contact.friction * contact.push;
             let gives = give(&contact.slip, &responses[i][1]) + 1.0 / STICK;
             let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
             let by = (contact.rub - off / gives).max(-most).min(most) - contact.rub;
             contact.rub += by;
+            left_m_s = left_m_s.max((by * gives).abs());
             apply(&mut u, spins, i, wheel, 1, by);
             let Some(across) = &mut contact.across else {
                 continue;
@@ -109,6 +116,7 @@ pub(super) fn sweep<const N: usize>(
             let off = slip + across.impulse / STICK;
             let by = (across.impulse - off / gives).max(-most).min(most) - across.impulse;
             across.impulse += by;
+            left_m_s = left_m_s.max((by * gives).abs());
             let roller = across.roller;
             apply(&mut u, spins, i, wheel, 2, by);
             for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
@@ -116,6 +124,9 @@ pub(super) fn sweep<const N: usize>(
                     other.rad_s += by * turns;
                 }
             }
+        }
+        if left_m_s <= SETTLED_M_S {
+            break;
         }
     }
     for contact in contacts.iter_mut() {
@@ -136,5 +147,5 @@ pub(super) fn sweep<const N: usize>(
             )
         };
     }
-    u
+    (u, left_m_s)
 }

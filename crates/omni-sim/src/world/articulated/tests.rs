@@ -4,7 +4,10 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
 use super::linear::times;
+
 use crate::config::{Override, Scenario};
+use crate::observation::Observation;
+use crate::world::Plant;
 
 /// A vehicle 100 m up that turns and whose hinges and wheels turn too, without dampers.
 fn in_flight<const N: usize>(vehicle: &str, step_us: i64) -> World<N> {
@@ -96,4 +99,28 @@ fn a_step_over_an_edge_takes_one_solution_nearly_always() {
     // The study counted 1.00, and sweeps in 2 of 12,000 steps; wheels that spin and bounce here ask for more.
     assert!(effort.solutions < 6000 * 6 / 5, "{effort:?}");
     assert!(effort.swept < 60, "{effort:?}");
+}
+
+#[test]
+fn a_run_whose_contacts_do_not_settle_ends_with_a_line_that_says_so() {
+    let mut world = World::<8>::new(&Scenario::load("flat", &[]).expect("built in"), 0.0, 0.0).expect("flat");
+    let mut seen = Observation::of(world.scenario.vehicle());
+    let torques = [0.0; 7];
+    // One in a hundred of a thousand steps is still a run.
+    world.effort.unsettled = 10;
+    assert!(world.step(&torques, &mut seen).is_ok());
+    world.effort.unsettled = 11;
+    let said = world
+        .step(&torques, &mut seen)
+        .expect_err("not settled")
+        .to_string();
+    assert!(
+        said.contains("did not settle") && said.contains("physics.step_us = 500"),
+        "{said}"
+    );
+    // And it is so after a snapshot too.
+    let saved = world.save().expect("saved");
+    let mut other = World::<8>::new(&world.scenario, 0.0, 0.0).expect("flat");
+    other.restore(&saved).expect("its own");
+    assert!(other.step(&torques, &mut seen).is_err());
 }

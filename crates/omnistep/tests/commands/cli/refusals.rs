@@ -346,3 +346,80 @@ fn names_that_frames_of_logs_have_are_refused() {
         );
     }
 }
+
+#[test]
+fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |args: &[&str], expected: &str| {
+        let said = refused(folder.path(), args);
+        assert!(
+            said.contains(expected),
+            "{args:?}: expected {expected:?} in: {said}"
+        );
+        said
+    };
+    let run = |key: &str, engine: &str, expected: &str| {
+        said(
+            &[
+                "run",
+                "step",
+                "--set",
+                key,
+                "--set",
+                &format!("physics.engine={engine}"),
+            ],
+            expected,
+        );
+    };
+    run(
+        "duration_s=1.0",
+        "rapierr",
+        "physics.engine: unknown variant `rapierr` (did you mean `rapier`?), expected `rapier` or `articulated`",
+    );
+    run(
+        "physics.solver_iterations=4",
+        "articulated",
+        "physics.solver_iterations: 4, allowed: only with physics.engine = \"rapier\"",
+    );
+    let soft = "vehicle.wheel.0.contact_stiffness_n_m=20000";
+    let only =
+        "vehicle.wheel[0].contact_stiffness_n_m: 20000, allowed: only with physics.engine = \"articulated\"";
+    run(soft, "rapier", only);
+    said(
+        &["compare", "step", "--engines", "--set", soft],
+        "(--engines runs every engine)",
+    );
+    run(
+        "vehicle.wheel.0.contact_stiffness_n_m=-1",
+        "articulated",
+        "wheel[0].contact_stiffness_n_m: -1, allowed: 100 to",
+    );
+    run(
+        "vehicle.wheel.0.preload_n=1e9",
+        "articulated",
+        "wheel[0].preload_n: 1e9, allowed: -100000 to 100000",
+    );
+    // More than a tenth of the radius lower: 0.0066 m times what the contact gives way.
+    run(
+        "vehicle.wheel.0.preload_n=100000",
+        "articulated",
+        "it would be mounted lower by more than a tenth of the radius",
+    );
+}
+
+#[test]
+fn check_knows_what_is_built_in_by_name_and_a_file_of_that_name_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |name: &str| {
+        let output = super::omnistep(folder.path(), &["check", name]);
+        assert!(output.status.success(), "{name}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(said("step").starts_with("step: scenario step, 6 s, policy synchronised, engine rapier"));
+    assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
+    assert!(said("climb_map").starts_with("climb_map: study "));
+    fs::write(folder.path().join("step"), "no = 1").unwrap();
+    assert!(refused(folder.path(), &["check", "step"]).contains("step"));
+    let missing = refused(folder.path(), &["check", "stepp"]);
+    assert!(missing.contains("stepp"), "{missing}");
+}

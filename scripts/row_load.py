@@ -1,0 +1,64 @@
+"""Draws docs/images/row-load.png: how a row shares its load, and what that does to a climb.
+
+Runs the study scripts/row_load.toml with the program, a minute; its results are in out/row_load.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+from matplotlib.figure import Figure
+
+ROOT = Path(__file__).resolve().parent.parent
+ROW_N = 3 * 21.58  # what the front row carries at rest (`omnistep check`)
+Z = 1.96  # of a 95 % interval
+
+
+def wilson(climbed: int, runs: int) -> tuple[float, float]:
+    """The 95 % interval of a rate by Wilson's score."""
+    rate, part = climbed / runs, Z * Z / runs
+    middle = (rate + part / 2.0) / (1.0 + part)
+    half = Z / (1.0 + part) * math.sqrt(rate * (1.0 - rate) / runs + part / (4.0 * runs))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def main() -> None:
+    """Run and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    program = ROOT / "target" / "release" / "omnistep"
+    parser.add_argument("--program", type=Path, default=program, help="the command built with --features full")
+    program = parser.parse_args().program
+    command = [program, "study", ROOT / "scripts/row_load.toml", "--json", "--quiet", "--out", ROOT / "out/row_load"]
+    said = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    cells = [json.loads(line) for line in said.splitlines()]
+    assert all(cell["errors"] == 0 for cell in cells), cells
+    figure = Figure(figsize=(6.4, 3.4), dpi=110, layout="constrained")
+    ax = figure.subplots()
+    for friction, colour in ((0.5, "#D55E00"), (0.55, "#0072B2"), (0.6, "#009E73")):
+        line = sorted(
+            (cell for cell in cells if cell["terrain_friction"] == friction),
+            key=lambda cell: cell["vehicle_wheel_5_preload_n"],
+        )
+        # Two thirds of a preload go to the wheel that has it.
+        shares = [(ROW_N / 3.0 + cell["vehicle_wheel_5_preload_n"] / 1.5) / ROW_N for cell in line]
+        counts = [(round(cell["climbed"] * cell["runs"]), cell["runs"]) for cell in line]
+        rates = [climbed / runs for climbed, runs in counts]
+        bars = [
+            [abs(rate - end) for rate, end in zip(rates, ends, strict=True)]
+            for ends in zip(*(wilson(*count) for count in counts), strict=True)
+        ]
+        ax.errorbar(shares, rates, bars, color=colour, marker="o", ms=4, lw=1.2, capsize=3, label=f"mu {friction}")
+    ax.set(xlabel="share of the front row's load on its crosswise wheel, at rest", ylabel="climbed, of 24 starts")
+    ax.set_ylim(-0.03, 1.03)
+    ax.grid(alpha=0.3)
+    ax.legend()
+    figure.savefig(ROOT / "docs/images/row-load.png")
+
+
+if __name__ == "__main__":
+    main()
