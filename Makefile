@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded wasm instructions firmware viewers docs supply-chain attack attack-long package semver
+.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers docs supply-chain attack attack-long package semver
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -27,6 +27,9 @@ viewers:        ## logs in foreign readers, a live run, a report in headless Chr
 
 embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 	scripts/embedded.sh
+
+aarch64:        ## the simulation on 64-bit Arm in QEMU: in every bit what it is here
+	scripts/aarch64.sh
 
 wasm:           ## the simulation in WebAssembly: in every bit what it is natively; needs node
 	scripts/wasm.sh

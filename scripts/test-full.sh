@@ -7,6 +7,7 @@ scripts/sdist.sh
 scripts/package.sh --verify
 scripts/semver.sh
 scripts/wasm.sh --whole
+scripts/aarch64.sh --if-possible
 cargo test --release --test physics -- --ignored
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"

@@ -44,6 +44,6 @@ else
     what="last pose"
 fi
 diff "$work/native" "$work/wasm" >&2 || { echo "WebAssembly (>) computes other bits than the native program (<)" >&2; exit 1; }
-echo "$(wc -l <"$work/wasm") scenarios, $seconds s each: node and the native program agree in every bit of every $what"
+echo "$(wc -l <"$work/wasm") runs, $seconds s each: node and the native program agree in every bit of every $what"
 cut -d ' ' -f -9 "$work/wasm" | sed -n 's/^step [0-9]*/step ends at/p'
 echo "$module: $(wc -c <"$module") bytes, $(gzip -9 <"$module" | wc -c) compressed"

@@ -1,4 +1,4 @@
-"""The last pose of every built-in scenario, as wasm/src/lib.rs prints it: python wasm/poses.py SECONDS."""
+"""The last poses of built-in scenarios with every engine, as wasm/src/lib.rs prints them: poses.py SECONDS."""
 
 import struct
 import sys
@@ -6,6 +6,14 @@ import sys
 import omnistep
 
 POSE = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_qx", "pose_qy", "pose_qz", "pose_qw"]
+PHYSICS = [
+    ("rapier", "ball", ""),
+    ("articulated", "ball", "-articulated"),
+    ("articulated", "rollers", "-articulated-rollers"),
+]
 for name in omnistep.scenarios():
-    trace = omnistep.run(name, overrides={"duration_s": float(sys.argv[1])}, progress=False)
-    print(name, len(trace["time_s"]), *(struct.pack(">d", trace[column][-1]).hex() for column in POSE))
+    for engine, wheels, suffix in PHYSICS:
+        keys = {"duration_s": float(sys.argv[1]), "physics.engine": engine, "physics.wheel_model": wheels}
+        trace = omnistep.run(name, overrides=keys, progress=False)
+        bits = (struct.pack(">d", trace[column][-1]).hex() for column in POSE)
+        print(f"{name}{suffix}", len(trace["time_s"]), *bits)

@@ -12,17 +12,31 @@ const POSE: [&str; 7] = [
     "pose_x_m", "pose_y_m", "pose_z_m", "pose_qx", "pose_qy", "pose_qz", "pose_qw",
 ];
 
-/// The first `duration_s` \[s\] of every built-in scenario, a line each: name, control periods, the last pose (x, y, z and the
+/// Engines and wheel models, and what a line adds to the name of its scenario.
+const PHYSICS: [(&str, &str, &str); 3] = [
+    ("rapier", "ball", ""),
+    ("articulated", "ball", "-articulated"),
+    ("articulated", "rollers", "-articulated-rollers"),
+];
+
+/// The first `duration_s` \[s\] of every built-in scenario with every engine, a line each: name, control periods, the last pose (x, y, z and the
 /// quaternion's x, y, z, w) as hexadecimal bits of `f64`, and a digest of all bits of the whole trace.
 ///
 /// # Errors
 /// Those of the simulation.
 pub fn report(duration_s: f64) -> Result<String, Error> {
     let mut lines = String::new();
-    for name in builtin_scenarios() {
-        let scenario = Scenario::load(name, &[Override::new("duration_s", duration_s)])?;
-        let trace = omni_sim::run(&scenario)?;
-        let _ = write!(lines, "{name} {}", trace.rows());
+    let runs = builtin_scenarios()
+        .into_iter()
+        .flat_map(|name| PHYSICS.map(|physics| (name, physics)));
+    for (name, (engine, wheels, suffix)) in runs {
+        let overrides = [
+            Override::new("duration_s", duration_s),
+            Override::new("physics.engine", engine),
+            Override::new("physics.wheel_model", wheels),
+        ];
+        let trace = omni_sim::run(&Scenario::load(name, &overrides)?)?;
+        let _ = write!(lines, "{name}{suffix} {}", trace.rows());
         for column in POSE {
             let last = trace.column(column).and_then(<[f64]>::last);
             let _ = write!(lines, " {:016x}", last.map_or(0, |number| number.to_bits()));

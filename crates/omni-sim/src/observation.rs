@@ -107,8 +107,8 @@ impl Energy {
             - self.drag_loss_j
     }
 
-    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work put in, a loss below 0 not counted
-    /// as one. Contacts or hinges that give back more than they took have made it.
+    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work put in, and what contacts, hinges
+    /// and drags together gave back beyond what they took. Together, because in an impact rapier's joints give what its contacts take.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -118,9 +118,8 @@ impl Energy {
     /// ```
     #[must_use]
     pub fn made_j(&self) -> f64 {
-        let contacts = self.friction_loss_j + self.impact_loss_j;
-        let made = |loss_j: f64| (-loss_j).max(0.0);
-        made(contacts) + made(self.joint_loss_j) + made(self.drag_loss_j) - self.residual_j()
+        let lost_j = self.friction_loss_j + self.impact_loss_j + self.joint_loss_j + self.drag_loss_j;
+        (-lost_j).max(0.0) - self.residual_j()
     }
 }
 

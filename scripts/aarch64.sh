@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Builds the simulation for 64-bit Arm (aarch64-unknown-linux-gnu), runs the first seconds of every built-in scenario in QEMU and
+# natively, and compares poses and traces: equal in every bit, or exit code 1. Needs, on Debian: apt install gcc-aarch64-linux-gnu
+# libc6-dev-arm64-cross qemu-user-static. Where rustup has no such target, std is compiled from the sources that
+# scripts/embedded-toolchain.sh unpacks. With --if-possible: skips, and says so, what a missing tool asks for.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+unset CARGO_BUILD_TARGET # where the native program is looked for
+possible=${1:-}
+for tool in aarch64-linux-gnu-gcc qemu-aarch64-static; do
+    command -v "$tool" >/dev/null && continue
+    [ "$possible" = --if-possible ] && { echo "skipped, $tool is missing: the simulation on 64-bit Arm"; exit 0; }
+    echo "$tool is missing; on Debian or Ubuntu: apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static" >&2
+    exit 1
+done
+target=aarch64-unknown-linux-gnu
+arguments=()
+if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
+    toolchain=$(scripts/embedded-toolchain.sh wasm32-unknown-unknown)
+    # Where the targets of WebAssembly are rustup's own, there are no sources of std beside them.
+    [ -n "$toolchain" ] || { echo "no std for $target: rustup target add $target" >&2; exit 1; }
+    arguments=(-Zbuild-std=std,panic_unwind)
+fi
+output=${CARGO_TARGET_DIR:-target}
+build() { cargo "$@" --locked --quiet --profile quick --manifest-path wasm/Cargo.toml --target-dir "$output"; }
+seconds=3 # the front wheels are on the step by then
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+# shellcheck disable=SC2086 # an empty toolchain must vanish
+CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc RUSTC_BOOTSTRAP=1 \
+    build ${toolchain:-} build "${arguments[@]}" --target $target
+build build
+"$output/quick/omnistep-wasm" $seconds >"$work/native"
+qemu-aarch64-static -L /usr/aarch64-linux-gnu "$output/$target/quick/omnistep-wasm" $seconds >"$work/arm"
+diff "$work/native" "$work/arm" >&2 || { echo "64-bit Arm (>) computes other bits than this machine (<)" >&2; exit 1; }
+echo "$(wc -l <"$work/arm") runs, $seconds s each: 64-bit Arm and this machine agree in every bit of every pose and trace"
