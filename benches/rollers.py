@@ -1,4 +1,4 @@
-"""Rollers of the articulated engine beside MuJoCo's: same vehicle, ground and physics step, ratios in one run.
+"""Rollers of the articulated engine beside MuJoCo's: same vehicle on level ground, same physics step, in one run.
 
     pip install mujoco              # development only
     python benches/rollers.py [--program target/release/omnistep]
@@ -71,6 +71,8 @@ def main() -> None:
     if importlib.util.find_spec("mujoco") is None:
         print("MuJoCo is not installed (pip install mujoco): the articulated engine is not compared with it")
         return
+    if not Path(given.program).is_file():
+        parser.error(f"--program: no file {given.program}; cargo build --release makes it")
     for step_us in (500, 250):
         balls, rollers, other = ours(step_us, "ball"), ours(step_us, "rollers"), theirs(step_us, given.program)
         print(

@@ -7,18 +7,21 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the native program is looked for
 possible=${1:-}
-for tool in aarch64-linux-gnu-gcc qemu-aarch64-static; do
-    command -v "$tool" >/dev/null && continue
-    [ "$possible" = --if-possible ] && { echo "skipped, $tool is missing: the simulation on 64-bit Arm"; exit 0; }
-    echo "$tool is missing; on Debian or Ubuntu: apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static" >&2
+missing() { # what is missing, and how to get it
+    [ "$possible" = --if-possible ] && { echo "skipped, $1 is missing ($2): the simulation on 64-bit Arm"; exit 0; }
+    echo "$1 is missing: $2" >&2
     exit 1
-done
+}
+packages="on Debian or Ubuntu: apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static"
+for tool in aarch64-linux-gnu-gcc qemu-aarch64-static; do command -v "$tool" >/dev/null || missing "$tool" "$packages"; done
+[ -e /usr/aarch64-linux-gnu/lib/libc.so.6 ] || missing "a C library for 64-bit Arm" "$packages"
 target=aarch64-unknown-linux-gnu
 arguments=()
 if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
-    toolchain=$(scripts/embedded-toolchain.sh wasm32-unknown-unknown)
+    [ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
+    toolchain=$(scripts/embedded-toolchain.sh wasm32-unknown-unknown) || true
     # Where the targets of WebAssembly are rustup's own, there are no sources of std beside them.
-    [ -n "$toolchain" ] || { echo "no std for $target: rustup target add $target" >&2; exit 1; }
+    [ -n "$toolchain" ] || missing "std for $target" "rustup target add $target"
     arguments=(-Zbuild-std=std,panic_unwind)
 fi
 output=${CARGO_TARGET_DIR:-target}

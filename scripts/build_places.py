@@ -5,6 +5,7 @@ wheel is, and what they share is compiled once.
 """
 
 import os
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,5 +31,13 @@ def remap_flags() -> list[str]:
     return [f"--remap-path-prefix={path}={name}" for path, name in places().items()]
 
 
+def main() -> None:
+    """Print the flags; without those of folders whose names hold spaces, at which Cargo would part them."""
+    whole = [flag for flag in remap_flags() if len(flag.split()) == 1]
+    if len(whole) < len(remap_flags()):
+        print("a folder's name holds a space: the wheel will be built apart from the rest", file=sys.stderr)
+    print(*whole)
+
+
 if __name__ == "__main__":
-    print(*remap_flags())
+    main()

@@ -20,7 +20,7 @@ def units(*what: str) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     # The list of units is a flag that stable cargo hides; it compiles nothing.
     command = ["cargo", "build", "--release", "--locked", "-Zunstable-options", "--unit-graph", *what]
     environment = {**os.environ, "RUSTC_BOOTSTRAP": "1"}
-    said = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True).stdout
+    said = subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
     for unit in json.loads(said)["units"]:
         key = (unit["pkg_id"], unit["target"]["name"], unit["mode"], unit["profile"]["opt_level"])
@@ -29,7 +29,7 @@ def units(*what: str) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 
 def main() -> int:
-    """Print a line for each unit that differs; how many there are as exit code."""
+    """Print a line for each unit that differs; exit code 1 if there is any."""
     command, package = units("--bin", "omnistep"), units("-p", "omni-py")
     differ = 0
     for key, features in sorted(command.items()):

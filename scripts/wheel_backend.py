@@ -28,13 +28,15 @@ from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are matu
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build the wheel into a folder; return its file name."""
-    flags = [flag for flag in remap_flags() if flag not in os.environ.get("CARGO_BUILD_RUSTFLAGS", "").split()]
+    flags = remap_flags()
     # Beside what the user's configuration says; variables replace that, so where they are set the flags go there.
     if "CARGO_ENCODED_RUSTFLAGS" in os.environ:
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([os.environ["CARGO_ENCODED_RUSTFLAGS"], *flags])
     elif "RUSTFLAGS" in os.environ:
         os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*os.environ["RUSTFLAGS"].split(), *flags])
     else:
+        # Cargo joins these with its own variable, which replaces neither of those above.
+        flags = [flag for flag in flags if flag not in os.environ.get("CARGO_BUILD_RUSTFLAGS", "").split()]
         config = f"build.rustflags={json.dumps(flags)}"  # a JSON list of strings is one of TOML
         config_settings = with_arguments(config_settings, ["--config", config])
     name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)

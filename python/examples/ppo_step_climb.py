@@ -157,7 +157,7 @@ def learn(seed: int, steps: int, minutes: float, episodes: int) -> tuple[list[Ro
 def better(learnt: np.ndarray, ahead: np.ndarray, draws: int = 10_000) -> tuple[float, float, float]:
     """Mean of ``learnt`` (seeds, episodes) less ``ahead`` (episodes) and its 95 % interval.
 
-    A bootstrap over seeds and over episodes: what another five seeds on other episodes would have shown.
+    A bootstrap over seeds and over episodes: what as many other seeds on other episodes would have shown.
     """
     rng = np.random.default_rng(0)
     difference = learnt - ahead

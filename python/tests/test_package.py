@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import re
 import subprocess
 import sys
@@ -126,6 +127,24 @@ def test_the_compiler_is_told_to_rename_paths_wherever_maturin_takes_its_argumen
     monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nobody")
     settings = backend.with_arguments(key and {key: "--locked -- -v"}, ["--config", "a b"])
     assert maturin.get_maturin_pep517_args(settings) == ["--config", "a b", "--locked", "--", "-v"]
+
+
+@pytest.mark.parametrize("variable", [None, "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"])
+def test_paths_are_renamed_once_whichever_variable_cargo_reads_its_flags_from(variable, backend, monkeypatch, tmp_path):
+    flags = backend.remap_flags()
+    for name in ("RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "MATURIN_PEP517_ARGS"):
+        monkeypatch.setenv(name, "")  # so that it is as it was after the test
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("CARGO_BUILD_RUSTFLAGS", " ".join(flags))  # as in CI; either of the other two replaces it
+    if variable:
+        monkeypatch.setenv(variable, "-Dwarnings")
+    monkeypatch.setattr(backend.maturin, "build_wheel", lambda *_: "x.whl")
+    monkeypatch.setattr(backend, "trim", lambda _: None)
+    assert backend.build_wheel(str(tmp_path)) == "x.whl"
+    if variable:
+        assert os.environ["CARGO_ENCODED_RUSTFLAGS"].split("\x1f") == ["-Dwarnings", *flags]
+    else:
+        assert os.environ["MATURIN_PEP517_ARGS"] == "--config 'build.rustflags=[]'"
 
 
 def test_a_wheel_whose_library_names_a_path_of_this_machine_is_refused_in_one_line(tmp_path, backend):

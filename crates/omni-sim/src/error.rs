@@ -61,7 +61,7 @@ pub enum Error {
     /// The contacts of too many steps did not come to rest: what they pushed with is not known.
     #[error(
         "the contacts of more than one step in a hundred did not settle until t = {time_s:.3} s: no figure of this run holds; \
-         physics.step_us = {step_us} is too long, the built-in scenarios have 500"
+         a physics.step_us shorter than {step_us} helps"
     )]
     Unsettled {
         /// Simulated time \[s\].
@@ -71,8 +71,8 @@ pub enum Error {
     },
     /// The physics gave back more energy than was put in, beyond what is their error.
     #[error(
-        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; physics.step_us = \
-         {step_us} is too long, the built-in scenarios have 500"
+        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; a \
+         physics.step_us shorter than {step_us} helps"
     )]
     GainedEnergy {
         /// So much energy from nowhere \[J\].

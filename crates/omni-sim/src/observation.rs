@@ -112,8 +112,13 @@ impl Energy {
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
-    /// let energy = Simulation::new(&Scenario::load("flat", &[])?)?.observation().energy;
-    /// assert!(energy.made_j().abs() < 1e-9);
+    /// use omni_core::BodyTwist;
+    /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+    /// for _ in 0..1000 {
+    ///     simulation.step(&BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 })?;
+    /// }
+    /// let energy = simulation.observation().energy;
+    /// assert!(energy.made_j() < 0.01 * energy.turnover_j);
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     #[must_use]

@@ -30,7 +30,7 @@ pub enum Verdict {
     Leaned,
     /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
     GainedEnergy,
-    /// The physics left what a vehicle can do: no finite state, or a joint came apart.
+    /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did not settle in more than one of a hundred steps.
     Diverged,
 }
 

@@ -117,7 +117,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
-    /// physics fail, [`Error::FellApart`] where a joint gives way, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
+    /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
     /// vehicle runs on without torque.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
@@ -162,7 +162,7 @@ impl Simulation {
     /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`].
+    /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`], [`Error::FellApart`], [`Error::Unsettled`].
     pub fn step_torques(&mut self, torques_n_m: &[f64]) -> Result<(), Error> {
         let bad = torques_n_m.iter().find(|t| !t.is_finite());
         if torques_n_m.len() != self.observation.wheels.len() || bad.is_some() {

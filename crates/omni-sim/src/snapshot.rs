@@ -8,7 +8,7 @@ use crate::observation::Observation;
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]

@@ -123,7 +123,7 @@ pub(crate) enum Command {
     Report(PythonArgs),
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
-        /// The files.
+        /// Files, or names of what is built in.
         #[arg(required = true)]
         files: Vec<String>,
     },

@@ -2,11 +2,11 @@
 
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use omni_config::{
-    DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec, builtin_scenarios,
-    builtin_studies, builtin_vehicles,
+    DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec, WheelsExperiment,
+    builtin_scenarios, builtin_studies, builtin_vehicles,
 };
 
 use crate::Error;
@@ -18,16 +18,16 @@ use crate::output::print;
 const PERIOD_S: f64 = 1e-3;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// What a file holds; a name that is no file is that of something built in, as it is for the other commands.
+/// What a file holds, or what is built in by that name: that first, as for the other commands.
 fn load(file: &str) -> Result<File, omni_config::Error> {
-    if Path::new(file).exists() {
-        File::load(file)
-    } else if builtin_scenarios().contains(&file) {
+    if builtin_scenarios().contains(&file) {
         Ok(File::Scenario(Box::new(Scenario::load(file, &[])?)))
     } else if builtin_vehicles().contains(&file) {
         Ok(File::Vehicle(Box::new(Vehicle::load(file)?)))
     } else if builtin_studies().contains(&file) {
         Ok(File::Study(Box::new(Study::load(file)?)))
+    } else if file == "wheels" {
+        Ok(File::Experiment(Box::new(WheelsExperiment::load(file, &[])?)))
     } else {
         File::load(file)
     }

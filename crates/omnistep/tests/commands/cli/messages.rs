@@ -501,5 +501,8 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
         said.starts_with("error: the physics gained ") && said.lines().count() == 1,
         "{said}"
     );
-    assert!(said.contains("physics.step_us = 50000 is too long"), "{said}");
+    assert!(
+        said.contains("a physics.step_us shorter than 50000 helps"),
+        "{said}"
+    );
 }

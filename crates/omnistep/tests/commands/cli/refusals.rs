@@ -408,7 +408,7 @@ fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
 }
 
 #[test]
-fn check_knows_what_is_built_in_by_name_and_a_file_of_that_name_first() {
+fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str| {
         let output = super::omnistep(folder.path(), &["check", name]);
@@ -418,8 +418,10 @@ fn check_knows_what_is_built_in_by_name_and_a_file_of_that_name_first() {
     assert!(said("step").starts_with("step: scenario step, 6 s, policy synchronised, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
+    assert!(said("wheels").starts_with("wheels: experiment wheels"));
     fs::write(folder.path().join("step"), "no = 1").unwrap();
-    assert!(refused(folder.path(), &["check", "step"]).contains("step"));
+    assert!(said("step").starts_with("step: scenario step"));
+    assert!(refused(folder.path(), &["check", "./step"]).contains("./step"));
     let missing = refused(folder.path(), &["check", "stepp"]);
     assert!(missing.contains("stepp"), "{missing}");
 }
