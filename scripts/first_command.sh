@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # What the first command costs from nothing: builds `omnistep` without optional features into an empty target folder and runs
 # `compare step`. Prints seconds on the clock, CPU seconds and crates. Exit code 1 beyond 1.3 times the budget of CPU seconds
-# (BUDGET, 420: what it took on two slow cores when this was written; the aim is 250), which depend least on what else the machine
-# does. The argument names the folder; target/first if left out.
+# (BUDGET, 500; the aim is 250) or beyond CRATES, 160, which no machine changes. The same build took 417 to 541 CPU seconds on
+# two slow cores, as neighbours shared them. The argument names the folder; target/first if left out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-budget=${BUDGET:-420}
+budget=${BUDGET:-500} most=${CRATES:-160}
 export LC_ALL=C CARGO_TERM_COLOR=never CARGO_TERM_QUIET=false # what is read below
 export CARGO_TARGET_DIR=${1:-target/first}
 [ -e "$CARGO_TARGET_DIR/release" ] && [ $# -gt 0 ] && { echo "$CARGO_TARGET_DIR/release is there already: nothing would be measured" >&2; exit 1; }
@@ -29,10 +29,10 @@ for words in "study ensemble" "run step --live" "schema vehicle"; do
     grep -q 'features full' <<<"$refused" || { echo "omnistep $words: $refused" >&2; exit 1; }
 done
 read -r clock user system <"$work/time"
-awk -v clock="$clock" -v user="$user" -v kernel="$system" -v crates="$(grep -c '^ *Compiling' "$work/build")" -v budget="$budget" '
+awk -v clock="$clock" -v user="$user" -v kernel="$system" -v crates="$(grep -c '^ *Compiling' "$work/build")" -v budget="$budget" -v most="$most" '
     BEGIN {
         cpu = user + kernel
-        printf "the first command from nothing: %.0f s on the clock, %.0f CPU seconds (budget %d, fails beyond %d), %d crates\n",
-            clock, cpu, budget, 1.3 * budget, crates
-        exit cpu > 1.3 * budget
+        printf "the first command from nothing: %.0f s on the clock, %.0f CPU seconds (budget %d, fails beyond %d), %d crates (at most %d)\n",
+            clock, cpu, budget, 1.3 * budget, crates, most
+        exit cpu > 1.3 * budget || crates > most
     }'
