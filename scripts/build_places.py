@@ -33,8 +33,9 @@ def remap_flags() -> list[str]:
 
 def main() -> None:
     """Print the flags; without those of folders whose names hold spaces, at which Cargo would part them."""
-    whole = [flag for flag in remap_flags() if len(flag.split()) == 1]
-    if len(whole) < len(remap_flags()):
+    flags = remap_flags()
+    whole = [flag for flag in flags if len(flag.split()) == 1]
+    if len(whole) < len(flags):
         print("a folder's name holds a space: the wheel will be built apart from the rest", file=sys.stderr)
     print(*whole)
 

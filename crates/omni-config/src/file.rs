@@ -1,5 +1,6 @@
 //! A file of any kind.
 
+use crate::builtin::kind_of_builtin;
 use crate::file_kind::FileKind;
 use crate::{Error, Scenario, Source, Study, Vehicle, WheelsExperiment};
 
@@ -18,7 +19,7 @@ pub enum File {
 }
 
 impl File {
-    /// The file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, a study
+    /// What is built in by a name, else the file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, a study
     /// has seeds or axes, anything else is taken for a scenario.
     ///
     /// # Errors
@@ -27,9 +28,13 @@ impl File {
     /// ```
     /// let error = omni_config::File::load("nowhere.toml").unwrap_err();
     /// assert!(error.to_string().starts_with("nowhere.toml: No such file"));
+    /// assert!(matches!(omni_config::File::load("omni3"), Ok(omni_config::File::Vehicle(_))));
     /// ```
-    pub fn load(path: &str) -> Result<Self, Error> {
-        let source = Source::file(path)?;
+    pub fn load(name: &str) -> Result<Self, Error> {
+        let source = match kind_of_builtin(name) {
+            Some(kind) => Source::text(format!("built-in {name}"), kind.template(name)?),
+            None => Source::file(name)?,
+        };
         Ok(
             match FileKind::of(&source.table()?).unwrap_or(FileKind::Scenario) {
                 FileKind::Vehicle => Self::Vehicle(Box::new(Vehicle::from_source(&source, &[])?)),

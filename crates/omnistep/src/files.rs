@@ -4,10 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use omni_config::{
-    DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec, WheelsExperiment,
-    builtin_scenarios, builtin_studies, builtin_vehicles,
-};
+use omni_config::{DerivedGains, File, FileKind, Scenario, Source, Study, Vehicle, WheelSpec};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
@@ -18,24 +15,9 @@ use crate::output::print;
 const PERIOD_S: f64 = 1e-3;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// What a file holds, or what is built in by that name: that first, as for the other commands.
-fn load(file: &str) -> Result<File, omni_config::Error> {
-    if builtin_scenarios().contains(&file) {
-        Ok(File::Scenario(Box::new(Scenario::load(file, &[])?)))
-    } else if builtin_vehicles().contains(&file) {
-        Ok(File::Vehicle(Box::new(Vehicle::load(file)?)))
-    } else if builtin_studies().contains(&file) {
-        Ok(File::Study(Box::new(Study::load(file)?)))
-    } else if file == "wheels" {
-        Ok(File::Experiment(Box::new(WheelsExperiment::load(file, &[])?)))
-    } else {
-        File::load(file)
-    }
-}
-
 /// Says what a file describes, or what is wrong with it.
 pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
-    let said = match load(file)? {
+    let said = match File::load(file)? {
         File::Vehicle(vehicle) => {
             let derived = match vehicle.gains {
                 Some(_) => None,

@@ -4,7 +4,7 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
 use super::linear::times;
-
+use super::solver::Effort;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
 use crate::world::Plant;
@@ -83,18 +83,23 @@ fn free_flight_keeps_energy_and_angular_momentum_to_the_first_order_of_the_step(
     }
 }
 
-#[test]
-fn a_step_over_an_edge_takes_one_solution_nearly_always() {
-    let mut world =
-        World::<8>::new(&Scenario::load("step", &[]).expect("built in"), 0.0, 0.0).expect("a step");
-    // Full torque ahead for 3 s: up to the riser, against it, and with some wheels over it.
+/// What the first steps of the seven-wheel vehicle take, driven ahead by the same torque on every wheel that rolls that way \[N.m\].
+fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> Effort {
+    let mut world = World::<8>::new(scenario, 0.0, 0.0).expect("a known ground");
+    let ahead = [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0];
     world
         .torques_n_m
-        .copy_from_slice(&[2.0, 0.0, -2.0, 2.0, 2.0, 0.0, -2.0]);
-    for _ in 0..6000 {
+        .copy_from_slice(&ahead.map(|way| way * torque_n_m));
+    for _ in 0..steps {
         world.advance_step(|_| 0.0);
     }
-    let effort = world.effort;
+    world.effort
+}
+
+#[test]
+fn a_step_over_an_edge_takes_one_solution_nearly_always() {
+    // Full torque ahead for 3 s: up to the riser, against it, and with some wheels over it.
+    let effort = driven_ahead(&Scenario::load("step", &[]).expect("built in"), 2.0, 6000);
     assert_eq!(effort.steps, 6000);
     // The study counted 1.00, and sweeps in 2 of 12,000 steps; wheels that spin and bounce here ask for more.
     assert!(effort.solutions < 6000 * 6 / 5, "{effort:?}");
@@ -105,14 +110,7 @@ fn a_step_over_an_edge_takes_one_solution_nearly_always() {
 fn on_a_height_map_rollers_ask_for_sweeps_and_nearly_all_of_them_settle() {
     let rollers = [Override::new("physics.wheel_model", "rollers")];
     let scenario = Scenario::load("height_map", &rollers).expect("built in");
-    let mut world = World::<8>::new(&scenario, 0.0, 0.0).expect("a height map");
-    world
-        .torques_n_m
-        .copy_from_slice(&[0.5, 0.0, -0.5, 0.5, 0.5, 0.0, -0.5]);
-    for _ in 0..8000 {
-        world.advance_step(|_| 0.0);
-    }
-    let effort = world.effort;
+    let effort = driven_ahead(&scenario, 0.5, 8000);
     // One step in a hundred is where a run ends; under control it is one in 5,000.
     assert!(effort.swept > 20, "nothing was asked of the sweeps: {effort:?}");
     assert!(effort.unsettled * 500 < effort.steps, "{effort:?}");
