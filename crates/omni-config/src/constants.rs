@@ -42,7 +42,8 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, to be used as any other. In C the same in `OMNI_...`, but for the odometry.
+    /// `LIMITER`, `ODOMETRY`, to be used as any other, and `DRIVE` where the scenario has a `[drive]`. In C the same in `OMNI_...`, but for
+    /// the odometry.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for.
@@ -85,8 +86,13 @@ impl Scenario {
         fn controller<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
             Ok(Box::new(scenario.controller::<f32, N>()?))
         }
+        fn drive<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
+            let drive = scenario.drive::<f32, N>()?;
+            Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
+        }
         let count = self.vehicle().wheel.len();
         Ok(Values {
+            drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
             controller: for_wheel_count!(count, controller[](self), |count| Err(Error::Key {
                 file: format!("vehicle {}", self.vehicle().name),
                 key: "wheel".into(),
@@ -99,6 +105,8 @@ impl Scenario {
 
 /// What a scenario's controller is made of, in `f32`.
 struct Values {
+    /// The firmware's whole step, where the scenario has a `[drive]`.
+    drive: Option<Box<dyn Constant>>,
     controller: Box<dyn Constant>,
     limiter: TwistLimiter<f32>,
 }
@@ -107,6 +115,9 @@ impl Values {
     fn digest(&self) -> u32 {
         let mut text = rust::expression(&*self.controller);
         text.push_str(&rust::expression(&self.limiter));
+        if let Some(drive) = &self.drive {
+            text.push_str(&rust::expression(&**drive));
+        }
         crc32fast::hash(text.as_bytes())
     }
 }

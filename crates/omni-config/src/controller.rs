@@ -78,8 +78,13 @@ impl Scenario {
             .limit()
             .map_err(|error| self.vehicle().refuse(&error))?;
         let gains = vehicle.gains_at(self.period_s())?;
+        let mut pid = PidConfig::new(gains.pid(), R::of(self.period_s()));
+        let kp_over_ki_s = gains.kp_n_m_s_rad / gains.ki_n_m_rad;
+        pid.anti_windup = self
+            .control
+            .anti_windup(kp_over_ki_s, vehicle.motor.stall_torque_n_m);
         Ok(WheelControlConfig {
-            pid: PidConfig::new(gains.pid(), R::of(self.period_s())),
+            pid,
             limits: [limit; N],
             coordination: self.coordination()?,
         })
@@ -159,10 +164,9 @@ impl Scenario {
     /// # Errors
     /// [`Error::UnknownName`] for a policy that is no preset; a loaded scenario has been checked.
     pub fn coordination<R: Real>(&self) -> Result<Coordination<R>, Error> {
-        let policy = &self.control.policy;
-        Coordination::preset(policy).ok_or_else(|| Error::UnknownName {
+        self.control.coordination().ok_or_else(|| Error::UnknownName {
             kind: "policy",
-            name: policy.clone(),
+            name: self.control.policy.clone(),
             known: Coordination::<f64>::PRESETS.join(", "),
         })
     }

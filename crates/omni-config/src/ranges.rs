@@ -64,6 +64,21 @@ pub(crate) const STEP_HEIGHT_M: Range = range(1e-4, 10.0);
 pub(crate) const RISER_M: Range = range(1e-3, 190.0);
 /// How fast integrals fall at rest, as omni-core has it.
 pub(crate) const BLEED_S: Range = range(0.0, 10.0);
+/// Of a whole.
+pub(crate) const PART: Range = range(0.0, 1.0);
+/// Largest integral terms.
+pub(crate) const WINDUP_N_M: Range = range(0.0, 1e6);
+/// Of back-calculation, as omni-core has it.
+pub(crate) const TRACKING_S: Range = range(1e-6, 1e6);
+/// Thresholds of detectors, limits of speeds, as omni-core has them.
+pub(crate) const THRESHOLD_RAD_S: Range = range(1e-9, 1e6);
+/// Counts of control periods, as omni-core has them.
+pub(crate) const PERIODS: Range = range(1.0, 65_535.0);
+pub(crate) const PERIODS_FROM_0: Range = range(0.0, 65_534.0);
+pub(crate) const PERIODS_FROM_2: Range = range(2.0, 65_535.0);
+/// Of a wheel's angle per root of the angle.
+pub(crate) const WHEEL_NOISE: Range = range(0.0, 100.0);
+pub(crate) const RESIDUAL_GAIN: Range = range(0.0, 1e6);
 /// Of holding at rest, as omni-core has it.
 pub(crate) const HOLD_HEAT_N2M2S: Range = range(0.0, 1e9);
 /// Places in the world.

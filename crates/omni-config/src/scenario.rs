@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use garde::Validate;
-use omni_core::Coordination;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +10,9 @@ use toml::Value;
 
 use crate::Error;
 use crate::command::{Command, Start};
+use crate::control::Control;
 use crate::derived_gains::DerivedGains;
+use crate::drive::Drive;
 use crate::file_kind::FileKind;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
@@ -21,10 +22,7 @@ use crate::override_key::Override;
 use crate::physics::{Engine, Physics, ROLLER_STEP_US};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{
-    DURATION_S, HEADING_RAD, OFFSET_M, PERIOD_US, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within,
-};
-use crate::rest::Rest;
+use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within};
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
 use crate::suggestion::did_you_mean;
@@ -84,6 +82,10 @@ pub struct Scenario {
     /// The controller.
     #[garde(dive)]
     pub control: Control,
+    /// The firmware's whole step around the loops: shaping, time-out, faults, slip, odometry. Without it the loops alone run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub drive: Option<Drive>,
     /// A loop that holds the heading by a gyro; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
@@ -137,43 +139,6 @@ fn an_hour() -> f64 {
     3600.0
 }
 
-/// The scalar that the controller computes in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Precision {
-    /// `f32`, as in firmware.
-    F32,
-    /// `f64`.
-    #[default]
-    F64,
-}
-
-/// The controller.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct Control {
-    /// Name of a coordination preset.
-    #[garde(custom(known_policy))]
-    #[cfg_attr(feature = "schema", schemars(extend("enum" = Coordination::<f64>::PRESETS)))]
-    pub policy: String,
-    /// Control period \[us\], a multiple of the physics step, 1 to 100000.
-    #[garde(custom(within(PERIOD_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
-    pub period_us: u64,
-    /// Scalar of the controller.
-    #[serde(default)]
-    #[garde(skip)]
-    pub precision: Precision,
-    /// What the loops do once the command is rest.
-    #[serde(default)]
-    #[garde(dive)]
-    pub rest: Rest,
-}
-
 /// Uniform random differences, plus or minus the amplitude given; all zero by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
@@ -188,17 +153,6 @@ pub struct Perturbation {
     #[garde(custom(within(OFFSET_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = OFFSET_M.min, max = OFFSET_M.max)))]
     pub start_m: f64,
-}
-
-fn known_policy(value: &str, _: &()) -> garde::Result {
-    match Coordination::<f64>::preset(value) {
-        Some(_) => Ok(()),
-        None => Err(garde::Error::new(format!(
-            "{value:?}{}, allowed: {}",
-            did_you_mean(value, Coordination::<f64>::PRESETS),
-            Coordination::<f64>::PRESETS.join(", ")
-        ))),
-    }
 }
 
 impl Scenario {
@@ -330,6 +284,12 @@ impl Scenario {
             "control.period_us",
             period_us,
         )?;
+        if let Some((key, message)) = self.control.refusal() {
+            return Err(source.refuse(format!("control.{key}"), message));
+        }
+        if let Some((key, message)) = self.drive.and_then(|drive| drive.refusal()) {
+            return Err(source.refuse(format!("drive.{key}"), message));
+        }
         if let Some((key, message)) = self.physics.refusal() {
             return Err(source.refuse(format!("physics.{key}"), message));
         }
@@ -528,13 +488,20 @@ impl Scenario {
         })
     }
 
-    /// The same scenario under another coordination preset.
+    /// The same scenario under a coordination preset, with nothing chosen instead of the preset's parts.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let own = Scenario::load("step", &[Override::new("control.floor", 0.5)])?;
+    /// assert_eq!(own.with_policy("paper")?.control.law(), "paper"); // torques are scaled: no floor
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {
         let mut other = self.clone();
-        other.control.policy = policy.into();
+        other.control.be_preset(policy);
         other.coordination::<f64>()?;
         Ok(other)
     }

@@ -187,7 +187,7 @@ impl Messages {
             .zip(sample.wheels.iter().zip(&seen.wheels));
         VehicleState {
             header: Header::new(seen.time_ns, BASE_LINK),
-            policy: self.scenario.control.policy.clone(),
+            policy: self.scenario.control.law(),
             asked_twist: twist(&sample.asked),
             gyro_rad_s: sample.gyro_rad_s,
             common_factor: sample.common_factor,

@@ -138,7 +138,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         }
     }
     Ok(Replay {
-        policy: scenario.control.policy.clone(),
+        policy: scenario.control.law(),
         periods: states.len() as u64,
         differing,
         first,

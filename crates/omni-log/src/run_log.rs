@@ -52,7 +52,7 @@ impl RunLog {
             ("omnistep", omni_sim::VERSION.to_owned()),
             ("scenario", scenario.name.clone()),
             ("vehicle", scenario.vehicle().name.clone()),
-            ("policy", scenario.control.policy.clone()),
+            ("policy", scenario.control.law()),
             ("engine", scenario.physics.engine.name().into()),
             ("seed", scenario.seed.to_string()),
         ];

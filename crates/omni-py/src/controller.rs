@@ -124,10 +124,10 @@ impl Controller {
         Scenario::of(self.scenario.clone())
     }
 
-    /// Name of the coordination policy.
+    /// Name of the coordination policy, with what is chosen instead of its parts.
     #[getter]
-    fn policy(&self) -> &str {
-        &self.scenario.control.policy
+    fn policy(&self) -> String {
+        self.scenario.control.law()
     }
 
     /// Control period [s].
@@ -137,7 +137,7 @@ impl Controller {
     }
 
     fn __repr__(&self) -> String {
-        let (vehicle, policy) = (&self.scenario.vehicle().name, &self.scenario.control.policy);
+        let (vehicle, policy) = (&self.scenario.vehicle().name, self.scenario.control.law());
         format!("<omnistep.Controller of {vehicle}, {policy}>")
     }
 }

@@ -154,7 +154,13 @@ fn finished(
     seed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<config::Scenario> {
     let mut scenario = match policy {
-        Some(policy) => scenario.with_policy(policy).map_err(exception)?,
+        // What is chosen instead of the policy's parts stays, as with an override.
+        Some(policy) if scenario.control.is_preset() => scenario.with_policy(policy).map_err(exception)?,
+        Some(policy) => {
+            let file = format!("scenario {}", scenario.name);
+            let policy = config::Override::new("control.policy", policy);
+            scenario.with(&file, &[policy]).map_err(exception)?
+        }
         None => scenario,
     };
     if let Some(seed) = seed {
@@ -282,10 +288,10 @@ impl Scenario {
         &self.inner.name
     }
 
-    /// Name of the coordination policy.
+    /// Name of the coordination policy, with what is chosen instead of its parts.
     #[getter]
-    fn policy(&self) -> &str {
-        &self.inner.control.policy
+    fn policy(&self) -> String {
+        self.inner.control.law()
     }
 
     /// Seed of perturbation and noise.

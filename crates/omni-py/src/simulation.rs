@@ -155,14 +155,14 @@ impl Simulation {
         PyScenario::of(self.scenario.clone())
     }
 
-    /// Name of the coordination policy.
+    /// Name of the coordination policy, with what is chosen instead of its parts.
     #[getter]
-    fn policy(&self) -> &str {
-        &self.scenario.control.policy
+    fn policy(&self) -> String {
+        self.scenario.control.law()
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (name, policy) = (&self.scenario.name, &self.scenario.control.policy);
+        let (name, policy) = (&self.scenario.name, self.scenario.control.law());
         let time_s = self.time_s(py)?;
         Ok(format!(
             "<omnistep.Simulation of {name}, {policy}, at {time_s:.3} s>"

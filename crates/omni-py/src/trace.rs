@@ -140,10 +140,10 @@ impl Trace {
         &self.scenario.vehicle().name
     }
 
-    /// Name of the coordination policy.
+    /// Name of the coordination policy, with what is chosen instead of its parts.
     #[getter]
-    fn policy(&self) -> &str {
-        &self.scenario.control.policy
+    fn policy(&self) -> String {
+        self.scenario.control.law()
     }
 
     /// Seed of the perturbation.

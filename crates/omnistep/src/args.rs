@@ -9,6 +9,7 @@ use omni_config::Override;
 use omni_sim::controller::DEFAULT_FIRMWARE;
 
 use crate::Error;
+use crate::list::Listed;
 
 /// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
 #[derive(Parser)]
@@ -143,8 +144,11 @@ pub(crate) enum Command {
         /// What the files describe.
         kind: FileKindArg,
     },
-    /// Lists the built-in scenarios, vehicles, policies and studies.
-    List,
+    /// Lists the built-in scenarios, vehicles, policies and studies; of one kind with a line on each.
+    List {
+        /// One kind of them, with a line on each.
+        kind: Option<Listed>,
+    },
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use omni_config::{Engine, Override, Precision, Scenario};
+use omni_core::Coordination;
 use omni_log::{FinishedLog, RunLog, record};
 use omni_sim::Outcome;
 use omni_sim::controller::{AnyController, Firmware, LinkCounters};
@@ -46,16 +47,27 @@ fn of_one_engine(mut error: omni_config::Error, engines: &[Engine]) -> omni_conf
     error
 }
 
-/// Runs the scenario under each policy (`None`: the scenario's own) with each engine (none: the scenario's own), with the controller in
-/// `firmware` if there is one.
+/// What a scenario is run under.
+#[derive(Clone, Copy)]
+pub(super) enum Policies<'a> {
+    /// Every preset, and the scenario's own law where that is none of them.
+    All,
+    /// One instead of the scenario's own, as a key; none: its own.
+    One(Option<&'a str>),
+}
+
+/// Runs the scenario under some policies with each engine (none: the scenario's own), with the controller in `firmware` if there is one.
 pub(super) fn compare(
     args: &RunArgs,
-    policies: &[Option<&str>],
+    policies: Policies<'_>,
     engines: &[Engine],
     firmware: Option<&Firmware>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
-    let overrides = args.overrides()?;
+    let mut overrides = args.overrides()?;
+    if let Policies::One(Some(policy)) = policies {
+        overrides.push(Override::new("control.policy", policy));
+    }
     let for_all = |error| of_one_engine(error, engines);
     let mut scenario = Scenario::load(&args.scenario, &overrides).map_err(for_all)?;
     if firmware.is_some() {
@@ -63,11 +75,10 @@ pub(super) fn compare(
     }
     let names = LogNames::new(args, &overrides)?;
     announce(&scenario);
-    let runs = policies.iter().map(|policy| match policy {
-        Some(policy) => scenario.with_policy(policy),
-        None => Ok(scenario.clone()),
-    });
-    let mut runs = runs.collect::<Result<Vec<_>, _>>()?;
+    let mut runs = match policies {
+        Policies::All => presets(&scenario)?,
+        Policies::One(_) => vec![scenario.clone()],
+    };
     if !engines.is_empty() {
         let with = |run: &Scenario, engine: &Engine| {
             run.with(&args.scenario, &[Override::new("physics.engine", engine.name())])
@@ -99,7 +110,7 @@ pub(super) fn compare(
     let stop = stop_flag();
     let (mut rows, mut failed) = (Vec::new(), None);
     for (k, run) in runs.iter().enumerate() {
-        bar.set_message(run.control.policy.clone());
+        bar.set_message(run.control.law());
         let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
         let ran = one(run, firmware, &names.of(run), stop, told);
         let (row, link, ended) = match ran {
@@ -131,6 +142,13 @@ pub(super) fn compare(
     }
     // The table and the logs show how far a run came; that its physics failed is an error all the same.
     failed.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// The scenario under every preset, and under its own law where that is none of them.
+fn presets(scenario: &Scenario) -> Result<Vec<Scenario>, omni_config::Error> {
+    let own = (!scenario.control.is_preset()).then(|| Ok(scenario.clone()));
+    let presets = Coordination::<f64>::PRESETS.map(|policy| scenario.with_policy(policy));
+    presets.into_iter().chain(own).collect()
 }
 
 /// Prints the table of what was run, and where the logs are.
@@ -214,7 +232,7 @@ impl<'a> LogNames<'a> {
             format!("-{}", run.physics.engine.name())
         };
         self.folder
-            .join(format!("{}-{}{engine}{seed}.mcap", run.name, run.control.policy))
+            .join(format!("{}-{}{engine}{seed}.mcap", run.name, run.control.law()))
     }
 }
 
@@ -256,7 +274,7 @@ fn one(
     let log = log.finish(&record.outcome)?;
     let seconds = start.elapsed().as_secs_f64();
     let row = Row {
-        policy: scenario.control.policy.clone(),
+        policy: scenario.control.law(),
         outcome: record.outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,

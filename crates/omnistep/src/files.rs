@@ -35,7 +35,7 @@ pub(super) fn check(file: &str, out: &mut dyn Write) -> Result<(), Error> {
                 "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}",
                 scenario.name,
                 scenario.duration_s,
-                scenario.control.policy,
+                scenario.control.law(),
                 scenario.physics.engine.name(),
                 described(vehicle),
                 facts(

@@ -11,6 +11,7 @@ mod args;
 mod compare;
 mod error;
 mod files;
+mod list;
 #[cfg(feature = "live")]
 mod live;
 mod logs;
@@ -27,9 +28,9 @@ use std::io::Write;
 
 use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, parse_overrides};
 use clap::Parser;
+use compare::Policies;
 use notices::announce_gains;
-use omni_config::{Engine, Language, Scenario, builtin_scenarios, builtin_studies, builtin_vehicles};
-use omni_core::Coordination;
+use omni_config::{Engine, Language, Scenario};
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error};
 
@@ -83,9 +84,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
         Command::Check { files } => return Ok(each(&files, |file| files::check(file, out))),
         Command::Compare { args, engines } => {
-            let policies = Coordination::<f64>::PRESETS.map(Some);
             let engines: &[Engine] = if engines { &Engine::ALL } else { &[] };
-            compare::compare(&args, &policies, engines, None, out).map_err(to_command("compare"))
+            compare::compare(&args, Policies::All, engines, None, out).map_err(to_command("compare"))
         }
         Command::Run {
             args,
@@ -98,7 +98,13 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 return run_live(&args, policy.as_deref(), live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
-            compare::compare(&args, &[policy.as_deref()], &[], firmware.as_ref(), out)
+            compare::compare(
+                &args,
+                Policies::One(policy.as_deref()),
+                &[],
+                firmware.as_ref(),
+                out,
+            )
         }
         Command::Wheels {
             experiment,
@@ -140,19 +146,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Report(_) => Err(in_python("report")),
         Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),
-        Command::List => {
-            let lists = [
-                ("scenarios:  ", builtin_scenarios()),
-                ("vehicles:   ", builtin_vehicles()),
-                ("policies:   ", Coordination::<f64>::PRESETS.to_vec()),
-                ("studies:    ", builtin_studies()),
-                ("experiments:", vec!["wheels (run by `omnistep wheels`)"]),
-            ];
-            for (kind, names) in lists {
-                print(out, &format!("{kind} {}\n", names.join(", ")))?;
-            }
-            Ok(())
-        }
+        Command::List { kind } => list::list(kind, out),
     };
     done.map(|()| 0)
 }

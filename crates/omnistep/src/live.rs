@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::sync::atomic::Ordering;
 
-use omni_config::Scenario;
+use omni_config::{Override, Scenario};
 use omni_log::{Live, run_live};
 use omni_sim::Simulation;
 
@@ -21,10 +21,9 @@ pub(super) fn live(
     live: LiveArgs,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
-    let mut scenario = Scenario::load(&args.scenario, &args.overrides()?)?;
-    if let Some(policy) = policy {
-        scenario = scenario.with_policy(policy)?;
-    }
+    let mut overrides = args.overrides()?;
+    overrides.extend(policy.map(|policy| Override::new("control.policy", policy)));
+    let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);
     let asked = live;
     let mut live = Live::new(asked.port);

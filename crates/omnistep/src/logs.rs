@@ -57,7 +57,7 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
         let engine = file.scenario.physics.engine.name().into();
-        let mut row = vec![name.into_owned(), file.scenario.control.policy.clone(), engine];
+        let mut row = vec![name.into_owned(), file.scenario.control.law(), engine];
         match &file.outcome {
             Some(outcome) => row.extend(figures(outcome)),
             None => row.push("ended early".into()),

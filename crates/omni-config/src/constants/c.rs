@@ -17,7 +17,7 @@ pub(super) fn source(
     digest: u32,
 ) -> std::result::Result<String, Error> {
     let (count, period_us) = (scenario.vehicle().wheel.len(), scenario.control.period_us);
-    let (vehicle, policy) = (&scenario.vehicle().name, &scenario.control.policy);
+    let (vehicle, policy) = (&scenario.vehicle().name, scenario.control.law());
     if !COUNTS.contains(&count) {
         return Err(Error::Key {
             file: format!("vehicle {vehicle}"),

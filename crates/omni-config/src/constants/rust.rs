@@ -10,10 +10,16 @@ use crate::Scenario;
 /// Every item of a scenario.
 pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> String {
     let (count, period_us) = (scenario.vehicle().wheel.len(), scenario.control.period_us);
-    let (vehicle, policy) = (&scenario.vehicle().name, &scenario.control.policy);
+    let (vehicle, policy) = (&scenario.vehicle().name, scenario.control.law());
     let controller = expression(&*values.controller);
     let limiter = expression(&values.limiter);
     let period_s = expression(&(scenario.period_s() as f32));
+    let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
+        format!(
+            "/// Everything in one step.\npub static DRIVE: omni_core::Drive<f32, {count}> = {};\n",
+            expression(&**drive)
+        )
+    });
     format!(
         "// Generated from the vehicle file; not to be edited.\n\
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
@@ -24,7 +30,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
          /// The limits of the command.\npub static LIMITER: omni_core::TwistLimiter<f32> = {limiter};\n\
          /// Dead reckoning.\npub static ODOMETRY: omni_core::Odometry<f32, {count}> = \
-         omni_core::parts::Odometry::from_constants(({period_s},));\n"
+         omni_core::parts::Odometry::from_constants(({period_s},));\n{drive}"
     )
 }
 

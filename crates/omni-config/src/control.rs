@@ -1,0 +1,398 @@
+//! The controller of a scenario: a named coordination policy, what is chosen instead of parts of it, its period and scalar.
+
+use garde::Validate;
+use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
+#[cfg(feature = "schema")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::ranges::{PART, PERIOD_US, TRACKING_S, WINDUP_N_M, within};
+use crate::rest::Rest;
+use crate::suggestion::did_you_mean;
+
+/// The scalar that the controller computes in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Precision {
+    /// `f32`, as in firmware.
+    F32,
+    /// `f64`.
+    #[default]
+    F64,
+}
+
+/// How requested torques are brought within the limits: [`Saturation`] without its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SaturationLaw {
+    /// Each wheel is cut to its own limit.
+    Clip,
+    /// All torques are multiplied by one factor.
+    ScaleTorques,
+    /// All references are multiplied by one factor, no less than `floor`.
+    ScaleReference,
+}
+
+/// Which error the integrals take in: [`Integral`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum IntegralLaw {
+    /// Each wheel its own.
+    PerWheel,
+    /// The part of the errors that a motion of the vehicle explains.
+    Shared,
+}
+
+/// How integrals are kept from winding up at a limit: [`AntiWindup`] without its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AntiWindupLaw {
+    /// Not at all.
+    None,
+    /// Integral terms stay within `integral_limit_n_m`.
+    Clamp,
+    /// No error is taken in that drives a saturated output further out.
+    Conditional,
+    /// Integrals follow the applied torques within `tracking_time_s`.
+    BackCalculation,
+    /// The loops see the reference with which they would just have asked for the applied torques.
+    Conditioned,
+}
+
+/// The controller.
+///
+/// A policy is a named point of a grid; `saturation`, `floor`, `integral` and `anti_windup` replace its parts one by one.
+///
+/// ```
+/// use omni_config::{Override, Scenario};
+/// use omni_core::{Integral, Saturation};
+/// let own = Scenario::load("step", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
+/// let law = own.coordination::<f64>()?;
+/// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
+/// assert_eq!(own.control.law(), "synchronised+floor=0.5+integral=shared");
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct Control {
+    /// Name of a coordination preset.
+    #[garde(custom(known_policy))]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = Coordination::<f64>::PRESETS)))]
+    pub policy: String,
+    /// How torques are brought within limits, instead of the policy's way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub saturation: Option<SaturationLaw>,
+    /// The least factor on the references where `saturation` is `scale_reference`, 0 to 1; 0.3 if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(PART))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+    pub floor: Option<f64>,
+    /// Which error the integrals take in, instead of the policy's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub integral: Option<IntegralLaw>,
+    /// How integrals are kept from winding up, `none` if left out. Where `saturation` is `scale_reference` the shared reference keeps them
+    /// from it: `conditioned`, or `clamp` besides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    pub anti_windup: Option<AntiWindupLaw>,
+    /// Largest integral term of a loop where `anti_windup` is `clamp` \[N.m\], 0 to 1e6; the motor's stall torque if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(WINDUP_N_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
+    pub integral_limit_n_m: Option<f64>,
+    /// Time constant where `anti_windup` is `back_calculation` \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(TRACKING_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
+    pub tracking_time_s: Option<f64>,
+    /// Control period \[us\], a multiple of the physics step, 1 to 100000.
+    #[garde(custom(within(PERIOD_US)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
+    pub period_us: u64,
+    /// Scalar of the controller.
+    #[serde(default)]
+    #[garde(skip)]
+    pub precision: Precision,
+    /// What the loops do once the command is rest.
+    #[serde(default)]
+    #[garde(dive)]
+    pub rest: Rest,
+}
+
+/// What a preset does, in a line.
+///
+/// ```
+/// use omni_core::Coordination;
+/// for policy in Coordination::<f64>::PRESETS {
+///     assert!(omni_config::policy_in_a_line(policy).len() > 20, "{policy}");
+/// }
+/// assert_eq!(omni_config::policy_in_a_line("nobody's"), "");
+/// ```
+#[must_use]
+pub fn policy_in_a_line(policy: &str) -> &'static str {
+    match policy {
+        "independent" => {
+            "each wheel's torque is cut to its own limit, each loop has its own integral: plain PID"
+        }
+        "paper" => {
+            "all torques are multiplied by the factor of the wheel furthest over its limit: eqs. (11) and (12)"
+        }
+        "synchronised" => {
+            "all references are reduced together, to no less than 0.3, so that no wheel saturates: ratios of speeds are kept"
+        }
+        "load_sharing" => {
+            "each wheel's torque is cut to its own limit, one integral for the vehicle's motion: the least heat"
+        }
+        _ => "",
+    }
+}
+
+/// The floor of `scale_reference` where none is given, as of the preset `synchronised`.
+const FLOOR: f64 = 0.3;
+
+/// A key and what is wrong with it.
+type Refusal = (&'static str, String);
+
+impl Control {
+    /// The policy's name with everything that is chosen instead of its parts: what rows, tables and logs call it.
+    #[must_use]
+    pub fn law(&self) -> String {
+        let mut law = self.policy.clone();
+        let mut add = |key: &str, value: Option<String>| {
+            if let Some(value) = value {
+                law.push_str(&format!("+{key}={value}"));
+            }
+        };
+        add("saturation", self.saturation.map(name));
+        add("floor", self.floor.map(|floor| floor.to_string()));
+        add("integral", self.integral.map(name));
+        add("anti_windup", self.anti_windup.map(name));
+        add(
+            "integral_limit_n_m",
+            self.integral_limit_n_m.map(|x| x.to_string()),
+        );
+        add("tracking_time_s", self.tracking_time_s.map(|x| x.to_string()));
+        law
+    }
+
+    /// Is it a preset and nothing else?
+    #[must_use]
+    pub fn is_preset(&self) -> bool {
+        self.law() == self.policy
+    }
+
+    /// Another preset, with nothing chosen instead of its parts.
+    pub(crate) fn be_preset(&mut self, policy: &str) {
+        self.policy = policy.into();
+        (self.saturation, self.floor, self.integral) = (None, None, None);
+        (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
+    }
+
+    /// What the wheels do together; none where the policy is no preset.
+    pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
+        let preset = Coordination::<R>::preset(&self.policy)?;
+        let own_floor = match preset.saturation {
+            Saturation::ScaleReference { floor } => floor,
+            _ => R::of(FLOOR),
+        };
+        let floor = self.floor.map_or(own_floor, R::of);
+        let saturation = match (self.saturation, preset.saturation) {
+            (Some(SaturationLaw::Clip), _) => Saturation::Clip,
+            (Some(SaturationLaw::ScaleTorques), _) => Saturation::ScaleTorques,
+            (Some(SaturationLaw::ScaleReference), _) | (None, Saturation::ScaleReference { .. }) => {
+                Saturation::ScaleReference { floor }
+            }
+            (None, other) => other,
+        };
+        let integral = match self.integral {
+            Some(IntegralLaw::PerWheel) => Integral::PerWheel,
+            Some(IntegralLaw::Shared) => Integral::Shared,
+            None => preset.integral,
+        };
+        Some(Coordination::new(saturation, integral))
+    }
+
+    /// How integrals are kept from winding up; `kp / ki` and the stall torque are the vehicle's.
+    pub(crate) fn anti_windup<R: Real>(&self, kp_over_ki_s: f64, stall_n_m: f64) -> AntiWindup<R> {
+        match self.anti_windup {
+            None | Some(AntiWindupLaw::None) => AntiWindup::None,
+            Some(AntiWindupLaw::Conditional) => AntiWindup::Conditional,
+            Some(AntiWindupLaw::Conditioned) => AntiWindup::Conditioned,
+            Some(AntiWindupLaw::Clamp) => AntiWindup::Clamp {
+                limit_n_m: R::of(self.integral_limit_n_m.unwrap_or(stall_n_m)),
+            },
+            Some(AntiWindupLaw::BackCalculation) => AntiWindup::BackCalculation {
+                tracking_time_s: R::of(self.tracking_time_s.unwrap_or(kp_over_ki_s)),
+            },
+        }
+    }
+
+    /// A key that the law does not look at.
+    pub(crate) fn refusal(&self) -> Option<Refusal> {
+        let scales = matches!(
+            self.coordination::<f64>()?.saturation,
+            Saturation::ScaleReference { .. }
+        );
+        let law = self.anti_windup;
+        if let (Some(floor), false) = (self.floor, scales) {
+            let message = format!("{floor}, allowed: only with control.saturation = \"scale_reference\"");
+            return Some(("floor", message));
+        }
+        if let (Some(limit), false) = (self.integral_limit_n_m, law == Some(AntiWindupLaw::Clamp)) {
+            let message = format!("{limit}, allowed: only with control.anti_windup = \"clamp\"");
+            return Some(("integral_limit_n_m", message));
+        }
+        if let (Some(time), false) = (self.tracking_time_s, law == Some(AntiWindupLaw::BackCalculation)) {
+            let message = format!("{time}, allowed: only with control.anti_windup = \"back_calculation\"");
+            return Some(("tracking_time_s", message));
+        }
+        let kept = [None, Some(AntiWindupLaw::Clamp), Some(AntiWindupLaw::Conditioned)];
+        if scales && !kept.contains(&law) {
+            let name = law.map(name).unwrap_or_default();
+            let message = format!(
+                "{name:?}, allowed: \"conditioned\" or \"clamp\" where all references are reduced together, which conditions the integrals"
+            );
+            return Some(("anti_windup", message));
+        }
+        None
+    }
+}
+
+/// A law's name as files have it.
+fn name(law: impl Serialize) -> String {
+    // A variant without fields is written as its name.
+    match toml::Value::try_from(law) {
+        Ok(toml::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+fn known_policy(value: &str, _: &()) -> garde::Result {
+    match Coordination::<f64>::preset(value) {
+        Some(_) => Ok(()),
+        None => Err(garde::Error::new(format!(
+            "{value:?}{}, allowed: {}",
+            did_you_mean(value, Coordination::<f64>::PRESETS),
+            Coordination::<f64>::PRESETS.join(", ")
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use omni_core::{AntiWindup, Coordination, Integral, Saturation};
+
+    use crate::{Override, Scenario};
+
+    fn load(keys: &[&str]) -> Result<Scenario, String> {
+        let overrides: Vec<_> = keys
+            .iter()
+            .map(|key| Override::parse(key).expect("key=value"))
+            .collect();
+        Scenario::load("step", &overrides).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn every_pair_of_the_grid_is_reachable_from_every_policy() {
+        for policy in Coordination::<f64>::PRESETS {
+            for (name, saturation) in [
+                ("clip", Saturation::Clip),
+                ("scale_torques", Saturation::ScaleTorques),
+                ("scale_reference", Saturation::ScaleReference { floor: 0.3 }),
+            ] {
+                for (integral_name, integral) in
+                    [("per_wheel", Integral::PerWheel), ("shared", Integral::Shared)]
+                {
+                    let keys = [
+                        format!("control.policy={policy}"),
+                        format!("control.saturation={name}"),
+                        format!("control.integral={integral_name}"),
+                    ];
+                    let own = load(&keys.each_ref().map(String::as_str)).expect("every pair means something");
+                    assert_eq!(
+                        own.coordination::<f64>().expect("known"),
+                        Coordination::new(saturation, integral)
+                    );
+                    assert_eq!(
+                        own.control.law(),
+                        format!("{policy}+saturation={name}+integral={integral_name}")
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_law_does_not_look_at_is_refused_by_key() {
+        for (keys, said) in [
+            (
+                vec!["control.policy=paper", "control.floor=0.5"],
+                "built-in step: control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
+            ),
+            (
+                vec!["control.floor=1.5"],
+                "built-in step: control.floor: 1.5, allowed: 0 to 1",
+            ),
+            (
+                vec!["control.anti_windup=none"],
+                "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where all references are reduced \
+                 together, which conditions the integrals",
+            ),
+            (
+                vec!["control.policy=independent", "control.tracking_time_s=1"],
+                "built-in step: control.tracking_time_s: 1, allowed: only with control.anti_windup = \"back_calculation\"",
+            ),
+            (
+                vec!["control.policy=independent", "control.integral_limit_n_m=1"],
+                "built-in step: control.integral_limit_n_m: 1, allowed: only with control.anti_windup = \"clamp\"",
+            ),
+        ] {
+            assert_eq!(load(&keys).expect_err("refused"), said);
+        }
+        let unknown = load(&["control.saturation=clipp"]).expect_err("refused");
+        assert!(
+            unknown.starts_with("built-in step: control.saturation: ") && unknown.contains("`clip`"),
+            "{unknown}"
+        );
+    }
+
+    #[test]
+    fn anti_windup_takes_what_is_left_out_from_the_vehicle() {
+        let law = |keys: &[&str]| {
+            let keys = [&["control.policy=independent"], keys].concat();
+            let own = load(&keys).expect("a scenario");
+            own.wheel_control::<f64, 7>().expect("its loops").pid.anti_windup
+        };
+        let vehicle = load(&[]).expect("step").vehicle().clone();
+        let gains = vehicle.gains.expect("chugo7 has its own");
+        assert_eq!(law(&[]), AntiWindup::None);
+        assert_eq!(
+            law(&["control.anti_windup=back_calculation"]),
+            AntiWindup::BackCalculation {
+                tracking_time_s: gains.kp_n_m_s_rad / gains.ki_n_m_rad
+            }
+        );
+        assert_eq!(
+            law(&["control.anti_windup=clamp"]),
+            AntiWindup::Clamp {
+                limit_n_m: vehicle.motor.stall_torque_n_m
+            }
+        );
+        assert_eq!(
+            law(&["control.anti_windup=clamp", "control.integral_limit_n_m=0.5"]),
+            AntiWindup::Clamp { limit_n_m: 0.5 }
+        );
+    }
+}

@@ -1,0 +1,315 @@
+//! The firmware's whole step around the loops: shaping, time-out, faults, slip, odometry.
+
+use garde::Validate;
+use omni_core::{
+    ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, OdometryNoise, Real,
+    SlipConfig, SpeedLimits,
+};
+#[cfg(feature = "schema")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::ranges::{
+    ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M, RESIDUAL_GAIN,
+    STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE, within,
+};
+use crate::{Error, Scenario};
+
+/// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
+///
+/// ```
+/// use omni_config::{Override, Scenario};
+/// let scenario = Scenario::load("flat", &[Override::parse("drive.timeout_s=0.2")?])?;
+/// let config = scenario.drive_config::<f32, 7>()?.expect("it has a [drive]");
+/// assert_eq!((config.shaping.timeout_s, config.blind_periods), (Some(0.2), 10));
+/// assert!(Scenario::load("flat", &[])?.drive_config::<f32, 7>()?.is_none());
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct Drive {
+    /// How old a command may become before the vehicle rests \[s\], 0 to 3600; 0.5 by default.
+    #[garde(custom(within(TIME_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    pub timeout_s: f64,
+    /// Loss of speed in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
+    #[garde(custom(within(ACCELERATION_M_S2)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
+    pub stop_m_s2: f64,
+    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
+    #[garde(custom(within(ACCELERATION_RAD_S2)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
+    pub stop_rad_s2: f64,
+    /// Periods that too few wheels may tell the motion before the vehicle is stopped, 0 to 65534; 10 by default.
+    #[garde(custom(within(PERIODS_FROM_0)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max)))]
+    pub blind_periods: u32,
+    /// The point of the body that moves as commanded, from the origin \[m\], -100 to 100; the origin by default.
+    #[garde(custom(within(PLACE_M)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    pub command_point_m: [f64; 2],
+    /// Takes the rotation within a period into account; false by default.
+    #[garde(skip)]
+    pub discretize: bool,
+    /// Largest velocity of every actuator \[rad/s\], 1e-9 to 1e6: faster commands are slowed down as a whole. None by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    pub speed_limit_rad_s: Option<f64>,
+    /// When a wheel counts as slipping; left out: none is ever left out for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub slip: Option<DriveSlip>,
+    /// When an encoder is not believed; left out: only one that is silent or says no number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub faults: Option<DriveFaults>,
+    /// Noise of the wheels for the covariance of the pose; left out: there is no covariance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub noise: Option<DriveNoise>,
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self {
+            timeout_s: 0.5,
+            stop_m_s2: 2.0,
+            stop_rad_s2: 8.0,
+            blind_periods: 10,
+            command_point_m: [0.0; 2],
+            discretize: false,
+            speed_limit_rad_s: None,
+            slip: None,
+            faults: None,
+            noise: None,
+        }
+    }
+}
+
+/// When a wheel counts as slipping: [`SlipConfig`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct DriveSlip {
+    /// Slip of the actuator above which a wheel is suspected \[rad/s\], 1e-9 to 1e6; 2 by default.
+    #[garde(custom(within(THRESHOLD_RAD_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    pub enter_rad_s: f64,
+    /// Slip below which it is trusted again \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
+    #[garde(custom(within(THRESHOLD_RAD_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    pub leave_rad_s: f64,
+    /// Periods in a row that it must be suspected before it is left out, 1 to 65535; 10 by default.
+    #[garde(custom(within(PERIODS)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    pub enter_periods: u32,
+    /// Periods in a row below `leave_rad_s` before it is let in again, 1 to 65535; 50 by default.
+    #[garde(custom(within(PERIODS)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    pub leave_periods: u32,
+}
+
+impl Default for DriveSlip {
+    fn default() -> Self {
+        Self {
+            enter_rad_s: 2.0,
+            leave_rad_s: 1.0,
+            enter_periods: 10,
+            leave_periods: 50,
+        }
+    }
+}
+
+/// When an encoder's reading is not believed: [`FaultConfig`]. A check that is left out is not made.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct DriveFaults {
+    /// A reading that jumps further in a period is no wheel's \[rad/s\], 1e-9 to 1e6; not checked if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    pub jump_rad_s: Option<f64>,
+    /// Jumps that make a wheel faulty, 1 to 65535; 5 by default.
+    #[garde(custom(within(PERIODS)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    pub jump_periods: u32,
+    /// A reading that stays the same while what the other wheels say of it moves by more is stuck \[rad/s\], 1e-9 to 1e6; 1 by default.
+    #[garde(custom(within(THRESHOLD_RAD_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    pub stuck_rad_s: f64,
+    /// A reading that stays the same away from its reference while the motor is told to give at least this torque is stuck
+    /// \[N.m\], 1e-6 to 1e6; not checked if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
+    pub stuck_torque_n_m: Option<f64>,
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535; 100 by default.
+    #[garde(custom(within(PERIODS_FROM_2)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max)))]
+    pub stuck_periods: u32,
+    /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
+    #[garde(custom(within(PERIODS)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    pub silent_periods: u32,
+    /// Good readings in a row after which a faulty wheel is believed again, 1 to 65535; 200 by default.
+    #[garde(custom(within(PERIODS)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    pub recovery_periods: u32,
+}
+
+impl Default for DriveFaults {
+    fn default() -> Self {
+        Self {
+            jump_rad_s: None,
+            jump_periods: 5,
+            stuck_rad_s: 1.0,
+            stuck_torque_n_m: None,
+            stuck_periods: 100,
+            silent_periods: 20,
+            recovery_periods: 200,
+        }
+    }
+}
+
+/// Noise of the wheels: [`OdometryNoise`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct DriveNoise {
+    /// Standard deviation of a wheel's angle after it turned by a radian, 0 to 100; 0.02 by default.
+    #[garde(custom(within(WHEEL_NOISE)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WHEEL_NOISE.min, max = WHEEL_NOISE.max)))]
+    pub wheel_rad_per_sqrt_rad: f64,
+    /// Variance per squared residual of a step, 0 to 1e6; 1 by default.
+    #[garde(custom(within(RESIDUAL_GAIN)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = RESIDUAL_GAIN.min, max = RESIDUAL_GAIN.max)))]
+    pub residual_gain: f64,
+}
+
+impl Default for DriveNoise {
+    fn default() -> Self {
+        Self {
+            wheel_rad_per_sqrt_rad: 0.02,
+            residual_gain: 1.0,
+        }
+    }
+}
+
+/// A count that was checked to be no more than 65535.
+fn whole(count: u32) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
+impl Drive {
+    /// Puts everything but the loops and the vehicle's own limits into a configuration.
+    fn put_into<R: Real, const N: usize>(&self, config: &mut DriveConfig<R, N>) -> Result<(), ConfigError> {
+        config.shaping.timeout_s = Some(R::of(self.timeout_s));
+        config.shaping.emergency_deceleration = Some(EmergencyDeceleration {
+            linear_m_s2: R::of(self.stop_m_s2),
+            yaw_rad_s2: R::of(self.stop_rad_s2),
+        });
+        config.blind_periods = whole(self.blind_periods);
+        config.command_point_m = self.command_point_m.map(R::of);
+        config.discretize = self.discretize;
+        if let Some(limit) = self.speed_limit_rad_s {
+            config.speed_limits = Some(SpeedLimits::new([R::of(limit); N], Desaturation::Uniform)?);
+        }
+        config.slip = self.slip.map(|slip| SlipConfig {
+            enter_rad_s: R::of(slip.enter_rad_s),
+            leave_rad_s: R::of(slip.leave_rad_s),
+            enter_periods: whole(slip.enter_periods),
+            leave_periods: whole(slip.leave_periods),
+        });
+        config.faults = self.faults.map(|faults| {
+            let mut config = FaultConfig::unchecked();
+            if let Some(jump) = faults.jump_rad_s {
+                config.jump_rad_s = R::of(jump);
+            }
+            if let Some(torque) = faults.stuck_torque_n_m {
+                config.stuck_torque_n_m = R::of(torque);
+            }
+            config.jump_periods = whole(faults.jump_periods);
+            config.stuck_rad_s = R::of(faults.stuck_rad_s);
+            config.stuck_periods = whole(faults.stuck_periods);
+            config.silent_periods = whole(faults.silent_periods);
+            config.recovery_periods = whole(faults.recovery_periods);
+            config
+        });
+        config.noise = self.noise.map(|noise| OdometryNoise {
+            wheel_rad_per_sqrt_rad: R::of(noise.wheel_rad_per_sqrt_rad),
+            residual_gain: R::of(noise.residual_gain),
+        });
+        Ok(())
+    }
+
+    /// A key and what is wrong with it that no single key shows.
+    pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
+        let slip = self.slip?;
+        (slip.leave_rad_s > slip.enter_rad_s).then(|| {
+            let message = format!(
+                "{}, allowed: up to enter_rad_s, {}",
+                slip.leave_rad_s, slip.enter_rad_s
+            );
+            ("slip.leave_rad_s", message)
+        })
+    }
+}
+
+impl Scenario {
+    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none where the scenario has no `[drive]`.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`].
+    pub fn drive_config<R: Real, const N: usize>(&self) -> Result<Option<DriveConfig<R, N>>, Error> {
+        let Some(drive) = &self.drive else {
+            return Ok(None);
+        };
+        let refuse = |error: &ConfigError| self.vehicle().refuse(error);
+        let layout = self.vehicle().layout().map_err(|error| refuse(&error))?;
+        let mut config = DriveConfig::new(layout, self.wheel_control()?);
+        config.rest = self.control.rest.rule();
+        if let Some(limits) = self.vehicle().limits {
+            config.shaping.limits = limits.of_twist();
+        }
+        drive.put_into(&mut config).map_err(|error| Error::Key {
+            file: format!("scenario {}", self.name),
+            key: format!("drive.{}", error.parameter),
+            message: error.to_string(),
+        })?;
+        Ok(Some(config))
+    }
+
+    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// use omni_core::{DriveInput, DriveMode, DriveState, WheelVelocities};
+    /// let scenario = Scenario::load("flat", &[Override::parse("drive.blind_periods=0")?])?;
+    /// let drive = scenario.drive::<f64, 7>()?.expect("it has a [drive]");
+    /// let mut silent = DriveInput::measured(&WheelVelocities::zero());
+    /// silent.readings_rad_s = [None; 7];
+    /// assert_eq!(drive.step(&mut DriveState::new(&drive), &silent).mode, DriveMode::SafeStop);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn drive<R: Real, const N: usize>(&self) -> Result<Option<omni_core::Drive<R, N>>, Error> {
+        let Some(config) = self.drive_config()? else {
+            return Ok(None);
+        };
+        let built = omni_core::Drive::new(config);
+        built.map(Some).map_err(|error| Error::Key {
+            file: format!("scenario {}", self.name),
+            key: format!("drive.{}", error.parameter),
+            message: error.to_string(),
+        })
+    }
+}

@@ -1,0 +1,66 @@
+//! `omnistep list`.
+
+use std::io::Write;
+
+use clap::ValueEnum;
+use omni_config::{FileKind, builtin_scenarios, builtin_studies, builtin_vehicles, policy_in_a_line};
+use omni_core::Coordination;
+
+use crate::Error;
+use crate::output::print;
+
+/// What there is built in.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Listed {
+    Scenarios,
+    Vehicles,
+    Policies,
+    Studies,
+    Experiments,
+}
+
+impl Listed {
+    fn names(self) -> Vec<&'static str> {
+        match self {
+            Self::Scenarios => builtin_scenarios(),
+            Self::Vehicles => builtin_vehicles(),
+            Self::Policies => Coordination::<f64>::PRESETS.to_vec(),
+            Self::Studies => builtin_studies(),
+            Self::Experiments => vec!["wheels"],
+        }
+    }
+
+    /// What one of them is, in a line: of a file its first comment.
+    fn about(self, name: &str) -> &'static str {
+        let kind = match self {
+            Self::Scenarios => FileKind::Scenario,
+            Self::Vehicles => FileKind::Vehicle,
+            Self::Policies => return policy_in_a_line(name),
+            Self::Studies => FileKind::Study,
+            Self::Experiments => FileKind::Experiment,
+        };
+        let first = kind.template(name).ok().and_then(|text| text.lines().next());
+        first.unwrap_or_default().trim_start_matches(['#', ' '])
+    }
+}
+
+/// Names of everything, or of one kind with a line on each.
+pub(super) fn list(kind: Option<Listed>, out: &mut dyn Write) -> Result<(), Error> {
+    if let Some(kind) = kind {
+        let names = kind.names();
+        let width = names.iter().map(|name| name.len()).max().unwrap_or(0);
+        return names
+            .iter()
+            .try_for_each(|name| print(out, &format!("{name:width$}  {}\n", kind.about(name))));
+    }
+    for (title, kind, note) in [
+        ("scenarios:  ", Listed::Scenarios, ""),
+        ("vehicles:   ", Listed::Vehicles, ""),
+        ("policies:   ", Listed::Policies, ""),
+        ("studies:    ", Listed::Studies, ""),
+        ("experiments:", Listed::Experiments, " (run by `omnistep wheels`)"),
+    ] {
+        print(out, &format!("{title} {}{note}\n", kind.names().join(", ")))?;
+    }
+    Ok(())
+}
