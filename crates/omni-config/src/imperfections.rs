@@ -148,6 +148,34 @@ pub enum Fault {
         #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
+    /// An encoder's readings do not arrive.
+    EncoderSilent {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(within(TIME_S)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(within(TIME_S))))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        until_s: Option<f64>,
+    },
+    /// No command arrives: whoever drives the vehicle is gone. The loops go on with the last one; a `[drive]` has a time-out.
+    CommandLost {
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(within(TIME_S)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(within(TIME_S))))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        until_s: Option<f64>,
+    },
     /// A mass put on a body, at rest with it, for good.
     LoadAdded {
         /// The body's name.
@@ -188,6 +216,15 @@ enum FaultByKind {
         from_s: f64,
         until_s: Option<f64>,
     },
+    EncoderSilent {
+        wheel: String,
+        from_s: f64,
+        until_s: Option<f64>,
+    },
+    CommandLost {
+        from_s: f64,
+        until_s: Option<f64>,
+    },
     LoadAdded {
         body: String,
         mass_kg: f64,
@@ -204,7 +241,9 @@ impl Fault {
         match self {
             Self::WheelLost { from_s, until_s, .. }
             | Self::WheelDrag { from_s, until_s, .. }
-            | Self::EncoderStuck { from_s, until_s, .. } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
+            | Self::EncoderStuck { from_s, until_s, .. }
+            | Self::EncoderSilent { from_s, until_s, .. }
+            | Self::CommandLost { from_s, until_s } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
             Self::LoadAdded { from_s, .. } => (*from_s, f64::INFINITY),
         }
     }
@@ -222,7 +261,9 @@ impl Fault {
         let unknown = match self {
             Self::WheelLost { wheel, .. }
             | Self::WheelDrag { wheel, .. }
-            | Self::EncoderStuck { wheel, .. } => known("wheel", wheel, wheels()),
+            | Self::EncoderStuck { wheel, .. }
+            | Self::EncoderSilent { wheel, .. } => known("wheel", wheel, wheels()),
+            Self::CommandLost { .. } => None,
             Self::LoadAdded { body, .. } => known("body", body, bodies()),
         };
         let (from_s, until_s) = self.span_s();

@@ -164,13 +164,21 @@ constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 pub struct FaultState<R, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     wheel: [WheelHistory<R>; N],
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     lost: [bool; N],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct WheelHistory<R> {
     /// Last reading believed, and the periods without any reading since.
     believed: Option<R>,

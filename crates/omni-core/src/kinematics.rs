@@ -134,10 +134,51 @@ impl<R: Real, const N: usize> Default for PathFactors<R, N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 pub struct Kinematics<R, const N: usize> {
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     inverse: [[R; 3]; N],
+    #[cfg_attr(feature = "serde", serde(with = "rows"))]
     forward: [[R; N]; 3],
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     weights: [R; N],
+}
+
+/// Three rows of any length for serde, which has arrays of given lengths only.
+#[cfg(feature = "serde")]
+mod rows {
+    use serde::ser::SerializeTuple;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use serde_big_array::{Array, BigArray};
+
+    #[derive(Serialize)]
+    #[serde(transparent, bound = "R: Serialize")]
+    struct Row<'a, R, const N: usize>(#[serde(serialize_with = "row")] &'a [R; N]);
+
+    fn row<S: Serializer, R: Serialize, const N: usize>(row: &&[R; N], to: S) -> Result<S::Ok, S::Error> {
+        BigArray::serialize(*row, to)
+    }
+
+    pub(super) fn serialize<S: Serializer, R: Serialize, const N: usize>(
+        rows: &[[R; N]; 3],
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        let mut three = to.serialize_tuple(3)?;
+        for row in rows {
+            three.serialize_element(&Row(row))?;
+        }
+        three.end()
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>, R: Deserialize<'de>, const N: usize>(
+        from: D,
+    ) -> Result<[[R; N]; 3], D::Error> {
+        <[Array<R, N>; 3] as Deserialize>::deserialize(from).map(|rows| rows.map(|row| row.0))
+    }
 }
 
 constant_struct!(Kinematics<R, const N> { inverse: [[R; 3]; N], forward: [[R; N]; 3], weights: [R; N] });

@@ -19,6 +19,7 @@ mod limits;
 mod motor;
 mod odometry;
 mod pid;
+mod policy;
 mod scalar;
 mod shaping;
 mod slip;
@@ -48,6 +49,7 @@ pub use pid::{
     AntiWindup, EncoderStep, FeedForward, IntegrationOrder, LastStep, Pid, PidConfig, PidGains, PidSample,
     PidState, PidTerms,
 };
+pub use policy::{ControllerPolicy, DrivePolicy, Imu, Policy, Readings};
 pub use scalar::Real;
 pub use shaping::{
     CommandShaper, CommandStatus, EmergencyDeceleration, ShapedCommand, ShaperState, ShapingConfig,

@@ -65,7 +65,7 @@ pub fn run_logged<E: From<Error>>(
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
     let controller = AnyController::new(scenario).map_err(Error::from)?;
-    let mut trace = TraceBuilder::new(scenario.vehicle());
+    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), controller.signal_names());
     let Record { outcome, ended, .. } = record(scenario, controller, &mut log, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());
         watch(simulation, part)

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use omni_config::Override;
 use omni_core::BodyTwist;
-use omni_sim::ControlLoop;
 use omni_sim::controller::{AnyController, ControlSample, WheelSignals};
+use omni_sim::{ControlLoop, Sensed};
 
 use crate::ros2::{Twist, VehicleState, WheelState};
 use crate::{Error, LogError, LogFile, LogMessage, read_log};
@@ -99,6 +99,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
     let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
     let mut sample = ControlSample::default();
     let mut measured = Vec::new();
+    let mut sensed = Sensed::at_rest(scenario.vehicle());
     let (mut differing, mut first) = (0, None);
     let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
     let mut wheels: Vec<_> = names.map(Sums::new).collect();
@@ -116,12 +117,9 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         }
         measured.clear();
         measured.extend(state.wheels.iter().map(|wheel| wheel.measured_rad_s));
-        control.step(
-            &planar(&state.asked_twist),
-            &measured,
-            state.gyro_rad_s,
-            &mut sample,
-        )?;
+        sensed.wheels_rad_s.clone_from(&measured);
+        sensed.gyro_rad_s = state.gyro_rad_s;
+        control.step(&planar(&state.asked_twist), &sensed, &mut sample)?;
         if let Some((wheel, signal, [logged, replayed])) = difference(state, &sample) {
             differing += 1;
             first.get_or_insert(Difference {

@@ -1,22 +1,24 @@
 //! The control loop: the heading hold, and the controller behind it. A simulation and a replay step the same one.
 
 use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::Scenario;
+use crate::config::{Fault, Scenario};
 use crate::controller::{AnyController, ControlSample};
+use crate::sensing::Sensed;
 
 /// A scenario's controller with its heading hold.
 ///
 /// ```
 /// use omni_core::BodyTwist;
-/// use omni_sim::{ControlLoop, config::Scenario, controller::{AnyController, ControlSample}};
+/// use omni_sim::{ControlLoop, Sensed, config::Scenario, controller::{AnyController, ControlSample}};
 /// let scenario = Scenario::load("step", &[])?;
 /// let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
 /// let ahead = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
 /// let mut sample = ControlSample::default();
 /// for _ in 0..1000 {
-///     control.step(&ahead, &[0.0; 7], 0.0, &mut sample)?; // blocked wheels
+///     control.step(&ahead, &Sensed::at_rest(scenario.vehicle()), &mut sample)?; // blocked wheels
 /// }
 /// assert_eq!(sample.wheels[0].applied_n_m, 2.0); // all that its motor has
 /// # Ok::<(), omni_sim::Error>(())
@@ -24,7 +26,23 @@ use crate::controller::{AnyController, ControlSample};
 pub struct ControlLoop {
     hold: Option<Hold>,
     controller: AnyController,
+    /// From when to when no command arrives \[s\].
+    lost: Vec<(f64, f64)>,
+    period_s: f64,
+    memory: Memory,
 }
+
+/// What is remembered beside the hold and the controller.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    periods: u64,
+    /// The last command that arrived, and the torques of the last period \[N.m\].
+    command: BodyTwist<f64>,
+    torques_n_m: Vec<f64>,
+}
+
+/// What a snapshot keeps of a control loop: the hold, what is remembered, the controller.
+pub(crate) type LoopState = (Option<HeadingHoldState<f64>>, Memory, Vec<u8>);
 
 /// The loop that holds the heading.
 struct Hold {
@@ -42,27 +60,54 @@ impl ControlLoop {
             law,
             state: HeadingHoldState::default(),
         });
-        Self { hold, controller }
+        let lost = |fault: &Fault| matches!(fault, Fault::CommandLost { .. }).then(|| fault.span_s());
+        Self {
+            hold,
+            controller,
+            lost: scenario.fault.iter().filter_map(lost).collect(),
+            period_s: scenario.period_s(),
+            memory: Memory {
+                periods: 0,
+                command: BodyTwist::ZERO,
+                torques_n_m: vec![0.0; scenario.vehicle().wheel.len()],
+            },
+        }
     }
 
-    /// One control period, from what is asked for and what the sensors say: an actuator velocity \[rad/s\] a wheel, the gyro's rate
-    /// \[rad/s\]. `sample` is overwritten, whatever is returned.
+    /// One control period, from what is asked for and what the sensors say. `sample` is overwritten, whatever is returned. While the
+    /// scenario loses commands (`command_lost`) the last one that arrived is still the one asked for.
     ///
     /// # Errors
     /// As [`AnyController::step`].
     pub fn step(
         &mut self,
         asked: &BodyTwist<f64>,
-        measured_rad_s: &[f64],
-        gyro_rad_s: f64,
+        sensed: &Sensed,
         sample: &mut ControlSample,
     ) -> Result<(), Error> {
+        let memory = &mut self.memory;
+        let time_s = memory.periods as f64 * self.period_s;
+        memory.periods += 1;
+        let arrived = !self
+            .lost
+            .iter()
+            .any(|(from_s, until_s)| time_s >= *from_s && time_s < *until_s);
+        if arrived {
+            memory.command = *asked;
+        }
+        let asked = memory.command;
         let command = match &mut self.hold {
-            Some(hold) => hold.law.step(&mut hold.state, asked, gyro_rad_s),
-            None => *asked,
+            Some(hold) => hold.law.step(&mut hold.state, &asked, sensed.gyro_rad_s),
+            None => asked,
         };
-        let controlled = self.controller.step(&command, measured_rad_s, sample);
-        (sample.asked, sample.gyro_rad_s) = (*asked, gyro_rad_s);
+        let mut readings = sensed.readings(command);
+        (readings.new_command, readings.torques_n_m) = (arrived, &memory.torques_n_m);
+        let controlled = self.controller.step_readings(&readings, sample);
+        (sample.asked, sample.gyro_rad_s) = (asked, sensed.gyro_rad_s);
+        memory.torques_n_m.clear();
+        memory
+            .torques_n_m
+            .extend(sample.wheels.iter().map(|wheel| wheel.applied_n_m));
         controlled
     }
 
@@ -84,18 +129,20 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// State of the heading hold and of the controller; none where the controller is at the other end of a link.
-    pub(crate) fn save(&self) -> Option<(Option<HeadingHoldState<f64>>, Vec<u8>)> {
-        Some((self.hold.as_ref().map(|hold| hold.state), self.controller.save()?))
+    /// Everything that it remembers; none where the controller is at the other end of a link.
+    pub(crate) fn save(&self) -> Option<LoopState> {
+        let hold = self.hold.as_ref().map(|hold| hold.state);
+        Some((hold, self.memory.clone(), self.controller.save()?))
     }
 
     /// Goes on from what [`ControlLoop::save`] gave; says whether it fits.
-    pub(crate) fn restore(&mut self, hold: Option<HeadingHoldState<f64>>, controller: &[u8]) -> bool {
+    pub(crate) fn restore(&mut self, (hold, memory, controller): LoopState) -> bool {
+        self.memory = memory;
         match (&mut self.hold, hold) {
             (Some(own), Some(state)) => own.state = state,
             (None, None) => {}
             _ => return false,
         }
-        self.controller.restore(controller)
+        self.controller.restore(&controller)
     }
 }

@@ -1,14 +1,14 @@
 //! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
 
+mod drive;
 mod link;
 mod linked;
+mod own;
 mod qemu;
 
 use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
-use omni_core::{
-    BodyTwist, ControlState, Controller, Real, TwistLimiter, TwistLimiterState, WheelVelocities,
-};
+use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, Real, WheelVelocities};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -36,6 +36,8 @@ pub struct ControlSample {
     pub common_factor: f64,
     /// One entry a wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
+    /// Signals that only this controller has, in the order of [`AnyController::signal_names`].
+    pub own: Vec<f64>,
 }
 
 /// Signals of one wheel in one control step; velocities and torques are the actuator's.
@@ -107,6 +109,7 @@ impl ControlSample {
             estimated: BodyTwist::from_array([UNKNOWN; 3]),
             common_factor: UNKNOWN,
             wheels: torques_n_m.iter().map(signals).collect(),
+            own: Vec::new(),
         }
     }
 }
@@ -120,19 +123,19 @@ impl Default for ControlSample {
             estimated: BodyTwist::ZERO,
             common_factor: 1.0,
             wheels: Vec::new(),
+            own: Vec::new(),
         }
     }
 }
 
 /// One control loop with its state.
 trait Loop: Send + Sync {
-    /// `measured` has one entry a wheel; `sample` is overwritten, whatever is returned.
-    fn step(
-        &mut self,
-        command: &BodyTwist<f64>,
-        measured: &[f64],
-        sample: &mut ControlSample,
-    ) -> Result<(), Error>;
+    /// `sample` is overwritten but for its own signals where there are none, whatever is returned.
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error>;
+    /// Names of signals that only this loop has.
+    fn signal_names(&self) -> &[String] {
+        &[]
+    }
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
     /// The state, for a snapshot; none at the other end of a link.
     fn save(&self) -> Option<Vec<u8>> {
@@ -148,12 +151,7 @@ trait Loop: Send + Sync {
     }
 }
 
-struct Sized<R, const N: usize> {
-    limiter: TwistLimiter<R>,
-    limited: TwistLimiterState<R>,
-    controller: Controller<R, N>,
-    state: ControlState<R, N>,
-}
+struct Sized<R, const N: usize>(ControllerPolicy<R, N>);
 
 fn scalar<R: Real>(t: &BodyTwist<f64>) -> BodyTwist<R> {
     BodyTwist {
@@ -209,18 +207,13 @@ impl ControlSample {
 }
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N> {
-    fn step(
-        &mut self,
-        command: &BodyTwist<f64>,
-        measured: &[f64],
-        sample: &mut ControlSample,
-    ) -> Result<(), Error> {
-        let velocities = velocities(measured);
-        let command = self.limiter.step(&mut self.limited, &scalar(command));
-        let s = self.controller.step(&mut self.state, &command, &velocities);
-        let kinematics = self.controller.kinematics();
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
+        let velocities = velocities::<R, N>(readings.wheels_rad_s);
+        let told = Readings::new(scalar(&readings.command), &velocities.rad_s);
+        self.0.step(&told, &mut [R::zero(); N]);
+        let (s, kinematics) = (self.0.sample(), self.0.controller().kinematics());
         sample.take(
-            &s,
+            s,
             &kinematics.forward(&s.wheels.measured),
             &kinematics.residual(&s.wheels.measured),
         );
@@ -228,21 +221,19 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(&self.controller, twist)
+        inverse(self.0.controller(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(&(&self.limited, &self.state)).ok()
+        postcard::to_allocvec(self.0.state()).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        match postcard::from_bytes(state) {
-            Ok((limited, state)) => {
-                (self.limited, self.state) = (limited, state);
-                true
-            }
-            Err(_) => false,
-        }
+        let state = postcard::from_bytes(state);
+        state.is_ok_and(|state| {
+            self.0.restore(state);
+            true
+        })
     }
 }
 
@@ -271,12 +262,59 @@ impl AnyController {
         Ok(Self(built?))
     }
 
+    /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what the motors give; vehicle limits of
+    /// the command are its own affair. A snapshot does not hold what it remembers.
+    ///
+    /// # Errors
+    /// As [`AnyController::new`].
+    ///
+    /// ```
+    /// use omni_core::{Policy, Readings};
+    /// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, run_with_controller};
+    /// /// Every wheel towards the speed that goes ahead with 0.3 m/s, and how hard it tries.
+    /// struct Own(f64);
+    /// impl Policy<f64> for Own {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    ///         for (i, torque) in torques_n_m.iter_mut().enumerate() {
+    ///             let ahead = [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0][i] * 0.3 / 0.066;
+    ///             *torque = 0.3 * (ahead - readings.wheels_rad_s[i]);
+    ///         }
+    ///         self.0 = torques_n_m[0];
+    ///     }
+    ///     fn signal_name(&self, index: usize) -> Option<&str> {
+    ///         ["effort_n_m"].get(index).copied()
+    ///     }
+    ///     fn signals(&self, values: &mut [f64]) {
+    ///         values[0] = self.0;
+    ///     }
+    /// }
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 1.0)])?;
+    /// let controller = AnyController::own(&scenario, Box::new(Own(0.0)))?;
+    /// let trace = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(()))?;
+    /// assert!(trace.column("twist_vx_m_s").is_some_and(|speed| speed[999] > 0.25));
+    /// assert!(trace.column("effort_n_m").is_some_and(|effort| effort[0] > 1.3));
+    /// # Ok::<(), Error>(())
+    /// ```
+    pub fn own(scenario: &Scenario, policy: Box<dyn Policy<f64> + Send + Sync>) -> Result<Self, Error> {
+        let refuse = |_| Err(wheel_count_refused(scenario));
+        let count = scenario.vehicle().wheel.len();
+        Ok(Self(for_wheel_count!(count, owned[](scenario, policy), refuse)?))
+    }
+
     /// A controller that somebody serves at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
     /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
     /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
+        if scenario.drive.is_some() {
+            return Err(Error::Argument {
+                name: "drive",
+                value: "[drive]".into(),
+                allowed: "the loops alone over a link: leave [drive] out",
+            });
+        }
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
         Ok(Self(for_wheel_count!(count, linked[](scenario, link), refuse)?))
@@ -301,7 +339,26 @@ impl AnyController {
         sample: &mut ControlSample,
     ) -> Result<(), Error> {
         (sample.asked, sample.gyro_rad_s) = (*command, 0.0);
-        self.0.step(command, measured_rad_s, sample)
+        self.step_readings(&Readings::new(*command, measured_rad_s), sample)
+    }
+
+    /// One control step from everything that a vehicle knows. `sample` is overwritten but for what was asked for and the gyro's rate,
+    /// whatever is returned.
+    ///
+    /// # Errors
+    /// As [`AnyController::step`]; [`Error::Policy`] where a controller of one's own gives no torque that is a number.
+    pub fn step_readings(
+        &mut self,
+        readings: &Readings<'_, f64>,
+        sample: &mut ControlSample,
+    ) -> Result<(), Error> {
+        self.0.step(readings, sample)
+    }
+
+    /// Names of signals that only this controller has: columns of the trace beside those that every one has.
+    #[must_use]
+    pub fn signal_names(&self) -> &[String] {
+        self.0.signal_names()
     }
 
     /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
@@ -336,12 +393,18 @@ fn wheel_count_refused(scenario: &Scenario) -> config::Error {
 fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
     scenario: &Scenario,
 ) -> Result<Box<dyn Loop>, config::Error> {
-    Ok(Box::new(Sized {
-        limiter: scenario.limiter()?,
-        limited: TwistLimiterState::default(),
-        controller: scenario.controller::<R, N>()?,
-        state: ControlState::default(),
-    }))
+    if let Some(drive) = scenario.drive::<R, N>()? {
+        return Ok(Box::new(drive::Driven::new(scenario, drive)));
+    }
+    let (limiter, controller) = (scenario.limiter()?, scenario.controller::<R, N>()?);
+    Ok(Box::new(Sized(ControllerPolicy::new(limiter, controller))))
+}
+
+fn owned<const N: usize>(
+    scenario: &Scenario,
+    policy: Box<dyn Policy<f64> + Send + Sync>,
+) -> Result<Box<dyn Loop>, config::Error> {
+    Ok(Box::new(own::Own::<N>::new(scenario, policy)?))
 }
 
 fn linked<const N: usize>(scenario: &Scenario, link: Link) -> Result<Box<dyn Loop>, Error> {

@@ -40,6 +40,20 @@ pub enum Error {
         /// What was lost until then.
         counters: crate::controller::LinkCounters,
     },
+    /// A controller of one's own gave something that is no torque.
+    #[error(
+        "the policy gave {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques"
+    )]
+    Policy {
+        /// Control period, from 0.
+        period: u64,
+        /// Simulated time at its start \[s\].
+        time_s: f64,
+        /// The wheel's name.
+        wheel: String,
+        /// What it gave.
+        value: f64,
+    },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
     Diverged {

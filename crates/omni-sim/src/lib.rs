@@ -28,6 +28,7 @@ pub use error::Error;
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use outcome::{Outcome, Verdict};
 pub use run::{control_periods, drive, measure, own_command, run, run_with_callback, run_with_controller};
+pub use sensing::Sensed;
 pub use simulation::Simulation;
 pub use trace::{Rows, Trace, TraceBuilder};
 pub use world::ground_heights_m;

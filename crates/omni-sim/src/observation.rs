@@ -25,6 +25,36 @@ impl Default for Pose3 {
 }
 
 impl Pose3 {
+    /// The body's axes x, y and z in the world: unit vectors.
+    ///
+    /// ```
+    /// use omni_sim::observation::Pose3;
+    /// let mut pose = Pose3::default();
+    /// pose.rotation_xyzw = [0.0, 0.0, 1.0, 0.0]; // half a turn about the vertical
+    /// assert_eq!(pose.axes(), [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]);
+    /// ```
+    #[must_use]
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        let [x, y, z, w] = self.rotation_xyzw;
+        [
+            [
+                1.0 - 2.0 * (y * y + z * z),
+                2.0 * (x * y + w * z),
+                2.0 * (x * z - w * y),
+            ],
+            [
+                2.0 * (x * y - w * z),
+                1.0 - 2.0 * (x * x + z * z),
+                2.0 * (y * z + w * x),
+            ],
+            [
+                2.0 * (x * z + w * y),
+                2.0 * (y * z - w * x),
+                1.0 - 2.0 * (x * x + y * y),
+            ],
+        ]
+    }
+
     /// Heading \[rad\] about the vertical, counter-clockwise positive, -pi to pi.
     #[must_use]
     pub fn yaw_rad(&self) -> f64 {
@@ -43,6 +73,10 @@ pub struct Observation {
     pub pose: Pose3,
     /// Velocity of that origin along the vehicle's heading, and yaw rate.
     pub twist: BodyTwist<f64>,
+    /// Velocity of that origin \[m/s\], world axes.
+    pub velocity_m_s: [f64; 3],
+    /// Angular velocity of the base \[rad/s\], world axes.
+    pub rate_rad_s: [f64; 3],
     /// Angle of each body's x axis above the horizon \[rad\]: **nose up is positive** (REP-103 pitch is the opposite).
     pub body_nose_up_rad: Vec<f64>,
     /// Angle between each body's z axis and the vertical \[rad\], to whatever side, 0 to pi.

@@ -72,7 +72,7 @@ pub fn run_with_controller<E: From<Error>>(
     controller: AnyController,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    let mut trace = TraceBuilder::new(scenario.vehicle());
+    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), controller.signal_names());
     let (outcome, ended) = drive(scenario, controller, own_command, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());
         watch(simulation, part)

@@ -1,18 +1,81 @@
-//! What encoders and a gyro make of the truth.
+//! What a vehicle's sensors make of the truth.
 
 use std::collections::VecDeque;
 
+use omni_core::{BodyTwist, Imu, Readings};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Fault, Scenario, Sensors};
+use crate::config::{Fault, Scenario, Sensors, Vehicle};
+use crate::observation::Observation;
+
+/// What a vehicle's sensors say in one control period.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario};
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// for _ in 0..1500 {
+///     simulation.step(&simulation.scenario_command())?;
+/// }
+/// let sensed = simulation.sensed();
+/// assert_eq!((sensed.wheels_rad_s.len(), sensed.hinges_rad.len()), (7, 2));
+/// assert!((sensed.imu.specific_force_m_s2[2] - 9.81).abs() < 0.1); // it drives steadily on flat ground
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Sensed {
+    /// Actuator velocities \[rad/s\], one a wheel; NaN where no reading arrived.
+    pub wheels_rad_s: Vec<f64>,
+    /// Angles of the hinges \[rad\], one a hinge.
+    pub hinges_rad: Vec<f64>,
+    /// Rates of the hinges \[rad/s\], one a hinge.
+    pub hinges_rad_s: Vec<f64>,
+    /// Yaw rate about the vertical by the gyro \[rad/s\], counter-clockwise positive.
+    pub gyro_rad_s: f64,
+    /// The inertial measurement unit on the base.
+    pub imu: Imu<f64>,
+}
+
+impl Sensed {
+    /// A vehicle at rest on level ground.
+    #[must_use]
+    pub fn at_rest(vehicle: &Vehicle) -> Self {
+        let hinges = vehicle.hinge.len();
+        Self {
+            wheels_rad_s: vec![0.0; vehicle.wheel.len()],
+            hinges_rad: vec![0.0; hinges],
+            hinges_rad_s: vec![0.0; hinges],
+            gyro_rad_s: 0.0,
+            imu: Imu::level(),
+        }
+    }
+
+    /// With a new command: what a controller is told.
+    #[must_use]
+    pub fn readings(&self, command: BodyTwist<f64>) -> Readings<'_, f64> {
+        let mut readings = Readings::new(command, &self.wheels_rad_s);
+        readings.hinges_rad = &self.hinges_rad;
+        readings.hinges_rad_s = &self.hinges_rad_s;
+        readings.imu = self.imu;
+        readings
+    }
+}
+
+/// What happens to an encoder.
+#[derive(Clone, Copy, PartialEq)]
+enum Trouble {
+    Stuck,
+    Silent,
+}
 
 /// The sensors of a vehicle.
 pub(crate) struct Sensing {
     sensors: Sensors,
+    gravity_m_s2: f64,
     period_s: f64,
-    stuck: Vec<(usize, f64, f64)>,
+    trouble: Vec<(usize, Trouble, (f64, f64))>,
     state: State,
 }
 
@@ -20,40 +83,51 @@ pub(crate) struct Sensing {
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct State {
     rng: ChaCha8Rng,
+    /// Of the gyros about x and y.
+    tilt_rng: ChaCha8Rng,
     /// Whole counts of each encoder after the last period.
     counts: Vec<f64>,
     /// What each encoder last read \[rad/s\].
     read: Vec<f64>,
-    /// Readings on their way to the controller, the oldest first: encoders, then the gyro.
-    line: VecDeque<(Vec<f64>, f64)>,
+    /// Velocity of the base a period ago \[m/s\].
+    velocity_m_s: [f64; 3],
+    /// Readings on their way to the controller, the oldest first.
+    line: VecDeque<Sensed>,
 }
 
 impl Sensing {
     pub(crate) fn new(scenario: &Scenario) -> Self {
         let vehicle = scenario.vehicle();
-        let stuck = scenario.fault.iter().filter_map(|fault| match fault {
-            Fault::EncoderStuck { wheel, .. } => {
-                let (from_s, until_s) = fault.span_s();
-                let wheel = vehicle.wheel.iter().position(|w| w.name == *wheel)?;
-                Some((wheel, from_s, until_s))
-            }
-            _ => None,
+        let trouble = scenario.fault.iter().filter_map(|fault| {
+            let (wheel, trouble) = match fault {
+                Fault::EncoderStuck { wheel, .. } => (wheel, Trouble::Stuck),
+                Fault::EncoderSilent { wheel, .. } => (wheel, Trouble::Silent),
+                _ => return None,
+            };
+            let wheel = vehicle.wheel.iter().position(|w| w.name == *wheel)?;
+            Some((wheel, trouble, fault.span_s()))
         });
         let wheels = vehicle.wheel.len();
         let sensors = scenario.sensors;
         let periods = sensors.delay_us / scenario.control.period_us;
-        let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
-        rng.set_stream(1); // the perturbation draws from stream 0
+        let stream = |stream| {
+            let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
+            rng.set_stream(stream); // the perturbation draws from stream 0
+            rng
+        };
         Self {
             sensors,
+            gravity_m_s2: scenario.physics.gravity_m_s2,
             period_s: scenario.period_s(),
-            stuck: stuck.collect(),
+            trouble: trouble.collect(),
             state: State {
-                rng,
+                rng: stream(1),
+                tilt_rng: stream(2),
                 counts: vec![0.0; wheels],
                 read: vec![0.0; wheels],
+                velocity_m_s: [0.0; 3],
                 // At rest before the start.
-                line: vec![(vec![0.0; wheels], 0.0); periods as usize].into(),
+                line: vec![Sensed::at_rest(vehicle); periods as usize].into(),
             },
         }
     }
@@ -66,20 +140,53 @@ impl Sensing {
         self.state = state;
     }
 
-    /// From the true actuator velocities \[rad/s\], their angles \[rad\] and the yaw rate \[rad/s\] at a time to what the controller is
-    /// given then: velocities are replaced, the gyro's rate is returned.
-    pub(crate) fn read(
-        &mut self,
-        time_s: f64,
-        velocities_rad_s: &mut Vec<f64>,
-        angles_rad: &[f64],
-        yaw_rate_rad_s: f64,
-    ) -> f64 {
+    /// From the truth, and the true actuator velocities \[rad/s\] in `sensed`, to what the controller is given: `sensed` is overwritten.
+    pub(crate) fn read(&mut self, angles_rad: &[f64], seen: &Observation, sensed: &mut Sensed) {
+        self.read_encoders(seen.time_ns as f64 * 1e-9, angles_rad, &mut sensed.wheels_rad_s);
+        let Self { sensors, state, .. } = self;
+        sensed.gyro_rad_s = seen.twist.wz_rad_s + sensors.gyro_bias_rad_s;
+        let mut noise = 0.0;
+        if sensors.gyro_noise_rad_s > 0.0 {
+            noise = sensors.gyro_noise_rad_s * normal(&mut state.rng);
+            sensed.gyro_rad_s += noise;
+        }
+        for (i, hinge) in seen.hinges.iter().enumerate() {
+            (sensed.hinges_rad[i], sensed.hinges_rad_s[i]) = (hinge.angle_rad, hinge.rate_rad_s);
+        }
+        let acceleration: [f64; 3] =
+            std::array::from_fn(|k| (seen.velocity_m_s[k] - state.velocity_m_s[k]) / self.period_s);
+        state.velocity_m_s = seen.velocity_m_s;
+        let [x, y, z] = acceleration;
+        let axes = seen.pose.axes();
+        let along = |v: [f64; 3]| axes.map(|axis| axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2]);
+        sensed.imu.specific_force_m_s2 = along([x, y, z + self.gravity_m_s2]);
+        sensed.imu.rate_rad_s = along(seen.rate_rad_s);
+        for (k, rate) in sensed.imu.rate_rad_s.iter_mut().enumerate() {
+            // One and the same gyro about z.
+            let noise = if k == 2 || sensors.gyro_noise_rad_s == 0.0 {
+                noise
+            } else {
+                sensors.gyro_noise_rad_s * normal(&mut state.tilt_rng)
+            };
+            *rate += sensors.gyro_bias_rad_s + noise;
+        }
+        let level = |axis: [f64; 3]| libm::asin(axis[2].clamp(-1.0, 1.0));
+        (sensed.imu.pitch_rad, sensed.imu.roll_rad) = (level(axes[0]), level(axes[1]));
+        if sensors.delay_us > 0 {
+            state.line.push_back(sensed.clone());
+            if let Some(old) = state.line.pop_front() {
+                *sensed = old;
+            }
+        }
+    }
+
+    fn read_encoders(&mut self, time_s: f64, angles_rad: &[f64], velocities_rad_s: &mut [f64]) {
         let Self {
             sensors,
             period_s,
-            stuck,
+            trouble,
             state,
+            ..
         } = self;
         for (i, velocity) in velocities_rad_s.iter_mut().enumerate() {
             if sensors.encoder_counts > 0 {
@@ -91,28 +198,18 @@ impl Sensing {
             if sensors.encoder_noise_rad_s > 0.0 {
                 *velocity += sensors.encoder_noise_rad_s * normal(&mut state.rng);
             }
-            if stuck
-                .iter()
-                .any(|(wheel, from_s, until_s)| *wheel == i && time_s >= *from_s && time_s < *until_s)
-            {
+            let suffers = |what: Trouble| {
+                trouble.iter().any(|(wheel, trouble, (from_s, until_s))| {
+                    *wheel == i && *trouble == what && time_s >= *from_s && time_s < *until_s
+                })
+            };
+            if suffers(Trouble::Stuck) {
                 *velocity = state.read[i];
             }
             state.read[i] = *velocity;
-        }
-        let mut gyro = yaw_rate_rad_s + sensors.gyro_bias_rad_s;
-        if sensors.gyro_noise_rad_s > 0.0 {
-            gyro += sensors.gyro_noise_rad_s * normal(&mut state.rng);
-        }
-        if sensors.delay_us == 0 {
-            return gyro;
-        }
-        state.line.push_back((velocities_rad_s.clone(), gyro));
-        match state.line.pop_front() {
-            Some((old, gyro)) => {
-                *velocities_rad_s = old;
-                gyro
+            if suffers(Trouble::Silent) {
+                *velocity = f64::NAN;
             }
-            None => gyro,
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::config::{Command, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
-use crate::sensing::Sensing;
+use crate::sensing::{Sensed, Sensing};
 use crate::world::{AnyPlant, plant};
 
 /// A scenario being simulated.
@@ -30,8 +30,8 @@ pub struct Simulation {
     pub(crate) control: ControlLoop,
     pub(crate) sample: ControlSample,
     pub(crate) observation: Observation,
-    /// What the sensors say now: encoders and gyro.
-    pub(crate) measured: (Vec<f64>, f64),
+    /// What the sensors say now.
+    pub(crate) sensed: Sensed,
     torques: Vec<f64>,
     command: Command,
 }
@@ -65,7 +65,7 @@ impl Simulation {
             control: ControlLoop::new(scenario, controller),
             sample: ControlSample::default(),
             observation,
-            measured: (Vec::new(), 0.0),
+            sensed: Sensed::at_rest(scenario.vehicle()),
             torques: Vec::new(),
             command: scenario.command.clone(),
         };
@@ -75,14 +75,9 @@ impl Simulation {
 
     /// Reads the sensors, once after every period.
     fn sense(&mut self) {
-        let (velocities, gyro) = &mut self.measured;
-        self.world.measure(velocities);
-        *gyro = self.sensing.read(
-            self.world.time_ns() as f64 * 1e-9,
-            velocities,
-            self.world.angles_rad(),
-            self.observation.twist.wz_rad_s,
-        );
+        self.world.measure(&mut self.sensed.wheels_rad_s);
+        self.sensing
+            .read(self.world.angles_rad(), &self.observation, &mut self.sensed);
     }
 
     /// The scenario's own command for the next period, as the vehicle looks now.
@@ -118,7 +113,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
     /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
-    /// vehicle runs on without torque.
+    /// vehicle runs on without torque; [`Error::Policy`] where a controller of one's own gives no torque that is a number.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),
@@ -143,10 +138,7 @@ impl Simulation {
     }
 
     fn control_and_advance(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
-        let (measured, gyro_rad_s) = &self.measured;
-        let controlled = self
-            .control
-            .step(command, measured, *gyro_rad_s, &mut self.sample);
+        let controlled = self.control.step(command, &self.sensed, &mut self.sample);
         for (wheel, added_n_m) in self.sample.wheels.iter_mut().zip(added_n_m) {
             let (lower, upper) = (wheel.limit_lower_n_m, wheel.limit_upper_n_m);
             wheel.applied_n_m = (wheel.applied_n_m + added_n_m).max(lower).min(upper);
@@ -188,13 +180,19 @@ impl Simulation {
     /// Actuator velocities as the encoders see them now \[rad/s\], one a wheel: what the next step's controller measures.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {
-        &self.measured.0
+        &self.sensed.wheels_rad_s
+    }
+
+    /// Everything that the sensors say now: what the next step's controller knows beside its command and its own torques.
+    #[must_use]
+    pub fn sensed(&self) -> &Sensed {
+        &self.sensed
     }
 
     /// Yaw rate as the gyro sees it now \[rad/s\], counter-clockwise positive.
     #[must_use]
     pub fn gyro_rad_s(&self) -> f64 {
-        self.measured.1
+        self.sensed.gyro_rad_s
     }
 
     /// The controller.

@@ -1,14 +1,14 @@
 //! A simulation as bytes and back: it goes on bit for bit, controller, sensors and energy balance included.
 
-use omni_core::HeadingHoldState;
 use serde::{Deserialize, Serialize};
 
+use crate::control_loop::LoopState;
 use crate::controller::{AnyController, ControlSample};
 use crate::observation::Observation;
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -36,22 +36,20 @@ impl Header {
 struct Saved<'a> {
     world: Vec<u8>,
     sensing: &'a sensing::State,
-    hold: Option<HeadingHoldState<f64>>,
-    controller: Vec<u8>,
+    control: LoopState,
     sample: &'a ControlSample,
     observation: &'a Observation,
-    measured: &'a (Vec<f64>, f64),
+    sensed: &'a sensing::Sensed,
 }
 
 #[derive(Deserialize)]
 struct Resumed {
     world: Vec<u8>,
     sensing: sensing::State,
-    hold: Option<HeadingHoldState<f64>>,
-    controller: Vec<u8>,
+    control: LoopState,
     sample: ControlSample,
     observation: Observation,
-    measured: (Vec<f64>, f64),
+    sensed: sensing::Sensed,
 }
 
 fn refuse(reason: impl Into<String>) -> Error {
@@ -81,18 +79,17 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
-        let (hold, controller) = self
+        let control = self
             .control
             .save()
             .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
         let saved = Saved {
             world: self.world.save().map_err(|error| refuse(error.to_string()))?,
             sensing: self.sensing.state(),
-            hold,
-            controller,
+            control,
             sample: &self.sample,
             observation: &self.observation,
-            measured: &self.measured,
+            sensed: &self.sensed,
         };
         postcard::to_allocvec(&(Header::of(scenario)?, saved)).map_err(|error| refuse(error.to_string()))
     }
@@ -117,7 +114,7 @@ impl Simulation {
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
         let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?)?;
-        if !simulation.control.restore(resumed.hold, &resumed.controller) {
+        if !simulation.control.restore(resumed.control) {
             return Err(refuse("its controller's state is damaged"));
         }
         let damaged = |error| refuse(format!("it is damaged: {error}"));
@@ -125,7 +122,7 @@ impl Simulation {
         simulation.sensing.restore(resumed.sensing);
         simulation.sample = resumed.sample;
         simulation.observation = resumed.observation;
-        simulation.measured = resumed.measured;
+        simulation.sensed = resumed.sensed;
         Ok(simulation)
     }
 }

@@ -306,9 +306,16 @@ impl Rows {
 pub struct TraceBuilder(Rows);
 
 impl TraceBuilder {
-    /// No rows yet.
+    /// No rows yet; of a controller without signals of its own.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
+        Self::with_signals(vehicle, &[])
+    }
+
+    /// No rows yet; `own` are the names of those that only its controller has ([`crate::controller::AnyController::signal_names`]),
+    /// columns before those of the wheels.
+    #[must_use]
+    pub fn with_signals(vehicle: &Vehicle, own: &[String]) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();
         names.extend((1..=vehicle.rows().len()).map(|row| format!("row_{row}_load_n")));
         names.extend(
@@ -323,6 +330,7 @@ impl TraceBuilder {
                 format!("hinge_{}_rate_rad_s", hinge.name),
             ]);
         }
+        names.extend_from_slice(own);
         let signals = WHEEL.iter().map(|(name, _)| *name).collect();
         Self(Rows::new(vehicle, names, signals))
     }
@@ -355,6 +363,7 @@ impl TraceBuilder {
         for hinge in &seen.hinges {
             rows.extend([hinge.angle_rad, hinge.rate_rad_s]);
         }
+        rows.extend(&sample.own);
         for (_, signal) in &WHEEL {
             rows.extend(sample.wheels.iter().zip(&seen.wheels).map(|(s, o)| signal(s, o)));
         }

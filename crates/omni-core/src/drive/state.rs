@@ -23,6 +23,11 @@ use crate::{
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 pub struct DriveState<R, const N: usize> {
     /// The loops.
     pub control: ControlState<R, N>,
@@ -41,8 +46,10 @@ pub struct DriveState<R, const N: usize> {
     pub(super) blind: u16,
     /// What the wheels should have measured by what the others said, and which of these are worth something.
     pub(super) by_others: WheelVelocities<R, N>,
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) checked: [bool; N],
     pub(super) reference: WheelVelocities<R, N>,
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) torque_n_m: [R; N],
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use omni_core::{BodyTwist, Controller, TorqueLimit, WheelTorques};
+use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
 use omni_link::{
     Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
 };
@@ -175,16 +175,11 @@ impl<const N: usize> Linked<N> {
 }
 
 impl<const N: usize> Loop for Linked<N> {
-    fn step(
-        &mut self,
-        command: &BodyTwist<f64>,
-        measured: &[f64],
-        sample: &mut ControlSample,
-    ) -> Result<(), Error> {
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let time_s = self.periods as f64 * self.period_s;
         self.periods += 1;
         if self.stopped.is_none()
-            && let Err(reason) = self.exchange(command, measured)
+            && let Err(reason) = self.exchange(&readings.command, readings.wheels_rad_s)
         {
             self.guard.stop();
             self.last.sample.wheels.applied = WheelTorques::zero();

@@ -67,6 +67,8 @@ fn check_faults(scenario: &Scenario) -> Result<(), Error> {
             Fault::WheelLost { .. }
                 | Fault::WheelDrag { .. }
                 | Fault::EncoderStuck { .. }
+                | Fault::EncoderSilent { .. }
+                | Fault::CommandLost { .. }
                 | Fault::LoadAdded { .. }
         )
     };

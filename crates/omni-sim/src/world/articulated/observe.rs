@@ -41,6 +41,7 @@ impl<const N: usize> World<N> {
             rotation_xyzw: [x, y, z, w],
         };
         let velocity = tree.velocity(0, tree.origin[0], &u);
+        (observation.velocity_m_s, observation.rate_rad_s) = (velocity.into(), tree.omega[0].into());
         observation.twist = level_twist(tree.rotation[0] * Vector3::X, velocity, tree.omega[0].z);
         let angles = observation
             .body_nose_up_rad

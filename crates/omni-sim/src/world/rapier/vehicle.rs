@@ -188,6 +188,7 @@ impl VehicleBodies {
         let base = &physics.bodies[self.bodies[0]];
         observation.pose = pose3(base.position());
         let velocity = base.velocity_at_point(base.position().translation);
+        (observation.velocity_m_s, observation.rate_rad_s) = (velocity.into(), base.angvel().into());
         observation.twist = level_twist(base.rotation() * Vector::X, velocity, base.angvel().z);
         let angles = observation
             .body_nose_up_rad

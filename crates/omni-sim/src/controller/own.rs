@@ -1,0 +1,117 @@
+//! A controller of somebody's own, between the sensors and the motors of a vehicle.
+
+use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
+
+use super::{ControlSample, Loop, WheelSignals, inverse, velocities};
+use crate::Error;
+use crate::config::{self, Scenario};
+
+/// A policy for a vehicle of `N` wheels.
+pub(super) struct Own<const N: usize> {
+    policy: Box<dyn Policy<f64> + Send + Sync>,
+    /// The vehicle's own controller, for what it knows of the vehicle.
+    here: Controller<f64, N>,
+    motors: [TorqueLimit<f64>; N],
+    names: Vec<String>,
+    wheels: Vec<String>,
+    period_s: f64,
+    periods: u64,
+}
+
+impl<const N: usize> Own<N> {
+    pub(super) fn new(
+        scenario: &Scenario,
+        policy: Box<dyn Policy<f64> + Send + Sync>,
+    ) -> Result<Self, config::Error> {
+        Ok(Self {
+            here: scenario.controller()?,
+            motors: scenario.wheel_control::<f64, N>()?.limits,
+            names: (0..)
+                .map_while(|index| policy.signal_name(index).map(str::to_owned))
+                .collect(),
+            wheels: scenario
+                .vehicle()
+                .wheel
+                .iter()
+                .map(|wheel| wheel.name.clone())
+                .collect(),
+            period_s: scenario.period_s(),
+            periods: 0,
+            policy,
+        })
+    }
+}
+
+impl<const N: usize> Loop for Own<N> {
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
+        let period = self.periods;
+        self.periods += 1;
+        let mut torques_n_m = [0.0; N];
+        self.policy.step(readings, &mut torques_n_m);
+        let kinematics = self.here.kinematics();
+        let measured = velocities::<f64, N>(readings.wheels_rad_s);
+        let (reference, residual) = (
+            kinematics.inverse(&readings.command),
+            kinematics.residual(&measured),
+        );
+        sample.command = readings.command;
+        sample.estimated = kinematics.forward(&measured);
+        sample.common_factor = f64::NAN; // what it does inside is not known, and a zero would be taken for a measurement
+        sample.wheels.clear();
+        sample.wheels.extend((0..N).map(|i| {
+            let range = self.motors[i].range(measured.rad_s[i]);
+            let requested_n_m = torques_n_m[i];
+            WheelSignals {
+                reference_rad_s: reference.rad_s[i],
+                measured_rad_s: measured.rad_s[i],
+                p_n_m: f64::NAN,
+                i_n_m: f64::NAN,
+                d_n_m: f64::NAN,
+                requested_n_m,
+                // Nothing where it is no number; the period ends the run then.
+                applied_n_m: if requested_n_m.is_finite() {
+                    range.clip(requested_n_m)
+                } else {
+                    0.0
+                },
+                limit_lower_n_m: range.lower_n_m,
+                limit_upper_n_m: range.upper_n_m,
+                saturated: range.exceeded_by(requested_n_m),
+                residual_rad_s: residual.rad_s[i],
+            }
+        }));
+        sample.own.clear();
+        sample.own.resize(self.names.len(), f64::NAN);
+        self.policy.signals(&mut sample.own);
+        match torques_n_m.iter().position(|torque| !torque.is_finite()) {
+            None => Ok(()),
+            Some(i) => Err(Error::Policy {
+                period,
+                time_s: period as f64 * self.period_s,
+                wheel: self.wheels[i].clone(),
+                value: torques_n_m[i],
+            }),
+        }
+    }
+
+    fn signal_names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
+        inverse(&self.here, twist)
+    }
+
+    /// The periods alone: what the policy remembers is its owner's to keep.
+    fn save(&self) -> Option<Vec<u8>> {
+        postcard::to_allocvec(&self.periods).ok()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> bool {
+        let periods = postcard::from_bytes(state);
+        periods.is_ok_and(|periods| {
+            self.periods = periods;
+            true
+        })
+    }
+}
