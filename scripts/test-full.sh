@@ -9,6 +9,7 @@ scripts/semver.sh
 scripts/wasm.sh --whole
 scripts/aarch64.sh --if-possible
 cargo test --release --test physics -- --ignored
+python3 scripts/drive_campaign.py --check # 300 runs with random faults, and their table in docs/drive.md
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py

@@ -3,6 +3,7 @@
 mod articulated;
 mod core_serde;
 mod derived_gains;
+mod drive_in_the_loop;
 mod engines;
 mod figures;
 mod flat_ground;

@@ -176,6 +176,18 @@ pub enum Fault {
         #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
+    /// Somebody presses the emergency stop of a `[drive]`, and releases it at the end.
+    EmergencyStop {
+        /// From this time \[s\], 0 to 3600.
+        #[garde(custom(within(TIME_S)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        from_s: f64,
+        /// Until this time \[s\]; left out: to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[garde(inner(custom(within(TIME_S))))]
+        #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+        until_s: Option<f64>,
+    },
     /// A mass put on a body, at rest with it, for good.
     LoadAdded {
         /// The body's name.
@@ -225,6 +237,10 @@ enum FaultByKind {
         from_s: f64,
         until_s: Option<f64>,
     },
+    EmergencyStop {
+        from_s: f64,
+        until_s: Option<f64>,
+    },
     LoadAdded {
         body: String,
         mass_kg: f64,
@@ -243,7 +259,8 @@ impl Fault {
             | Self::WheelDrag { from_s, until_s, .. }
             | Self::EncoderStuck { from_s, until_s, .. }
             | Self::EncoderSilent { from_s, until_s, .. }
-            | Self::CommandLost { from_s, until_s } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
+            | Self::CommandLost { from_s, until_s }
+            | Self::EmergencyStop { from_s, until_s } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
             Self::LoadAdded { from_s, .. } => (*from_s, f64::INFINITY),
         }
     }
@@ -263,7 +280,7 @@ impl Fault {
             | Self::WheelDrag { wheel, .. }
             | Self::EncoderStuck { wheel, .. }
             | Self::EncoderSilent { wheel, .. } => known("wheel", wheel, wheels()),
-            Self::CommandLost { .. } => None,
+            Self::CommandLost { .. } | Self::EmergencyStop { .. } => None,
             Self::LoadAdded { body, .. } => known("body", body, bodies()),
         };
         let (from_s, until_s) = self.span_s();

@@ -326,6 +326,10 @@ impl Scenario {
             if let Some((key, message)) = fault.refusal(&self.vehicle) {
                 return Err(source.refuse(format!("fault[{i}].{key}"), message));
             }
+            if matches!(fault, Fault::EmergencyStop { .. }) && self.drive.is_none() {
+                let message = "\"emergency_stop\", allowed: only with a [drive], which has one";
+                return Err(source.refuse(format!("fault[{i}].kind"), message));
+            }
         }
         self.check_start(source)
     }

@@ -25,6 +25,12 @@ wz_rad_s = 0.0
 gain_per_s = 1.0
 limit_rad_s = 1.0
 
+[drive.slip]
+
+[drive.faults]
+
+[drive.noise]
+
 [[friction_patch]]
 x_m = [0.0, 1.0]
 y_m = [0.0, 1.0]

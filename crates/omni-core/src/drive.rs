@@ -228,7 +228,9 @@ impl<R: Real, const N: usize> Drive<R, N> {
         } else {
             DriveMode::Normal
         };
+        let stopped = matches!(mode, DriveMode::SafeStop | DriveMode::EmergencyStop);
         DriveSample {
+            brake: dropped.map(|dropped| dropped && stopped),
             mode,
             faults: state.faults.faults(),
             shaped,

@@ -26,8 +26,9 @@ use crate::sensing::Sensed;
 pub struct ControlLoop {
     hold: Option<Hold>,
     controller: AnyController,
-    /// From when to when no command arrives \[s\].
+    /// From when to when no command arrives, and the emergency stop is pressed \[s\].
     lost: Vec<(f64, f64)>,
+    stopped: Vec<(f64, f64)>,
     period_s: f64,
     memory: Memory,
 }
@@ -60,11 +61,15 @@ impl ControlLoop {
             law,
             state: HeadingHoldState::default(),
         });
-        let lost = |fault: &Fault| matches!(fault, Fault::CommandLost { .. }).then(|| fault.span_s());
+        let spans = |kind: fn(&Fault) -> bool| {
+            let faults = scenario.fault.iter().filter(|fault| kind(fault));
+            faults.map(Fault::span_s).collect()
+        };
         Self {
             hold,
             controller,
-            lost: scenario.fault.iter().filter_map(lost).collect(),
+            lost: spans(|fault| matches!(fault, Fault::CommandLost { .. })),
+            stopped: spans(|fault| matches!(fault, Fault::EmergencyStop { .. })),
             period_s: scenario.period_s(),
             memory: Memory {
                 periods: 0,
@@ -88,10 +93,14 @@ impl ControlLoop {
         let memory = &mut self.memory;
         let time_s = memory.periods as f64 * self.period_s;
         memory.periods += 1;
-        let arrived = !self
-            .lost
-            .iter()
-            .any(|(from_s, until_s)| time_s >= *from_s && time_s < *until_s);
+        let now = |spans: &[(f64, f64)]| {
+            let mut spans = spans.iter();
+            spans.any(|(from_s, until_s)| time_s >= *from_s && time_s < *until_s)
+        };
+        let arrived = !now(&self.lost);
+        if !self.stopped.is_empty() {
+            self.controller.emergency_stop(now(&self.stopped));
+        }
         if arrived {
             memory.command = *asked;
         }

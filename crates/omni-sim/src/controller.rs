@@ -36,6 +36,8 @@ pub struct ControlSample {
     pub common_factor: f64,
     /// One entry a wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
+    /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with the slope of its torque over speed.
+    pub brake: Vec<bool>,
     /// Signals that only this controller has, in the order of [`AnyController::signal_names`].
     pub own: Vec<f64>,
 }
@@ -109,6 +111,7 @@ impl ControlSample {
             estimated: BodyTwist::from_array([UNKNOWN; 3]),
             common_factor: UNKNOWN,
             wheels: torques_n_m.iter().map(signals).collect(),
+            brake: Vec::new(),
             own: Vec::new(),
         }
     }
@@ -123,6 +126,7 @@ impl Default for ControlSample {
             estimated: BodyTwist::ZERO,
             common_factor: 1.0,
             wheels: Vec::new(),
+            brake: Vec::new(),
             own: Vec::new(),
         }
     }
@@ -136,6 +140,8 @@ trait Loop: Send + Sync {
     fn signal_names(&self) -> &[String] {
         &[]
     }
+    /// Presses the emergency stop, or releases it; without one nothing happens.
+    fn emergency_stop(&mut self, _pressed: bool) {}
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
     /// The state, for a snapshot; none at the other end of a link.
     fn save(&self) -> Option<Vec<u8>> {
@@ -353,6 +359,23 @@ impl AnyController {
         sample: &mut ControlSample,
     ) -> Result<(), Error> {
         self.0.step(readings, sample)
+    }
+
+    /// Presses the emergency stop of a `[drive]`, or releases it. A controller without one goes on.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// use omni_sim::{config::{Override, Scenario}, controller::{AnyController, ControlSample}};
+    /// let scenario = Scenario::load("flat", &[Override::new("drive.timeout_s", 0.5)])?;
+    /// let mut controller = AnyController::new(&scenario)?;
+    /// controller.emergency_stop(true);
+    /// let (ahead, mut sample) = (BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO }, ControlSample::default());
+    /// controller.step(&ahead, &[0.0; 7], &mut sample)?;
+    /// assert_eq!((sample.own[0], sample.wheels[0].reference_rad_s), (3.0, 0.0)); // stopped
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn emergency_stop(&mut self, pressed: bool) {
+        self.0.emergency_stop(pressed);
     }
 
     /// Names of signals that only this controller has: columns of the trace beside those that every one has.

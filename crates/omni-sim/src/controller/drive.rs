@@ -20,7 +20,7 @@ const NAMES: [&str; 9] = [
     "drive_std_y_m",
     "drive_std_yaw_rad",
 ];
-const WHEEL: [&str; 2] = ["drive_fault", "drive_left_out"];
+const WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
 
 /// A drive with its state.
 pub(super) struct Driven<R, const N: usize> {
@@ -111,6 +111,9 @@ impl<R: Real, const N: usize> Driven<R, N> {
         own.extend(deviations.map(|deviation| deviation.as_f64()));
         own.extend(drive.faults.map(fault));
         own.extend(drive.slip.excluded.map(flag));
+        own.extend(drive.brake.map(flag));
+        sample.brake.clear();
+        sample.brake.extend(drive.brake);
     }
 }
 
@@ -128,6 +131,15 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
 
     fn signal_names(&self) -> &[String] {
         &self.names
+    }
+
+    fn emergency_stop(&mut self, pressed: bool) {
+        let state = self.policy.state_mut();
+        if pressed {
+            state.emergency_stop();
+        } else {
+            state.release_emergency_stop();
+        }
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {

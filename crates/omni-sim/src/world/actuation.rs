@@ -16,6 +16,8 @@ pub(super) struct Actuation {
     stall_n_m: f64,
     slope_n_m_s_rad: f64,
     step_s: f64,
+    /// Motors whose windings are shorted.
+    shorted: Vec<bool>,
     lost: Vec<Span>,
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
@@ -99,6 +101,7 @@ impl Actuation {
             stall_n_m: vehicle.motor.stall_torque_n_m,
             slope_n_m_s_rad: vehicle.motor.slope_n_m_s_rad,
             step_s,
+            shorted: Vec::new(),
             lost: lost.collect(),
             drags: drags.collect(),
             inertia_kg_m2: vehicle.wheel.iter().map(|w| w.inertia_kg_m2).collect(),
@@ -152,10 +155,26 @@ impl Actuation {
         &self.state.torque_n_m
     }
 
-    /// Damping by drags between a wheel and its carrier now \[N.m.s/rad\], about the axle.
+    /// Shorts the windings of these motors; of none where the list is empty.
+    pub(super) fn brake(&mut self, motors: &[bool]) {
+        self.shorted.clear();
+        self.shorted.extend(motors);
+    }
+
+    /// Damping by drags and by a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
+    ///
+    /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
+    /// the slope is a damper. A motor that is lost has no windings to short.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
-        holding.map(|(_, damper)| damper).sum()
+        let drags: f64 = holding.map(|(_, damper)| damper).sum();
+        let shorted =
+            self.shorted.get(wheel) == Some(&true) && !self.lost.iter().any(|span| span.holds(wheel, time_s));
+        if shorted {
+            drags + self.slope_n_m_s_rad / (self.gear[wheel] * self.gear[wheel])
+        } else {
+            drags
+        }
     }
 
     /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.

@@ -22,6 +22,9 @@ pub(crate) trait Plant {
     /// Angles that the actuators have turned since the start \[rad\], one a wheel.
     fn angles_rad(&self) -> &[f64];
 
+    /// Shorts the windings of these motors from now on, one a wheel, and of no other; none for an empty list.
+    fn brake(&mut self, motors: &[bool]);
+
     /// Holds actuator torques \[N.m\], one a wheel, for one control period; contact forces are averaged over it.
     fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error>;
 
@@ -69,6 +72,7 @@ fn check_faults(scenario: &Scenario) -> Result<(), Error> {
                 | Fault::EncoderStuck { .. }
                 | Fault::EncoderSilent { .. }
                 | Fault::CommandLost { .. }
+                | Fault::EmergencyStop { .. }
                 | Fault::LoadAdded { .. }
         )
     };

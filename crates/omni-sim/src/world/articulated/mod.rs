@@ -249,6 +249,10 @@ impl<const N: usize> Plant for World<N> {
         &self.actuation.state().angle_rad
     }
 
+    fn brake(&mut self, motors: &[bool]) {
+        self.actuation.brake(motors);
+    }
+
     fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
         self.check()?;
         observation.start_period();

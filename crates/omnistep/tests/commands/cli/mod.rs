@@ -3,6 +3,7 @@
 mod balls;
 mod files;
 mod foreign_logs;
+mod grid;
 mod logs;
 mod messages;
 mod refusals;

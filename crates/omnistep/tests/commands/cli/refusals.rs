@@ -137,6 +137,62 @@ fn values_out_of_range_are_named_with_the_range() {
 }
 
 #[test]
+fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
+    let in_scenario = |text: &str, expected: &str| {
+        refused_file("s.toml", "[physics]", &format!("{text}\n[physics]"), expected);
+    };
+    in_scenario(
+        "[drive]\ntimeout_s = -1",
+        "drive.timeout_s: -1, allowed: 0 to 3600",
+    );
+    in_scenario(
+        "[drive]\nblind_periods = 70000",
+        "drive.blind_periods: 70000, allowed: 0 to 65534",
+    );
+    in_scenario(
+        "[drive.slip]\nenter_rad_s = 0.5",
+        "drive.slip.leave_rad_s: 1, allowed: up to enter_rad_s, 0.5",
+    );
+    in_scenario(
+        "[drive.faults]\nstuck_periods = 1",
+        "drive.faults.stuck_periods: 1, allowed: 2 to 65535",
+    );
+    in_scenario(
+        "[drive]\ntimeout = 1",
+        "drive.timeout: unknown field `timeout` (did you mean `timeout_s`?)",
+    );
+    in_scenario(
+        "[[fault]]\nkind = \"encoder_silent\"\nwheel = \"9\"\nfrom_s = 1.0",
+        "fault[0].wheel: \"9\", allowed: 1, 2, 3, 4, 5, 6, 7",
+    );
+    in_scenario(
+        "[[fault]]\nkind = \"command_lost\"\nfrom_s = 2.0\nuntil_s = 1.0",
+        "fault[0].until_s: 1, allowed: more than from_s, 2",
+    );
+    let in_control = |text: &str, expected: &str| {
+        refused_file(
+            "s.toml",
+            "period_us = 1000",
+            &format!("period_us = 1000\n{text}"),
+            expected,
+        );
+    };
+    in_control("floor = 1.5", "control.floor: 1.5, allowed: 0 to 1");
+    in_control(
+        "saturation = \"clip\"\nfloor = 0.5",
+        "control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
+    );
+    in_control(
+        "anti_windup = \"conditional\"",
+        "control.anti_windup: \"conditional\", allowed: \"conditioned\" or \"clamp\"",
+    );
+    in_control(
+        "integral = \"both\"",
+        "control.integral: unknown variant `both`, expected `per_wheel` or `shared`",
+    );
+}
+
+#[test]
 fn another_version_of_a_file_says_what_to_do_whatever_else_is_in_it() {
     for file in ["s.toml", "v.toml"] {
         // Keys that a later version may have are no reason to speak of keys.

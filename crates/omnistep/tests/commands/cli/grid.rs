@@ -1,0 +1,76 @@
+//! The grid of coordination laws as keys: rows, names of logs, what `list` says.
+
+use super::{omnistep, refused, rows};
+
+const SHORT: [&str; 3] = ["--quiet", "--set", "duration_s=0.1"];
+
+#[test]
+fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        &["compare", "step", "--json", "--set", "control.floor=0.5"],
+        &SHORT[..],
+    ]
+    .concat();
+    let policies: Vec<_> = rows(&omnistep(folder.path(), &arguments))
+        .iter()
+        .map(|row| row["policy"].as_str().unwrap().to_owned())
+        .collect();
+    let presets = ["independent", "paper", "synchronised", "load_sharing"];
+    assert_eq!(policies[..4], presets);
+    assert_eq!(policies[4..], ["synchronised+floor=0.5"]);
+    assert!(
+        folder
+            .path()
+            .join("out/step-synchronised+floor=0.5.mcap")
+            .is_file()
+    );
+    // Its log says what it was, and is the same law again.
+    let log = "out/step-synchronised+floor=0.5.mcap";
+    let output = omnistep(folder.path(), &["replay", log]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains("policy synchronised+floor=0.5: 100 control periods, no difference in any bit"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_policy_on_the_command_line_goes_with_keys_of_the_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let asked = ["run", "step", "--json", "--policy", "independent"];
+    let keys = ["--set", "control.integral=shared"];
+    let arguments = [&asked[..], &keys, &SHORT].concat();
+    assert_eq!(
+        rows(&omnistep(folder.path(), &arguments))[0]["policy"],
+        "independent+integral=shared"
+    );
+    // A floor is of references: another policy looks at none.
+    let arguments = [&asked[..], &["--set", "control.floor=0.5"]].concat();
+    assert!(
+        refused(folder.path(), &arguments)
+            .contains("control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"")
+    );
+}
+
+#[test]
+fn list_says_what_each_of_a_kind_is_in_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, name, words) in [
+        ("policies", "synchronised", "all references are reduced together"),
+        ("scenarios", "ice", "Ice under the left wheels"),
+        ("vehicles", "omni3", "Three omni wheels at 120 degrees"),
+        ("studies", "climb_map", "Where each policy climbs"),
+        ("experiments", "wheels", "Section 3.3"),
+    ] {
+        let output = omnistep(folder.path(), &["list", kind]);
+        let text = String::from_utf8(output.stdout).unwrap();
+        let line = text.lines().find(|line| line.starts_with(name)).expect(name);
+        assert!(line.contains(words), "{line}");
+        assert!(
+            text.lines().all(|line| line.split_whitespace().count() > 3),
+            "{text}"
+        );
+    }
+    assert!(refused(folder.path(), &["list", "wheels"]).contains("policies"));
+}

@@ -1,0 +1,244 @@
+//! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; and a campaign of random faults.
+
+use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Simulation, Trace, run};
+
+use crate::engines::{load, on_both_engines};
+
+#[path = "../../crates/omni-sim/examples/drive_campaign.rs"]
+#[expect(dead_code, reason = "its program is not run here")]
+#[expect(unreachable_pub, reason = "as an example it is a crate of its own")]
+mod drive_campaign;
+
+/// Flat ground, forward at 0.3 m/s, with every default of a drive and its detectors.
+fn scenario(overrides: &[&str]) -> Scenario {
+    let keys = ["drive.slip={}", "drive.faults={}", "duration_s=4.0"];
+    let overrides: Vec<_> = keys
+        .iter()
+        .chain(overrides)
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    load("flat", &overrides).expect("valid")
+}
+
+fn column<'a>(trace: &'a Trace, name: &str) -> &'a [f64] {
+    trace.column(name).unwrap_or_else(|| panic!("no column {name}"))
+}
+
+/// The first period in which a column has a value.
+fn first(trace: &Trace, name: &str, value: f64) -> usize {
+    let found = column(trace, name).iter().position(|v| *v == value);
+    found.unwrap_or_else(|| panic!("{name} is never {value}"))
+}
+
+fn a_drive_does_in_the_loop_what_it_does_by_hand() {
+    let scenario = scenario(&["duration_s=1.0", "drive.noise={}"]);
+    let mut simulation = Simulation::new(&scenario).expect("a simulation");
+    let drive = scenario.drive::<f64, 7>().expect("valid").expect("it has one");
+    let mut state = DriveState::new(&drive);
+    for _ in 0..1000 {
+        let mut measured = WheelVelocities::zero();
+        measured.rad_s.copy_from_slice(simulation.measured_rad_s());
+        let command = simulation.scenario_command();
+        let by_hand = drive.step(&mut state, &DriveInput::measured(&measured).with_command(command));
+        simulation.step(&command).expect("it goes on");
+        let applied: Vec<_> = simulation
+            .sample()
+            .wheels
+            .iter()
+            .map(|wheel| wheel.applied_n_m)
+            .collect();
+        assert_eq!(applied, by_hand.wheels.applied.n_m); // in every bit
+        assert_eq!(simulation.sample().own[3], by_hand.pose.x_m);
+    }
+    // Wheels that hardly slip know where the vehicle is: 2 mm of 0.26 m.
+    let [x, y, _] = simulation.observation().pose.position_m;
+    let own = &simulation.sample().own;
+    assert!(
+        (own[3] - x).abs() < 0.002 && (own[4] - y).abs() < 0.002,
+        "{own:?}, {x}, {y}"
+    );
+    // Its deviation grows with the way: 0.02 rad per root of rad, 4 rad, 66 mm, shared by the wheels that roll: millimetres.
+    assert!((1e-4..0.01).contains(&own[6]), "{own:?}");
+}
+
+fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
+    let lost = "fault=[{kind='command_lost',from_s=2.0}]";
+    let trace = run(&scenario(&[lost])).expect("runs");
+    let timed_out = first(&trace, "drive_command_status", 3.0);
+    // The last command arrives in the period before 2 s; it holds for 0.5 s.
+    assert!((2498..=2501).contains(&timed_out), "{timed_out}");
+    let speed = column(&trace, "twist_vx_m_s");
+    assert!((speed[timed_out - 1] - 0.3).abs() < 0.01);
+    // It brakes with what the vehicle's limits allow, and stands well before the end.
+    assert!(
+        speed[3900..].iter().all(|speed| speed.abs() < 0.005),
+        "{}",
+        speed[3900]
+    );
+    // The loops alone go on: nobody watches them.
+    let alone = load("flat", &[Override::parse(lost).expect("KEY=VALUE")]).expect("valid");
+    let trace = run(&alone).expect("runs");
+    assert!((column(&trace, "twist_vx_m_s").last().expect("rows") - 0.3).abs() < 0.01);
+}
+
+fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
+    for (kind, number, within) in [("encoder_silent", 4.0, 25), ("encoder_stuck", 3.0, 400)] {
+        // A stuck encoder shows when the motion changes: the vehicle slows down at 1.5 s.
+        let fault = format!("fault=[{{kind='{kind}',wheel='2',from_s=1.2}}]");
+        let then = "command.then=[{at_s=1.5,vx_m_s=0.1,vy_m_s=0.0,wz_rad_s=0.0}]";
+        let trace = run(&scenario(&[&fault, then])).expect("runs");
+        let named = first(&trace, "drive_fault_2", number);
+        let from = if kind == "encoder_silent" { 1200 } else { 1500 };
+        assert!(
+            (from..from + within).contains(&named),
+            "{kind} is named in period {named}"
+        );
+        assert_eq!(column(&trace, "drive_mode")[named], 1.0); // degraded
+        assert!(
+            trace.wheel("applied_n_m", 1).expect("a signal")[named + 1..named + 200]
+                .iter()
+                .all(|t| *t == 0.0)
+        );
+        let speed = column(&trace, "twist_vx_m_s");
+        assert!((speed[3500] - 0.1).abs() < 0.005, "{kind}: {}", speed[3500]);
+    }
+}
+
+fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared() {
+    // Three wheels have no redundancy: with one silent nobody knows how the vehicle moves.
+    let fault = "fault=[{kind='encoder_silent',wheel='1',from_s=1.5,until_s=2.0}]";
+    let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
+    let stopped = first(&trace, "drive_mode", 2.0);
+    // 20 periods of silence, 10 of being blind.
+    assert!((1529..=1533).contains(&stopped), "{stopped}");
+    assert!(column(&trace, "drive_mode")[stopped..].iter().all(|mode| *mode == 2.0), "latched");
+    assert_eq!(column(&trace, "drive_brake_1")[stopped], 1.0);
+    assert_eq!(column(&trace, "drive_brake_2")[stopped], 0.0); // it is believed, and brakes by its loop
+    // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor: 0.03 N.m.s/rad.
+    let rim = trace.wheel("rim_m_s", 0).expect("a signal");
+    let squares: f64 = rim[stopped..].iter().map(|rim| (rim / 0.05) * (rim / 0.05)).sum();
+    let loss = column(&trace, "drag_loss_j");
+    let taken = loss[trace.rows() - 1] - loss[stopped - 1];
+    // Sums over periods of 1 ms of what falls within half a second: a part in a hundred.
+    assert!((taken / (0.03 * squares * 1e-3) - 1.0).abs() < 0.01, "{taken} J");
+    assert!(taken > 0.01, "{taken} J");
+    let speed = |row: usize| column(&trace, "twist_vx_m_s")[row].hypot(column(&trace, "twist_vy_m_s")[row]);
+    assert!(speed(trace.rows() - 1) < 0.01, "{}", speed(trace.rows() - 1));
+}
+
+fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed() {
+    let pressed = "fault=[{kind='emergency_stop',from_s=1.5,until_s=2.5}]";
+    let trace = run(&scenario(&[pressed, "drive.stop_m_s2=1.0"])).expect("runs");
+    assert_eq!(column(&trace, "drive_mode")[1500..2499], [3.0; 999]);
+    let speed = column(&trace, "twist_vx_m_s");
+    // 0.3 m/s at 1 m/s^2: half of it is left after 0.15 s, nothing after 0.3 s; loops of some tens of milliseconds lag behind.
+    assert!((speed[1650] - 0.15).abs() < 0.03, "{}", speed[1650]);
+    assert!(
+        speed[2000..2500].iter().all(|speed| speed.abs() < 0.005),
+        "{}",
+        speed[2000]
+    );
+    assert!((speed[3900] - 0.3).abs() < 0.01, "{}", speed[3900]);
+}
+
+fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
+    let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=0.3},{kind='command_lost',from_s=0.5}]";
+    let scenario = scenario(&[fault, "control.precision=f32", "duration_s=2.0"]);
+    let mut simulation = Simulation::new(&scenario).expect("a simulation");
+    let ahead = BodyTwist {
+        vx_m_s: 0.2,
+        vy_m_s: 0.05,
+        wz_rad_s: 0.1,
+    };
+    for _ in 0..700 {
+        simulation.step(&ahead).expect("it goes on");
+    }
+    let mut resumed =
+        Simulation::resume(&scenario, &simulation.save(&scenario).expect("bytes")).expect("the same");
+    for _ in 0..600 {
+        for each in [&mut simulation, &mut resumed] {
+            each.step(&ahead).expect("it goes on");
+        }
+        // Readings that did not arrive are NaN, which equals nothing.
+        assert_eq!(
+            format!("{:?}", simulation.sample()),
+            format!("{:?}", resumed.sample())
+        );
+    }
+    assert_eq!(simulation.sample().own[2], 3.0); // the command timed out on the way
+}
+
+on_both_engines! {
+    a_drive_does_in_the_loop_what_it_does_by_hand,
+    nobody_commands_and_the_vehicle_rests_half_a_second_later,
+    a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on,
+    too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
+    an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
+    a_drive_goes_on_from_a_snapshot_bit_for_bit,
+}
+
+/// Three hundred of them are in `make test-full`, and their table in docs/physics.md.
+#[test]
+fn a_campaign_of_random_faults_breaks_no_law() {
+    for seed in 0..24 {
+        let scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");
+        let trace = run(&scenario).expect("runs");
+        let found = drive_campaign::judge(&scenario, &trace);
+        assert_eq!(
+            found.broken,
+            [false; 4],
+            "seed {seed}: {:?}",
+            drive_campaign::LAWS
+        );
+    }
+}
+
+/// A figure of eight of two circles of 0.5 m radius, at 0.25 m/s, heading held by a gyro, with one wheel lost on the way: how far from the
+/// commanded path the vehicle comes \[m\].
+fn off_the_figure_of_eight(vehicle: &str, lost: &str) -> f64 {
+    let circle_s = std::f64::consts::TAU * 0.5 / 0.25;
+    let fault = format!("fault=[{{kind='wheel_lost',wheel='{lost}',from_s=2.0}}]");
+    let then = format!("command.then=[{{at_s={circle_s},vx_m_s=0.25,vy_m_s=0.0,wz_rad_s=-0.5}}]");
+    let vehicle = format!("vehicle={vehicle}");
+    let duration = format!("duration_s={}", 2.0 * circle_s);
+    let keys = [
+        &*vehicle,
+        &fault,
+        &then,
+        &duration,
+        "command.vx_m_s=0.25",
+        "command.wz_rad_s=0.5",
+        "heading_hold={gain_per_s=2.0,limit_rad_s=0.5}",
+    ];
+    let scenario = scenario(&keys);
+    let mut simulation = Simulation::new(&scenario).expect("a simulation");
+    let (mut x, mut y, mut heading, mut most) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    for _ in 0..omni_sim::control_periods(&scenario) {
+        let command = simulation.scenario_command();
+        simulation.step(&command).expect("it goes on");
+        let period_s = scenario.period_s();
+        let middle = heading + 0.5 * command.wz_rad_s * period_s;
+        x += command.vx_m_s * middle.cos() * period_s;
+        y += command.vx_m_s * middle.sin() * period_s;
+        heading += command.wz_rad_s * period_s;
+        let [real_x, real_y, _] = simulation.observation().pose.position_m;
+        most = most.max((real_x - x).hypot(real_y - y));
+    }
+    most
+}
+
+#[test]
+fn with_one_wheel_lost_a_figure_of_eight_is_followed_within_5_cm() {
+    crate::engines::on(omni_sim::config::Engine::Articulated, || {
+        // Three wheels have none to spare; of the others each wheel is lost in turn.
+        for (vehicle, wheels) in [("chugo7", 7), ("mecanum4", 4), ("rocker_bogie6", 6)] {
+            let names = Scenario::load("flat", &[Override::new("vehicle", vehicle)]).expect("built in");
+            for wheel in names.vehicle().wheel.iter().take(wheels) {
+                let off_m = off_the_figure_of_eight(vehicle, &wheel.name);
+                assert!(off_m < 0.05, "{vehicle} without {}: {off_m} m", wheel.name);
+            }
+        }
+    });
+}
