@@ -5,6 +5,7 @@ cd "$(dirname "$0")/.."
 cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
 cargo fmt --manifest-path wasm/Cargo.toml --check
+cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
 cargo clippy --locked --workspace --all-targets -- -D warnings
 python3 scripts/one_build.py
 scripts/venv.sh

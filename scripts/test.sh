@@ -4,6 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the examples are looked for
 cargo test --locked
+# A crate outside the workspace that has a controller of its own.
+cargo test --locked --quiet --manifest-path examples/own-policy/Cargo.toml --target-dir "${CARGO_TARGET_DIR:-target}"
 # Each example asserts the number that it is about.
 for example in crates/omni-core/examples/*.rs crates/omni-sim/examples/*.rs; do
     name=$(basename "$example" .rs)

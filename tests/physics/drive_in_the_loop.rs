@@ -113,7 +113,12 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     let stopped = first(&trace, "drive_mode", 2.0);
     // 20 periods of silence, 10 of being blind.
     assert!((1529..=1533).contains(&stopped), "{stopped}");
-    assert!(column(&trace, "drive_mode")[stopped..].iter().all(|mode| *mode == 2.0), "latched");
+    assert!(
+        column(&trace, "drive_mode")[stopped..]
+            .iter()
+            .all(|mode| *mode == 2.0),
+        "latched"
+    );
     assert_eq!(column(&trace, "drive_brake_1")[stopped], 1.0);
     assert_eq!(column(&trace, "drive_brake_2")[stopped], 0.0); // it is believed, and brakes by its loop
     // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor: 0.03 N.m.s/rad.

@@ -9,6 +9,7 @@ mod figures;
 mod flat_ground;
 mod imperfections;
 mod other_vehicles;
+mod own_policy;
 mod randomised_steps;
 mod rocker_bogie;
 mod roller_wheels;

@@ -4,7 +4,7 @@
 
 use std::process::ExitCode;
 
-use omni_sim::config::{FileKind, Override, Scenario, Source};
+use omni_sim::config::{Fault, FileKind, Override, Scenario, Source};
 use omni_sim::{Error, Trace, Verdict, run};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -116,6 +116,10 @@ pub struct Found {
     pub faulty: bool,
     /// It moved 1.2 s after a safe stop, with a wheel on ice.
     pub slid: bool,
+    /// It moved 1.2 s after a safe stop with fewer than three wheels left to hold it.
+    pub rolled_on: bool,
+    /// The fastest 1.2 s after a safe stop, over the ground \[m/s\] and about the vertical \[rad/s\].
+    pub after: [f64; 2],
     /// Laws that it broke: a number that is none, a torque beyond its limit, motion after a safe stop, tipped over on flat ground.
     pub broken: [bool; 4],
 }
@@ -164,15 +168,29 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     let from = stops_at.map_or(usize::MAX, |at| {
         at + (STOPPED_AFTER_S / scenario.period_s()) as usize
     });
-    for row in from..trace.rows() {
+    let mut in_hand = 0;
+    for row in stops_at.unwrap_or(usize::MAX)..trace.rows() {
+        in_hand = if is_out_of_hand(scenario, trace, row) {
+            0
+        } else {
+            in_hand + 1
+        };
+        if row < from {
+            continue;
+        }
         let at = |name: &str| column(name)[row];
         let speeds = [
             at("twist_vx_m_s").hypot(at("twist_vy_m_s")),
             at("twist_wz_rad_s").abs(),
         ];
+        for (most, speed) in found.after.iter_mut().zip(speeds) {
+            *most = most.max(speed);
+        }
         if speeds[0] > STANDS[0] || speeds[1] > STANDS[1] {
             if on_ice(scenario, trace, row) {
                 found.slid = true;
+            } else if in_hand <= from - stops_at.unwrap_or(0) {
+                found.rolled_on = true;
             } else {
                 found.broken[2] = true;
             }
@@ -181,6 +199,26 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     let flat = scenario.terrain.obstacle().is_none();
     found.broken[3] = flat && trace.outcome().verdict == Verdict::Tipped;
     found
+}
+
+/// Have fewer than three wheels both an encoder that tells the truth, and is believed, and a motor that gives torque? No law has a hold on
+/// every motion then.
+fn is_out_of_hand(scenario: &Scenario, trace: &Trace, row: usize) -> bool {
+    let time_s = trace.column("time_s").map_or(0.0, |time| time[row]);
+    let lost = |name: &str| {
+        scenario.fault.iter().any(|fault| {
+            let (from_s, until_s) = fault.span_s();
+            matches!(fault, Fault::WheelLost { wheel, .. } | Fault::EncoderStuck { wheel, .. } if wheel == name)
+                && (from_s..until_s).contains(&time_s)
+        })
+    };
+    let shorted = |name: &str| {
+        trace
+            .column(&format!("drive_brake_{name}"))
+            .is_some_and(|brake| brake[row] == 1.0)
+    };
+    let names = trace.wheel_names().iter();
+    names.filter(|name| !lost(name) && !shorted(name)).count() < 3
 }
 
 /// Is a wheel on ice?
@@ -201,31 +239,41 @@ fn main() -> Result<ExitCode, Error> {
         .and_then(|runs| runs.parse().ok())
         .unwrap_or(24);
     let verbose = std::env::args().any(|argument| argument == "--seeds");
-    let mut rows = vec![(0_u64, Found::default(), [0_u64; 8]); PLACES.len()];
+    let mut rows = vec![(0_u64, Found::default(), [0_u64; 9]); PLACES.len()];
     for seed in 0..runs {
         let scenario = scenario(seed)?;
         let trace = run(&scenario)?;
         let found = judge(&scenario, &trace);
         let (count, _, sums) = &mut rows[(seed % PLACES.len() as u64) as usize];
         *count += 1;
-        let flags = [found.faulty, found.timed_out, found.stopped, found.slid];
+        let flags = [
+            found.faulty,
+            found.timed_out,
+            found.stopped,
+            found.slid,
+            found.rolled_on,
+        ];
         for (sum, flag) in sums.iter_mut().zip(flags.into_iter().chain(found.broken)) {
             *sum += u64::from(flag);
         }
         if verbose && found.broken.contains(&true) {
-            eprintln!("seed {seed}, {}: {found:?}", scenario.vehicle().name);
+            eprintln!(
+                "seed {seed}, {}: {found:?} {:?}",
+                scenario.vehicle().name,
+                scenario.fault
+            );
         }
     }
     println!(
-        "| ground, vehicle | runs | a wheel was called faulty | a command timed out | safe stops | slid on ice | {} |",
+        "| ground, vehicle | runs | a wheel was called faulty | a command timed out | safe stops | slid on ice | rolled on | {} |",
         LAWS.join(" | ")
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let mut broken = 0;
     for ((place, vehicle), (count, _, sums)) in PLACES.iter().zip(&rows) {
         let sums_text: Vec<_> = sums.iter().map(u64::to_string).collect();
         println!("| {place}, {vehicle} | {count} | {} |", sums_text.join(" | "));
-        broken += sums[4..].iter().sum::<u64>();
+        broken += sums[5..].iter().sum::<u64>();
     }
     Ok(if broken == 0 {
         ExitCode::SUCCESS
