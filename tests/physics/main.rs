@@ -9,6 +9,7 @@ mod flat_ground;
 mod imperfections;
 mod other_vehicles;
 mod randomised_steps;
+mod rims;
 mod rocker_bogie;
 mod roller_wheels;
 mod snapshots;
