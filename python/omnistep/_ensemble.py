@@ -105,7 +105,9 @@ def _draw(
             continue
         mean, (low, high) = point
         policy = next((policy for policy in (str(line), name) if policy in policies()), None)
-        colour = policy_colour(policy) if policy else pyplot().rcParams["axes.prop_cycle"].by_key()["color"][number % 10]
+        colour = (
+            policy_colour(policy) if policy else pyplot().rcParams["axes.prop_cycle"].by_key()["color"][number % 10]
+        )
         whisker = [[max(mean - low, 0.0)], [max(high - mean, 0.0)]]
         first = place == places[next(k for k, other in enumerate(points) if other is not None)]
         ax.errorbar(

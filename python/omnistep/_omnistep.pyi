@@ -1142,7 +1142,7 @@ class Outcome:
         """Root mean square of the spread of velocity over reference."""
     @property
     def linkage_spread(self) -> float:
-        """How differently driven wheels slip, over the speed asked of them; what links make of rolling wheels is not in it."""
+        """How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
@@ -1569,7 +1569,7 @@ class Rows:
             ConfigError: a figure is none.
         """
     def paired(self, key: str, against: object, figure: str) -> list[dict[str, Any]]:
-        """One dictionary a combination that has not that value: its figure less that of the one that has it, seed by seed.
+        """One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
 
         Raises:
             ConfigError: the key does not vary, no run has the value, or the figure is none.

@@ -104,7 +104,34 @@ fn a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip(
     }
 }
 
+fn what_links_make_of_rolling_wheels_is_in_the_spread_and_not_in_the_linkage_spread() {
+    let outcome = *up_the_ramp(&["control.policy=independent"]).outcome();
+    println!("{outcome:?}");
+    assert!(outcome.linkage_spread > 0.0);
+}
+
+fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
+    let climb = |policy: &str| {
+        let keys = [
+            Override::new("control.policy", policy),
+            Override::new("vehicle.motor.stall_torque_n_m", 1.4),
+        ];
+        *run(&load("step", &keys).expect("valid")).expect("runs").outcome()
+    };
+    for policy in ["independent", "paper", "load_sharing"] {
+        let outcome = climb(policy);
+        assert_eq!(outcome.disturbed_realised_rms, outcome.disturbed_rms, "{policy}");
+        println!("{policy} {outcome:?}");
+    }
+    let outcome = climb("synchronised");
+    println!("{outcome:?}");
+    // At the riser all references are reduced together, and wheels follow the reduced ones.
+    assert!(outcome.disturbed_realised_rms < outcome.disturbed_rms);
+}
+
 on_both_engines! {
+    what_links_make_of_rolling_wheels_is_in_the_spread_and_not_in_the_linkage_spread,
+    the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it,
     a_wheel_that_rolls_on_a_frame_that_pitches_does_not_slip,
     a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip,
 }

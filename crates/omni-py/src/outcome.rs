@@ -127,7 +127,7 @@ impl Outcome {
         self.inner.spread_rms
     }
 
-    /// How differently driven wheels slip, over the speed asked of them; what links make of rolling wheels is not in it.
+    /// How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too.
     #[getter]
     fn linkage_spread(&self) -> f64 {
         self.inner.linkage_spread

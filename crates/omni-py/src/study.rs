@@ -365,7 +365,7 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary a combination that has not that value: its figure less that of the one that has it, seed by seed.
+    /// One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
     ///
     /// Raises:
     ///     ConfigError: the key does not vary, no run has the value, or the figure is none.
