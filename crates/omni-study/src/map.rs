@@ -110,7 +110,8 @@ pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<Map
             }
         }
         for (measured, figure) in measured.iter().zip(&shown) {
-            let sum: f64 = measured.iter().sum();
+            // From 0: the sum of none would be -0.
+            let sum = measured.iter().fold(0.0, |sum, number| sum + number);
             cell.figures.push((sum, measured.len()));
             cell.intervals
                 .push(if plan.columns().figures[*figure].kind == Kind::Bool {

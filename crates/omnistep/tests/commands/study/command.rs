@@ -196,7 +196,8 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
     assert!(said.status.success(), "failed runs are results");
     let said = String::from_utf8(said.stdout).unwrap();
     assert!(
-        said.contains("0/3 | 0/0 (3 failed) |") && said.contains("the first of 3 that failed, seed "),
+        said.contains("| 0/3 (0-56 %) | 0/0 (3 failed) |")
+            && said.contains("the first of 3 that failed, seed "),
         "{said}"
     );
 }
