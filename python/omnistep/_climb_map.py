@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 # Endings of names and their units (docs/conventions.md), the longest first.
 _UNITS = {
+    "_n2m2s": "N^2.m^2.s",
     "_n_m_s_rad": "N.m.s/rad",
     "_n_m_rad": "N.m/rad",
     "_rad_s": "rad/s",

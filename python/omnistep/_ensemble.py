@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MARKS = "osD^v<>P"
+_IN_A_ROW = 4
 _ROOM = 0.6  # of the way between two values, for lines side by side
 
 
@@ -82,8 +83,8 @@ def ensemble(
             step = float(np.min(np.diff(places))) if len(places) > 1 else 1.0
             places += _ROOM * step * ((number + 0.5) / len(each) - 0.5)
             _draw(ax, figure, places, of_line, line, number, [value_text(value) for value in values])
+        ax.set_xticks(values if numbers else np.arange(len(values)), [value_text(value) for value in values])
         if not numbers:
-            ax.set_xticks(np.arange(len(values)), [value_text(value) for value in values])
             ax.set_xlim(-0.6, len(values) - 0.4)
         if all(isinstance(measured, bool | None) for measured in found[figure]):
             ax.set_ylim(-0.05, 1.05)
@@ -91,7 +92,8 @@ def ensemble(
         ax.grid(axis="y", alpha=0.3)
     drawn[-1].set_xlabel(axis_label(x))
     if lines is not None:
-        drawn[0].legend(fontsize="small", title=axis_label(lines), title_fontsize="small")
+        above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": min(len(each), _IN_A_ROW)}
+        drawn[0].legend(fontsize="small", title=axis_label(lines), title_fontsize="small", **above)
     return drawn
 
 
