@@ -105,9 +105,16 @@ fn a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip(
 }
 
 fn what_links_make_of_rolling_wheels_is_in_the_spread_and_not_in_the_linkage_spread() {
-    let outcome = *up_the_ramp(&["control.policy=independent"]).outcome();
-    println!("{outcome:?}");
-    assert!(outcome.linkage_spread > 0.0);
+    let outcome = *up_the_ramp(&[]).outcome();
+    // While the front frame rises two of five wheels read 2.2 % more: a deviation of 0.022 sqrt(0.4 0.6) = 0.011. That is about a
+    // third of the time from the foot on; the square root of it is 0.6.
+    assert!(
+        (0.005..0.009).contains(&outcome.spread_rms),
+        "{}",
+        outcome.spread_rms
+    );
+    // All wheels roll: what is left is creep of the contacts in rapier.
+    assert!(outcome.linkage_spread < 1e-3, "{}", outcome.linkage_spread);
 }
 
 fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
@@ -121,12 +128,11 @@ fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
     for policy in ["independent", "paper", "load_sharing"] {
         let outcome = climb(policy);
         assert_eq!(outcome.disturbed_realised_rms, outcome.disturbed_rms, "{policy}");
-        println!("{policy} {outcome:?}");
     }
+    // At the riser and at its stall all references are reduced together, and wheels follow the reduced ones: 0.50 instead of 0.73.
     let outcome = climb("synchronised");
-    println!("{outcome:?}");
-    // At the riser all references are reduced together, and wheels follow the reduced ones.
-    assert!(outcome.disturbed_realised_rms < outcome.disturbed_rms);
+    let (realised, commanded) = (outcome.disturbed_realised_rms, outcome.disturbed_rms);
+    assert!(realised < 0.9 * commanded, "{realised}, {commanded}");
 }
 
 on_both_engines! {
