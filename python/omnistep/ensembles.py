@@ -96,7 +96,7 @@ class StudyResult:
         ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=3, out=out, progress=False)
         >>> cell = result.summary("climbed", "required_friction")[0]
         >>> cell["climbed"], cell["climbed_low"], round(cell["climbed_high"], 3)  # none of three
-        (0.0, 0.0, 0.562)
+        (0.0, 0.0, 0.561)
         """
         return self._rows.cells(list(figures) or None)
 
