@@ -5,7 +5,6 @@ Runs the study scripts/row_load.toml with the program: a minute.
 
 import argparse
 import json
-import math
 import subprocess
 import tempfile
 from pathlib import Path
@@ -17,15 +16,6 @@ from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parent.parent
 ROW_N = 3 * 21.58  # what the front row carries at rest (`omnistep check`)
-Z = 1.96  # of a 95 % interval
-
-
-def wilson(climbed: int, runs: int) -> tuple[float, float]:
-    """The 95 % interval of a rate by Wilson's score."""
-    rate, part = climbed / runs, Z * Z / runs
-    middle = (rate + part / 2.0) / (1.0 + part)
-    half = Z / (1.0 + part) * math.sqrt(rate * (1.0 - rate) / runs + part / (4.0 * runs))
-    return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def main() -> None:
@@ -48,12 +38,8 @@ def main() -> None:
         )
         # Two thirds of a preload go to the wheel that has it.
         shares = [(ROW_N / 3.0 + cell["vehicle_wheel_5_preload_n"] / 1.5) / ROW_N for cell in line]
-        counts = [(round(cell["climbed"] * cell["runs"]), cell["runs"]) for cell in line]
-        rates = [climbed / runs for climbed, runs in counts]
-        bars = [
-            [abs(rate - end) for rate, end in zip(rates, ends, strict=True)]
-            for ends in zip(*(wilson(*count) for count in counts), strict=True)
-        ]
+        rates = [cell["climbed"] for cell in line]
+        bars = [[abs(cell["climbed"] - cell[end]) for cell in line] for end in ("climbed_low", "climbed_high")]
         ax.errorbar(shares, rates, bars, color=colour, marker="o", ms=4, lw=1.2, capsize=3, label=f"mu {friction}")
     ax.set(
         xlabel="share of the front row's load on its crosswise wheel, at rest", ylabel="part of 24 starts that climbed"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 # Endings of names and their units (docs/conventions.md), the longest first.
 _UNITS = {
+    "_n2m2s": "N^2.m^2.s",
     "_n_m_s_rad": "N.m.s/rad",
     "_n_m_rad": "N.m/rad",
     "_rad_s": "rad/s",
@@ -90,7 +91,7 @@ def climb_map(
     along_x, along_y, in_panel = (
         found[name.replace(".", "_")] if name is not None else [""] * len(found["climbed"]) for name in (x, y, panel)
     )
-    columns_x, rows_y, panels = _ordered(along_x), _ordered(along_y), _ordered(in_panel)
+    columns_x, rows_y, panels = in_order(along_x), in_order(along_y), in_order(in_panel)
     shape = (len(panels), len(rows_y), len(columns_x))
     climbed, counted, failed, unfinished = (np.zeros(shape, dtype=int) for _ in range(4))
     errors = found.get("error", [None] * len(found["climbed"]))
@@ -110,11 +111,11 @@ def climb_map(
     drawn = _panels(axes, len(panels), width=0.7 * len(columns_x), height=0.55 * len(rows_y))
     for ax, name, *counts in zip(drawn, panels, climbed, counted, failed, unfinished, strict=True):
         _draw(ax, *counts)
-        ax.set_xticks(np.arange(len(columns_x)) + 0.5, [_text(value) for value in columns_x])
-        ax.set_yticks(np.arange(len(rows_y)) + 0.5, [_text(value) for value in rows_y])
-        ax.set_title(": ".join(filter(None, (_text(name), "climbed / runs"))), fontsize="medium")
-        ax.set_xlabel(_label(x))
-        ax.set_ylabel(_label(y))
+        ax.set_xticks(np.arange(len(columns_x)) + 0.5, [value_text(value) for value in columns_x])
+        ax.set_yticks(np.arange(len(rows_y)) + 0.5, [value_text(value) for value in rows_y])
+        ax.set_title(": ".join(filter(None, (value_text(name), "climbed / runs"))), fontsize="medium")
+        ax.set_xlabel(axis_label(x))
+        ax.set_ylabel(axis_label(y))
     if axes is None:
         for number, ax in enumerate(drawn):
             last_in_column = number + _IN_A_ROW >= len(drawn)
@@ -165,7 +166,7 @@ def _hatch(ax: Axes, row: int, column: int, part: float) -> None:
     ax.add_patch(cover)
 
 
-def _ordered(values: Sequence[Any]) -> list[Any]:
+def in_order(values: Sequence[Any]) -> list[Any]:
     """Return each value once: numbers by size, policies as `omnistep.policies`, other names by the alphabet."""
     each = set(values)
     if all(isinstance(value, int | float) for value in each):
@@ -174,11 +175,11 @@ def _ordered(values: Sequence[Any]) -> list[Any]:
     return sorted(each, key=lambda value: (known.index(value) if value in known else len(known), str(value)))
 
 
-def _text(value: Any) -> str:
+def value_text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _label(name: str) -> str:
+def axis_label(name: str) -> str:
     """Return a column's name with its unit in brackets."""
     words = name.replace(".", "_")
     for ending, unit in _UNITS.items():

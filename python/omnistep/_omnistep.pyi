@@ -41,6 +41,7 @@ __all__ = [
     "compute_batch",
     "damage",
     "discretize",
+    "mean_interval",
     "moved_by",
     "policies",
     "read_mcap",
@@ -49,6 +50,7 @@ __all__ = [
     "shortened",
     "vehicles",
     "wheels",
+    "wilson",
 ]
 
 __version__: str
@@ -1133,8 +1135,14 @@ class Outcome:
     def disturbed_rms(self) -> float:
         """Root mean square of the disturbed ratio over driven wheels."""
     @property
+    def disturbed_realised_rms(self) -> float:
+        """Root mean square of the disturbed ratio against the reference as the policy reduced it."""
+    @property
     def spread_rms(self) -> float:
         """Root mean square of the spread of velocity over reference."""
+    @property
+    def linkage_spread(self) -> float:
+        """How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
@@ -1418,7 +1426,7 @@ class Sample:
         """Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air."""
     @property
     def rim_m_s(self) -> _Floats:
-        """Speed of the rim [m/s]."""
+        """Speed that the wheel asks of its centre [m/s], from how it turns against the world."""
     @property
     def along_m_s(self) -> _Floats:
         """Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s]."""
@@ -1551,14 +1559,33 @@ class Rows:
         """The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each."""
     def to_dicts(self) -> list[dict[str, Any]]:
         """One dictionary a row; None where nothing was measured."""
-    def cells(self) -> list[dict[str, Any]]:
-        """One dictionary a combination: each axis by its column, ``runs``, ``errors``, means of the map's figures."""
+    def cells(self, figures: Sequence[str] | None = None) -> list[dict[str, Any]]:
+        """One dictionary a combination: each axis by its column, counts of runs, mean and interval of each figure.
+
+        Args:
+            figures: names of figures; the map's by default.
+
+        Raises:
+            ConfigError: a figure is none.
+        """
+    def paired(self, key: str, against: object, figure: str) -> list[dict[str, Any]]:
+        """One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
+
+        Raises:
+            ConfigError: the key does not vary, no run has the value, or the figure is none.
+        """
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
 
 def shortened(message: str) -> str:
     """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""
+
+def wilson(yes: int, runs: int) -> tuple[float, float] | None:
+    """Return the 95 % interval of a rate by Wilson's score; None without a run."""
+
+def mean_interval(measured: Sequence[float]) -> tuple[float, tuple[float, float] | None] | None:
+    """Return the mean and its 95 % interval by Student's t; no interval of one measurement, None of none."""
 
 def damage(path: str | PathLike[str]) -> str | None:
     """Say what is wrong with the bytes of a Parquet file of results.

@@ -74,9 +74,61 @@ class StudyResult:
         ``runs`` is how many there are, ``errors`` how many of them failed, ``unfinished`` how many of the others
         ``duration_s`` cut off on their way, ``beyond_balls`` how many had ``wheel_model_valid`` false.
         Means are of the figures that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not
-        fail; yes counts 1; None where nothing was measured.
+        fail; yes counts 1; None where nothing was measured. Beside each, as ``climbed_low`` and ``climbed_high``, are
+        the ends of its 95 % interval: Wilson's score for yes and no, Student's t for a mean of two runs or more.
         """
         return self._rows.cells()
+
+    def summary(self, *figures: str) -> list[dict[str, Any]]:
+        """Return :attr:`cells` with other figures: their means and 95 % intervals.
+
+        Args:
+            figures: any columns of a row that are numbers, or yes and no; the map's by default.
+
+        Returns:
+            A dictionary for each combination of values, with ``FIGURE``, ``FIGURE_low`` and ``FIGURE_high``.
+
+        Raises:
+            ConfigError: a figure is none.
+
+        >>> import omnistep, tempfile
+        >>> with tempfile.TemporaryDirectory() as out:
+        ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=3, out=out, progress=False)
+        >>> cell = result.summary("climbed", "required_friction")[0]
+        >>> cell["climbed"], cell["climbed_low"], round(cell["climbed_high"], 3)  # none of three
+        (0.0, 0.0, 0.561)
+        """
+        return self._rows.cells(list(figures) or None)
+
+    def paired(self, key: str, against: Any, figure: str = "climbed") -> list[dict[str, Any]]:
+        """Compare runs that differ in one key alone, seed by seed: what both have of a start is not in the difference.
+
+        Args:
+            key: a key that varies, as ``control.policy``.
+            against: its value that the others are compared with.
+            figure: a column of a row that is a number, or yes and no.
+
+        Returns:
+            A dictionary for each combination of values that has another value of the key: each key by its column,
+            ``pairs`` of runs that both have the figure, the mean ``difference``, its 95 % interval ``low`` to ``high``
+            by Student's t (None of less than two pairs). Of yes and no in addition at how many seeds it was yes with
+            this value alone, ``only_here``, and with ``against`` alone, ``only_there``.
+
+        Raises:
+            ConfigError: the key does not vary, no run has that value, or the figure is none.
+
+        >>> import omnistep, tempfile
+        >>> with tempfile.TemporaryDirectory() as out:
+        ...     points = {"control.policy": ["independent", "paper"], "command.vx_m_s": [0.2, 0.4]}
+        ...     given = {"scenario": "flat", "overrides": {"duration_s": 1.0}, "progress": False}
+        ...     result = omnistep.sweep(points, out=out, **given)
+        >>> [cell["pairs"] for cell in result.paired("control.policy", "independent", "work_j")]
+        [1, 1]
+        >>> faster, = {cell["difference"] > 1.0 for cell in result.paired("command.vx_m_s", 0.2, "work_j")}
+        >>> faster  # more work in the same time
+        True
+        """
+        return self._rows.paired(key, against, figure)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a dictionary for each run, by column; None where nothing was measured."""

@@ -27,6 +27,7 @@ from omnistep._axes import (
     wheel_style,
 )
 from omnistep._climb_map import climb_map
+from omnistep._ensemble import ensemble
 from omnistep._given import names, of_kind, several, trace_of, with_places
 from omnistep._omnistep import Log, Scenario, Trace, WheelsTrace
 from omnistep.errors import ConfigError
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
     from numpy.typing import NDArray
 
-__all__ = ["Sheet", "climb", "climb_map", "climbs", "paper", "policy_colour", "strip", "strips", "wheels"]
+__all__ = ["Sheet", "climb", "climb_map", "climbs", "ensemble", "paper", "policy_colour", "strip", "strips", "wheels"]
 
 _LETTERS = "abcdefgh"
 

@@ -38,6 +38,7 @@ def rows(*, climbed_at_2_n_m=3):
                 failed = (policy, torque, height, seed) == ("independent", 2.0, 0.05, 2)
                 row = {"control_policy": policy, "vehicle_motor_stall_torque_n_m": torque, "terrain_height_m": height}
                 row |= {"seed": seed, "climbed": None if failed else seed < climbs}
+                row |= {"heat_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
                 made.append(row | {"error": "the physics left the finite numbers" if failed else None})
     return made
 
@@ -72,6 +73,16 @@ def test_climb_map_looks_as_it_did():
     return omnistep.plot.climb_map(rows())[0].figure
 
 
+@pytest.mark.mpl_image_compare(filename="ensemble.png", **COMPARED)
+def test_means_with_whiskers_look_as_they_did():
+    return means(rows())
+
+
+def means(rows):
+    axes = omnistep.plot.ensemble(rows, ["climbed", "heat_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
+    return axes[0].get_figure(root=True)
+
+
 def whole(proposed, general, wheel_runs):
     axes = omnistep.plot.paper(proposed=proposed, general=general, wheel_runs=wheel_runs)
     return axes["8"][0].get_figure(root=True)
@@ -98,6 +109,7 @@ def test_a_run_that_is_another_by_a_little_is_noticed(climb, general_climb, whee
         "figures-10-11.png": lambda: omnistep.plot.climbs(both)[0, 0].figure,
         "paper.png": lambda: whole(slower, general_climb, wheel_runs),
         "climb-map.png": lambda: omnistep.plot.climb_map(rows(climbed_at_2_n_m=2))[0].figure,
+        "ensemble.png": lambda: means(rows(climbed_at_2_n_m=2)),
     }
     assert set(wrong) == {path.name for path in BASELINE.iterdir()}
     rms = {name: difference(name, draw, tmp_path) for name, draw in wrong.items()}

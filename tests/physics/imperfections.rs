@@ -188,8 +188,15 @@ fn a_stuck_encoder_goes_on_reading_what_it_last_read() {
         "{:?}",
         &read[198..203]
     );
-    assert!((read[199] - rim[198] / 0.066).abs() < 1e-12);
-    assert!((read[1600] - rim[1599] / 0.066).abs() < 1e-12);
+    // An encoder sits on the frame and misses what the frame pitches by: next to nothing on flat ground.
+    for row in [198, 1599] {
+        let turning = rim[row] / 0.066;
+        assert!(
+            (read[row + 1] - turning).abs() < 1e-3,
+            "{} rad/s, {turning} rad/s",
+            read[row + 1]
+        );
+    }
     assert!(
         (rim[1000] / 0.066 - read[1000]).abs() > 1.0,
         "the wheel itself went on"

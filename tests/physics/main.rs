@@ -11,6 +11,7 @@ mod imperfections;
 mod other_vehicles;
 mod own_policy;
 mod randomised_steps;
+mod rims;
 mod rocker_bogie;
 mod roller_wheels;
 mod snapshots;

@@ -59,7 +59,7 @@ pub fn disturbed_ratio<R: Real>(reference_rad_s: R, velocity_rad_s: R, floor_rad
 /// Slip ratio, defined at rest: `(rim - along) / max(|rim|, |along|, floor)`, positive where the wheel spins faster than
 /// it moves, within -2..=2.
 ///
-/// `rim_m_s` is r w; `along_m_s` the velocity of the wheel's centre along its rolling direction in the tangent plane of
+/// `rim_m_s` is r w, w against the world (an encoder reads it against a frame that may pitch); `along_m_s` the velocity of the wheel's centre along its rolling direction in the tangent plane of
 /// its contact (not the body's velocity: a wheel on an edge rolls a longer path). `floor_m_s` > 0 as above;
 /// [`SLIP_FLOOR_M_S`] by default.
 ///

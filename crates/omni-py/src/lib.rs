@@ -62,7 +62,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
-    use crate::study::{Plan, Rows, Store, compute_batch, damage};
+    use crate::study::{Plan, Rows, Store, compute_batch, damage, mean_interval, wilson};
     #[pymodule_export]
     use crate::trace::Trace;
     #[pymodule_export]

@@ -115,10 +115,22 @@ impl Outcome {
         self.inner.disturbed_rms
     }
 
+    /// Root mean square of the disturbed ratio against the reference as the policy reduced it.
+    #[getter]
+    fn disturbed_realised_rms(&self) -> f64 {
+        self.inner.disturbed_realised_rms
+    }
+
     /// Root mean square of the spread of velocity over reference.
     #[getter]
     fn spread_rms(&self) -> f64 {
         self.inner.spread_rms
+    }
+
+    /// How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too.
+    #[getter]
+    fn linkage_spread(&self) -> f64 {
+        self.inner.linkage_spread
     }
 
     /// Root mean square of the part of the velocities that no common factor on the references explains [rad/s].
@@ -195,7 +207,9 @@ impl Outcome {
         dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
         dict.set_item("slip_rms", self.inner.slip_rms)?;
         dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;
+        dict.set_item("disturbed_realised_rms", self.inner.disturbed_realised_rms)?;
         dict.set_item("spread_rms", self.inner.spread_rms)?;
+        dict.set_item("linkage_spread", self.inner.linkage_spread)?;
         dict.set_item("shape_error_rms_rad_s", self.inner.shape_error_rms_rad_s)?;
         dict.set_item("heat_n2m2s", self.inner.heat_n2m2s)?;
         dict.set_item("work_j", self.inner.work_j)?;

@@ -173,7 +173,7 @@ wheel_arrays! {
     disturbed_ratio = signal WheelSignals::disturbed_ratio;
     /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
     slip_ratio = wheel WheelObservation::slip_ratio;
-    /// Speed of the rim [m/s].
+    /// Speed that the wheel asks of its centre [m/s], from how it turns against the world.
     rim_m_s = wheel |w| w.rim_m_s;
     /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
     along_m_s = wheel |w| w.along_m_s;

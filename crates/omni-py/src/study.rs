@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 
 use omni_sim::config::{Override, Scenario, Seeds, Study};
-use omni_study::{Batch, Cell, Kind, Row, Run, cells, compute};
+use omni_study::{Batch, Cell, Kind, Row, Run, cells_of, compute};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
@@ -333,11 +333,19 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary a combination: each axis by its column, ``runs``, ``errors``, means of the map's figures.
-    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+    /// One dictionary a combination: each axis by its column, counts of runs, mean and interval of each figure.
+    ///
+    /// Args:
+    ///     figures: names of figures; the map's by default.
+    ///
+    /// Raises:
+    ///     ConfigError: a figure is none.
+    #[pyo3(signature = (figures = None))]
+    fn cells<'py>(&self, py: Python<'py>, figures: Option<Vec<String>>) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
+        let figures = figures.as_ref().unwrap_or(&plan.study().map.figures);
         let list = PyList::empty(py);
-        for cell in cells(plan, &self.rows) {
+        for cell in cells_of(plan, &self.rows, figures).map_err(exception)? {
             let dict = PyDict::new(py);
             for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
                 dict.set_item(&column.name, value(py, axis)?)?;
@@ -346,8 +354,46 @@ impl Rows {
             dict.set_item("errors", cell.errors)?;
             dict.set_item("unfinished", cell.unfinished)?;
             dict.set_item("beyond_balls", cell.beyond_balls)?;
-            for (i, figure) in plan.study().map.figures.iter().enumerate() {
+            for (i, figure) in figures.iter().enumerate() {
+                let (low, high) = ends(cell.intervals[i]);
                 dict.set_item(figure, cell.mean(i))?;
+                dict.set_item(format!("{figure}_low"), low)?;
+                dict.set_item(format!("{figure}_high"), high)?;
+            }
+            list.append(dict)?;
+        }
+        Ok(list)
+    }
+
+    /// One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
+    ///
+    /// Raises:
+    ///     ConfigError: the key does not vary, no run has the value, or the figure is none.
+    fn paired<'py>(
+        &self,
+        py: Python<'py>,
+        key: &str,
+        against: &Bound<'py, PyAny>,
+        figure: &str,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let plan = &self.plan.get().inner;
+        let against = Override::new(key, values::from_python("against", "against", against)?);
+        let list = PyList::empty(py);
+        for cell in omni_study::paired(plan, &self.rows, &against, &[figure.into()]).map_err(exception)? {
+            let dict = PyDict::new(py);
+            for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
+                dict.set_item(&column.name, value(py, axis)?)?;
+            }
+            for pair in &cell.figures {
+                let (low, high) = ends(pair.interval);
+                dict.set_item("pairs", pair.pairs)?;
+                dict.set_item("difference", pair.mean)?;
+                dict.set_item("low", low)?;
+                dict.set_item("high", high)?;
+                if let Some([here, there]) = pair.only {
+                    dict.set_item("only_here", here)?;
+                    dict.set_item("only_there", there)?;
+                }
             }
             list.append(dict)?;
         }
@@ -368,6 +414,24 @@ impl Rows {
         let _ = requested_schema; // the interface lets a producer ignore it
         crate::arrow::of_rows(py, &self.columns(), &self.rows)
     }
+}
+
+/// The ends of an interval, where there is one.
+fn ends(interval: Option<[f64; 2]>) -> (Option<f64>, Option<f64>) {
+    interval.map(|[low, high]| (low, high)).unzip()
+}
+
+/// Return the 95 % interval of a rate by Wilson's score; None without a run.
+#[pyfunction]
+pub(crate) fn wilson(yes: usize, runs: usize) -> Option<(f64, f64)> {
+    omni_study::wilson(yes, runs).map(|[low, high]| (low, high))
+}
+
+/// Return the mean and its 95 % interval by Student's t; no interval of one measurement, None of none.
+#[pyfunction]
+pub(crate) fn mean_interval(measured: Vec<f64>) -> Option<(f64, Option<(f64, f64)>)> {
+    let (mean, interval) = omni_study::mean_interval(&measured)?;
+    Some((mean, interval.map(|[low, high]| (low, high))))
 }
 
 fn value<'py>(py: Python<'py>, cell: &Cell) -> PyResult<Bound<'py, PyAny>> {

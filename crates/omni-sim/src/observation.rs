@@ -197,8 +197,10 @@ pub struct HingeObservation {
 pub struct WheelObservation {
     /// Centre of the axle in the world \[m\].
     pub centre_m: [f64; 3],
-    /// Speed that the wheel asks of its centre along its push \[m/s\]: r times the wheel's turning speed, times the cosine of
-    /// the roller angle. An omni wheel pushes along its rolling direction, a mecanum wheel along its roller's axis.
+    /// Speed that the wheel asks of its centre along its push \[m/s\], from how it turns against the world: a wheel that rolls has it,
+    /// also while its carrier pitches. That is r times the cosine of the roller angle times what an encoder reads of the wheel, and r
+    /// times the carrier's own turning about the level axis across the push. An omni wheel pushes along its rolling direction, a
+    /// mecanum wheel along its roller's axis.
     pub rim_m_s: f64,
     /// Velocity of the centre along the push in the contact's tangent plane \[m/s\].
     pub along_m_s: f64,

@@ -1,6 +1,8 @@
 //! What a run amounts to in a few numbers.
 
 mod criteria;
+mod friction_use;
+mod linkage_spread;
 mod meter;
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -103,9 +105,18 @@ pub struct Outcome {
     /// Root mean square of the disturbed ratio over driven wheels.
     #[serde(deserialize_with = "or_nan")]
     pub disturbed_rms: f64,
+    /// The same against the reference as the policy reduced it: where it multiplies all references by a common factor, against
+    /// that many times the reference, else the same as `disturbed_rms`.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")] // logs of before do not say it
+    pub disturbed_realised_rms: f64,
     /// Root mean square of the spread of velocity over reference: standard deviation over driven wheels.
     #[serde(deserialize_with = "or_nan")]
     pub spread_rms: f64,
+    /// How differently driven wheels slip: root mean square over time of the standard deviation over driven wheels of rim speed less
+    /// velocity of the centre ([`WheelObservation`](crate::observation::WheelObservation), each the way its reference turns), over the root mean square of the speeds that
+    /// their references ask of them. What the linkage makes of wheels that roll is not in it, as it is in `spread_rms`.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub linkage_spread: f64,
     /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities no common factor on the
     /// references explains.
     #[serde(deserialize_with = "or_nan")]
@@ -173,7 +184,9 @@ impl Outcome {
             yaw_error_deg: f64::NAN,
             slip_rms: f64::NAN,
             disturbed_rms: f64::NAN,
+            disturbed_realised_rms: f64::NAN,
             spread_rms: f64::NAN,
+            linkage_spread: f64::NAN,
             shape_error_rms_rad_s: f64::NAN,
             heat_n2m2s: f64::NAN,
             work_j: f64::NAN,
@@ -183,6 +196,11 @@ impl Outcome {
             energy_residual: f64::NAN,
         }
     }
+}
+
+/// A figure that a file does not have.
+fn not_measured() -> f64 {
+    f64::NAN
 }
 
 /// A figure; JSON has null where nothing was measured.

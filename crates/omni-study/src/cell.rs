@@ -71,6 +71,19 @@ impl Columns {
     }
 }
 
+impl From<&Toml> for Cell {
+    /// A value of a file; arrays and tables as their text.
+    fn from(value: &Toml) -> Self {
+        match value {
+            Toml::Boolean(value) => Self::Bool(*value),
+            Toml::Integer(value) => Self::Integer(*value),
+            Toml::Float(value) => Self::Float(*value),
+            Toml::String(text) => Self::Text(text.clone()),
+            other => Self::Text(other.to_string()),
+        }
+    }
+}
+
 impl Cell {
     /// What kind of column it fits; any if it is missing.
     pub(crate) fn kind(&self) -> Option<Kind> {
@@ -80,17 +93,6 @@ impl Cell {
             Self::Integer(_) => Some(Kind::Integer),
             Self::Float(_) => Some(Kind::Float),
             Self::Text(_) => Some(Kind::Text),
-        }
-    }
-
-    /// A value of a file; arrays and tables as their text.
-    pub(crate) fn of_toml(value: &Toml) -> Self {
-        match value {
-            Toml::Boolean(value) => Self::Bool(*value),
-            Toml::Integer(value) => Self::Integer(*value),
-            Toml::Float(value) => Self::Float(*value),
-            Toml::String(text) => Self::Text(text.clone()),
-            other => Self::Text(other.to_string()),
         }
     }
 

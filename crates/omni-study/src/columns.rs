@@ -52,7 +52,7 @@ pub(crate) fn columns(
         let mut kinds = values[i]
             .iter()
             .flatten()
-            .filter_map(|value| Cell::of_toml(value).kind());
+            .filter_map(|value| Cell::from(value).kind());
         let first = kinds.next().unwrap_or(Kind::Text);
         let kind = if kinds.all(|kind| kind == first) {
             first

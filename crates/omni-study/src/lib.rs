@@ -4,7 +4,7 @@
 //!
 //! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the row of one run, whatever
 //! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
-//! [`cells`] sums rows up. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
+//! [`cells`] sums rows up, [`paired`] compares them seed by seed. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
 
 #![forbid(unsafe_code)]
 
@@ -16,20 +16,24 @@ mod error;
 mod key;
 mod map;
 mod merged_rows;
+mod paired;
 mod parquet_table;
 mod part_names;
 mod part_writer;
 mod plan;
 mod row;
 mod run;
+mod statistics;
 mod store;
 
 pub use batch::Batch;
 pub use cell::{Cell, Column, Columns, Kind};
 pub use error::Error;
 pub use key::key;
-pub use map::{MapCell, cells};
+pub use map::{MapCell, cells, cells_of};
+pub use paired::{PairedCell, PairedFigure, paired};
 pub use plan::{Plan, Run};
 pub use row::{Ended, Row, row, row_with, rows};
 pub use run::{Computed, compute};
+pub use statistics::{mean_interval, wilson};
 pub use store::{Found, Store, damage};

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use omni_sim::Verdict;
+use omni_sim::{Outcome, Verdict};
 
-use crate::{Cell, Plan, Row};
+use crate::plan::refuse;
+use crate::statistics::{mean_interval, wilson};
+use crate::{Cell, Error, Kind, Plan, Row};
 
 /// What the runs of one combination of the axes' values amount to.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +24,9 @@ pub struct MapCell {
     pub unfinished: usize,
     /// Sum and count of each of the map's figures over the runs that did not fail and where it was measured; yes counts 1.
     pub figures: Vec<(f64, usize)>,
+    /// 95 % interval of each of them: of yes and no Wilson's score ([`wilson`]), of a number's mean
+    /// Student's t ([`mean_interval`]); none of one number.
+    pub intervals: Vec<Option<[f64; 2]>>,
 }
 
 impl MapCell {
@@ -45,19 +50,30 @@ impl MapCell {
 /// ```
 #[must_use]
 pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
+    // A plan has refused figures that there are not.
+    cells_of(plan, rows, &plan.study().map.figures).unwrap_or_default()
+}
+
+/// [`cells`] of other figures than the map's.
+///
+/// # Errors
+/// A figure that is none, or that is text.
+///
+/// ```
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, cells_of, rows};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
+/// let rows = rows(&plan.runs()[..2], &false.into());
+/// let cells = cells_of(&plan, &rows, &["climbed".into(), "energy_residual".into()])?;
+/// assert_eq!(cells[0].figures[0], (0.0, 2)); // none of two climbed: at most two of three would, 95 times of a hundred
+/// assert!(cells[0].intervals[0].is_some_and(|[low, high]| low == 0.0 && (high - 0.658).abs() < 1e-3));
+/// assert!(cells_of(&plan, &rows, &["verdict".into()]).is_err());
+/// # Ok::<(), omni_study::Error>(())
+/// ```
+pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<MapCell>, Error> {
     let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
-    let shown: Vec<Option<usize>> = plan
-        .study()
-        .map
-        .figures
-        .iter()
-        .map(|name| {
-            plan.columns()
-                .figures
-                .iter()
-                .position(|column| column.name == *name)
-        })
-        .collect();
+    let shown = figures.iter().map(|name| column_of(plan, name));
+    let shown = shown.collect::<Result<Vec<_>, _>>()?;
     let valid = plan
         .columns()
         .figures
@@ -74,8 +90,10 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
             errors: 0,
             beyond_balls: 0,
             unfinished: 0,
-            figures: vec![(0.0, 0); shown.len()],
+            figures: Vec::new(),
+            intervals: Vec::new(),
         };
+        let mut measured = vec![Vec::new(); shown.len()];
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
             cell.runs += 1;
             let valid = valid.and_then(|i| row.figures.get(i));
@@ -87,13 +105,44 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
             let unfinished =
                 |cell: &Cell| matches!(cell, Cell::Text(name) if name == Verdict::Unfinished.name());
             cell.unfinished += usize::from(verdict.and_then(|i| row.figures.get(i)).is_some_and(unfinished));
-            for (sum, figure) in cell.figures.iter_mut().zip(&shown) {
-                if let Some(number) = figure.and_then(|i| row.figures.get(i)).and_then(Cell::number) {
-                    *sum = (sum.0 + number, sum.1 + 1);
-                }
+            for (measured, figure) in measured.iter_mut().zip(&shown) {
+                measured.extend(row.figures.get(*figure).and_then(Cell::number));
             }
+        }
+        for (measured, figure) in measured.iter().zip(&shown) {
+            // From 0: the sum of none would be -0.
+            let sum = measured.iter().fold(0.0, |sum, number| sum + number);
+            cell.figures.push((sum, measured.len()));
+            cell.intervals
+                .push(if plan.columns().figures[*figure].kind == Kind::Bool {
+                    wilson(sum as usize, measured.len())
+                } else {
+                    mean_interval(measured).and_then(|(_, interval)| interval)
+                });
         }
         cells.push(cell);
     }
-    cells
+    Ok(cells)
+}
+
+/// Which column a figure is, also by an alias; it must be a number, or yes and no.
+pub(crate) fn column_of(plan: &Plan, figure: &str) -> Result<usize, Error> {
+    let columns = &plan.columns().figures;
+    let name = Outcome::figure(figure);
+    let found = columns
+        .iter()
+        .position(|column| column.name == name && column.kind != Kind::Text);
+    found.ok_or_else(|| {
+        let known: Vec<_> = columns
+            .iter()
+            .filter(|column| column.kind != Kind::Text)
+            .map(|column| column.name.as_str())
+            .collect();
+        let meant = omni_config::did_you_mean(name, known.iter().copied());
+        refuse(
+            plan.study(),
+            "figures",
+            format!("{name:?}{meant}, allowed: {}", known.join(", ")),
+        )
+    })
 }

@@ -305,7 +305,7 @@ impl Plan {
         for (p, (keys, scenario)) in kept.into_iter().enumerate() {
             let axes: Arc<[Cell]> = (0..study.axis.len())
                 .map(|i| match &values[i][p] {
-                    Some(value) => fitting(Cell::of_toml(value), columns.axes[i].kind),
+                    Some(value) => fitting(Cell::from(value), columns.axes[i].kind),
                     None => Cell::Missing,
                 })
                 .collect();
@@ -366,7 +366,7 @@ impl Plan {
     }
 }
 
-fn refuse(study: &Study, key: &str, message: String) -> Error {
+pub(crate) fn refuse(study: &Study, key: &str, message: String) -> Error {
     Error::from(config::Error::Key {
         file: study.file().into(),
         key: key.into(),

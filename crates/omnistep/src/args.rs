@@ -258,6 +258,9 @@ pub(crate) struct StudyArgs {
     /// Runs at a time; as many as there are cores if left out.
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<NonZeroUsize>,
+    /// Compares with the runs that have this value of an axis, seed by seed: control.policy=independent.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) against: Option<String>,
     /// Runs those again that failed before.
     #[arg(long)]
     pub(crate) retry_errors: bool,

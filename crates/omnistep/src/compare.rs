@@ -309,19 +309,20 @@ pub(super) fn headline(scenario: &Scenario) -> String {
 }
 
 /// Headings of [`figures`] behind the verdict.
-pub(super) const FIGURES: [&str; 8] = [
+pub(super) const FIGURES: [&str; 9] = [
     "crossing [s]",
     "pitch [deg]",
     "yaw [deg]",
     "slip rms",
     "disturbed rms",
     "spread rms",
+    "linkage spread",
     "heat [N2m2s]",
     "work [J]",
 ];
 
 /// The verdict and the figures of a run, as tables show them.
-pub(super) fn figures(o: &Outcome) -> [String; 9] {
+pub(super) fn figures(o: &Outcome) -> [String; 10] {
     [
         verdict(o),
         number(o.crossing_s.unwrap_or(f64::NAN), 2),
@@ -330,6 +331,7 @@ pub(super) fn figures(o: &Outcome) -> [String; 9] {
         number(o.slip_rms, 3),
         number(o.disturbed_rms, 3),
         number(o.spread_rms, 3),
+        number(o.linkage_spread, 3),
         number(o.heat_n2m2s, 1),
         number(o.work_j, 1),
     ]

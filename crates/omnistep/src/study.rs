@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
 use omni_config::{Override, Scenario, Seeds, Study};
-use omni_study::{MapCell, Plan, Store, cells, compute};
+use omni_study::{MapCell, PairedCell, Plan, Store, cells, compute, paired};
 
 use crate::Error;
 use crate::args::{StudyArgs, parse_overrides, whole};
@@ -29,6 +29,12 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         overrides.push(Override::new("stop_when_done", true));
     }
     let plan = Plan::new(&study, &overrides)?;
+    let against = args.against.as_deref().map(Override::parse).transpose()?;
+    let compared = |rows: &[_]| match &against {
+        Some(against) => paired(&plan, rows, against, &plan.study().map.figures),
+        None => Ok(Vec::new()),
+    };
+    compared(&[])?; // what is wrong with it is said before hours of runs
     if let Some(short) = too_short(&plan) {
         warn(&short);
     }
@@ -75,9 +81,12 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     let rows = store.read()?.rows;
     let map = cells(&plan, &rows);
     if args.json {
-        return json(&plan, &map, out);
+        return json(&plan, &map, &compared(&rows)?, out);
     }
     print(out, &tables::tables(&plan, &map))?;
+    if let Some(against) = &against {
+        print(out, &tables::against(&plan, against, &compared(&rows)?))?;
+    }
     if map.iter().any(|cell| cell.beyond_balls > 0) {
         print(out, &format!("{BEYOND_BALLS}\n"))?;
     }
@@ -208,8 +217,9 @@ fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
     bar
 }
 
-/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure.
-fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> {
+/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure with the ends of
+/// its interval; and what the cell is against its fellow, where it is compared.
+fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
         for (column, value) in plan.columns().axes.iter().zip(&cell.axes) {
@@ -223,7 +233,23 @@ fn json(plan: &Plan, map: &[MapCell], out: &mut dyn Write) -> Result<(), Error> 
         object.insert("unfinished".into(), cell.unfinished.into());
         object.insert("beyond_balls".into(), cell.beyond_balls.into());
         for (i, figure) in plan.study().map.figures.iter().enumerate() {
-            object.insert(figure.clone(), cell.mean(i).map_or(Value::Null, Value::from));
+            let [low, high] = cell.intervals[i].map_or([None; 2], |ends| ends.map(Some));
+            let number = |number: Option<f64>| number.map_or(Value::Null, Value::from);
+            object.insert(figure.clone(), number(cell.mean(i)));
+            object.insert(format!("{figure}_low"), number(low));
+            object.insert(format!("{figure}_high"), number(high));
+            if let Some(pair) = compared.iter().find(|pair| pair.axes == cell.axes) {
+                let pair = &pair.figures[i];
+                let [low, high] = pair.interval.map_or([None; 2], |ends| ends.map(Some));
+                object.insert(format!("{figure}_pairs"), pair.pairs.into());
+                object.insert(format!("{figure}_difference"), number(pair.mean));
+                object.insert(format!("{figure}_difference_low"), number(low));
+                object.insert(format!("{figure}_difference_high"), number(high));
+                if let Some([here, there]) = pair.only {
+                    object.insert(format!("{figure}_only_here"), here.into());
+                    object.insert(format!("{figure}_only_there"), there.into());
+                }
+            }
         }
         print(out, &format!("{}\n", Value::Object(object)))?;
     }

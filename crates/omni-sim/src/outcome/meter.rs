@@ -2,9 +2,12 @@
 
 use std::collections::VecDeque;
 
-use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, shape_error, speed_ratio_spread};
+use omni_core::Saturation;
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
 
 use super::criteria::{Gain, Gained, Lean, Runaway};
+use super::friction_use::FrictionUse;
+use super::linkage_spread::LinkageSpread;
 use super::{Outcome, Verdict};
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
@@ -19,13 +22,9 @@ const STALLED_PART: f64 = 0.1;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
 /// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
-const WINDOW_NS: u64 = 10_000_000;
+pub(super) const WINDOW_NS: u64 = 10_000_000;
 /// Most wheels of a vehicle.
 const WHEELS: usize = 8;
-/// Bins of the friction that wheels call for, of a hundredth each.
-const FRICTION_BINS: usize = 300;
-/// Load under which a wheel's friction says nothing \[N\], as a part of the weight.
-const LIGHT: f64 = 0.01;
 
 /// Gathers an [`Outcome`].
 pub(crate) struct Meter {
@@ -36,6 +35,10 @@ pub(crate) struct Meter {
     reach_m: Vec<f64>,
     radius_m: Vec<f64>,
     rows: Vec<Vec<usize>>,
+    /// Way along the push per turn of the actuator, one a wheel \[m/rad\].
+    way_per_rad: Vec<f64>,
+    /// The policy's common factor is on references; else it is on torques.
+    scales_references: bool,
     period_s: f64,
     weight_n: f64,
     friction: FrictionUse,
@@ -64,7 +67,9 @@ struct Crossing {
     periods: u64,
     slip: Mean,
     disturbed: Mean,
+    disturbed_realised: Mean,
     spread: Mean,
+    linkage: LinkageSpread,
     shape: Mean,
     heat: f64,
     pitch_rad: f64,
@@ -106,6 +111,7 @@ impl Meter {
             let above = (radius - edge_m).max(0.0);
             (radius * radius - above * above).sqrt()
         };
+        let way_per_rad = |w: &crate::config::WheelSpec| w.gear * w.radius_m * libm::cos(w.roller_angle_rad);
         let obstacle = scenario.terrain.obstacle();
         let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
         Self {
@@ -116,9 +122,14 @@ impl Meter {
             reach_m: vehicle.wheel.iter().map(reach).collect(),
             radius_m: vehicle.wheel.iter().map(|w| w.radius_m).collect(),
             rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
+            way_per_rad: vehicle.wheel.iter().map(way_per_rad).collect(),
+            // A loaded scenario's policy is known.
+            scales_references: scenario
+                .coordination::<f64>()
+                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReference { .. })),
             period_s: scenario.period_s(),
             weight_n,
-            friction: FrictionUse::new(vehicle.wheel.len(), LIGHT * weight_n),
+            friction: FrictionUse::new(vehicle.wheel.len(), weight_n),
             phase: if obstacle.is_some() {
                 Phase::Before
             } else {
@@ -196,6 +207,12 @@ impl Meter {
             .iter()
             .fold(crossing.pitch_rad, |m, a| m.max(*a));
         let (mut reference, mut velocity) = ([0.0; WHEELS], [0.0; WHEELS]);
+        let realised = if self.scales_references {
+            sample.common_factor
+        } else {
+            1.0
+        };
+        crossing.linkage.start_period();
         for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
             (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
             crossing.heat += signals.applied_n_m * signals.applied_n_m * self.period_s;
@@ -203,10 +220,18 @@ impl Meter {
                 continue;
             }
             crossing.disturbed.add(signals.disturbed_ratio());
+            crossing.disturbed_realised.add(disturbed_ratio(
+                realised * signals.reference_rad_s,
+                signals.measured_rad_s,
+                DISTURBED_FLOOR_RAD_S,
+            ));
+            let asked_m_s = signals.reference_rad_s * self.way_per_rad[i];
+            crossing.linkage.add(asked_m_s, wheel.rim_m_s - wheel.along_m_s);
             if wheel.touches() {
                 crossing.slip.add(wheel.slip_ratio());
             }
         }
+        crossing.linkage.end_period();
         crossing
             .spread
             .add(speed_ratio_spread(&reference, &velocity, DISTURBED_FLOOR_RAD_S));
@@ -273,7 +298,9 @@ impl Meter {
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
             disturbed_rms: c.disturbed.root(),
+            disturbed_realised_rms: c.disturbed_realised.root(),
             spread_rms: c.spread.root(),
+            linkage_spread: c.linkage.ratio(),
             shape_error_rms_rad_s: c.shape.root(),
             heat_n2m2s: c.heat * measured,
             work_j: work_j * measured,
@@ -315,65 +342,6 @@ impl Progress {
             let gone = (place[0] - then[0]).hypot(place[1] - then[1]);
             gone < STALLED_PART * (self.commanded_m - commanded_m)
         })
-    }
-}
-
-/// How often wheels called for how much friction.
-struct FrictionUse {
-    window_ns: u64,
-    periods: u32,
-    sums: Vec<([f64; 3], f64)>,
-    light_n: f64,
-    bins: Vec<u64>,
-}
-
-impl FrictionUse {
-    fn new(wheels: usize, light_n: f64) -> Self {
-        Self {
-            window_ns: 0,
-            periods: 0,
-            sums: vec![([0.0; 3], 0.0); wheels],
-            light_n,
-            bins: vec![0; FRICTION_BINS],
-        }
-    }
-
-    fn push(&mut self, seen: &Observation) {
-        self.periods += 1;
-        for ((force, normal_n), wheel) in self.sums.iter_mut().zip(&seen.wheels) {
-            // The force along the ground is what is left without the part along the normal.
-            let along: f64 = (0..3).map(|k| wheel.force_n[k] * wheel.normal[k]).sum();
-            for k in 0..3 {
-                force[k] += wheel.force_n[k] - along * wheel.normal[k];
-            }
-            *normal_n += wheel.force_normal_n;
-        }
-        if seen.time_ns < self.window_ns {
-            return;
-        }
-        self.window_ns = seen.time_ns - seen.time_ns % WINDOW_NS + WINDOW_NS;
-        let least_n = self.light_n * f64::from(self.periods);
-        for (force, normal_n) in &mut self.sums {
-            if *normal_n > least_n {
-                let ratio = force.iter().map(|f| f * f).sum::<f64>().sqrt() / *normal_n;
-                self.bins[((ratio * 100.0) as usize).min(FRICTION_BINS - 1)] += 1;
-            }
-            (*force, *normal_n) = ([0.0; 3], 0.0);
-        }
-        self.periods = 0;
-    }
-
-    /// The upper edge of the bin under which that part of the averages lies; NaN where there are none.
-    fn percentile(&self, part: f64) -> f64 {
-        let total: u64 = self.bins.iter().sum();
-        let mut below = 0;
-        for (i, count) in self.bins.iter().enumerate() {
-            below += count;
-            if total > 0 && below as f64 >= part * total as f64 {
-                return (i + 1) as f64 / 100.0;
-            }
-        }
-        f64::NAN
     }
 }
 

@@ -65,6 +65,12 @@ pub(super) fn along_push(velocity: Vector, across: Vector, seen: &WheelObservati
     velocity.dot(across.cross(normal).normalize_or_zero())
 }
 
+/// Speed that a wheel asks of its centre along its push \[m/s\]. `way` is what its turning against its carrier makes of it; the carrier
+/// takes the rim along as it turns itself, about the axis `across` the push (docs/derivations.md, What a carrier's turning does to a rim).
+pub(super) fn rim_speed(way_m_s: f64, radius_m: f64, across: Vector, carrier_rad_s: Vector) -> f64 {
+    way_m_s + radius_m * across.dot(carrier_rad_s)
+}
+
 /// Sums the wheels' forces up to the loads of rows.
 pub(super) fn load_rows(rows: &[Vec<usize>], observation: &mut Observation) {
     let wheels = &observation.wheels;

@@ -1,6 +1,7 @@
 //! The map of a study as text.
 
-use omni_study::{Cell, Kind, MapCell, Plan};
+use omni_config::Override;
+use omni_study::{Cell, Kind, MapCell, PairedCell, PairedFigure, Plan};
 
 use crate::output::{aligned, marked};
 
@@ -80,15 +81,57 @@ fn grouped<'a>(map: &[&'a MapCell], axes: &[usize]) -> Vec<(Vec<&'a Cell>, Vec<&
     groups
 }
 
-/// `22/24` for yes and no, the mean with four digits for a number, `-` where nothing was measured; failed runs aside, and beside who climbed those that
-/// had no time to.
+/// What each combination is against its fellow, a row each.
+pub(super) fn against(plan: &Plan, against: &Override, cells: &[PairedCell]) -> String {
+    let study = plan.study();
+    let keys = study.axis.iter().map(|axis| axis.key.clone());
+    let header: Vec<String> = keys.chain(study.map.figures.iter().cloned()).collect();
+    let rows = cells.iter().map(|cell| {
+        let values = cell.axes.iter().map(ToString::to_string);
+        values
+            .chain(cell.figures.iter().map(difference))
+            .collect::<Vec<_>>()
+    });
+    let table = aligned(header, rows, study.axis.len());
+    format!(
+        "less {} = {}, seed by seed\n{table}\n\n",
+        against.key(),
+        Cell::from(against.value())
+    )
+}
+
+/// `+3 -1 of 24` for yes and no: with this value alone, with the other alone. `+0.012 +- 0.004 (24)` for a number: mean, 95 %
+/// interval, pairs.
+fn difference(figure: &PairedFigure) -> String {
+    match (figure.only, figure.mean) {
+        (_, None) => "-".into(),
+        (Some([here, there]), _) => format!("+{here} -{there} of {}", figure.pairs),
+        (None, Some(mean)) => {
+            let sign = if mean < 0.0 { "" } else { "+" };
+            format!(
+                "{sign}{} ({})",
+                with_interval(mean, figure.interval),
+                figure.pairs
+            )
+        }
+    }
+}
+
+/// `22/24 (74-98 %)` for yes and no, the mean with four digits and half its interval for a number, `-` where nothing was measured; failed runs
+/// aside, and beside who climbed those that had no time to. Intervals are of 95 %.
 fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
     let name = &plan.study().map.figures[figure];
     let column = plan.columns().figures.iter().find(|column| column.name == *name);
     let (sum, count) = cell.figures[figure];
     let text = match (column.map(|column| column.kind), cell.mean(figure)) {
-        (Some(Kind::Bool), _) => format!("{sum}/{count}"),
-        (_, Some(mean)) => digits(mean),
+        (Some(Kind::Bool), Some(_)) => {
+            let [low, high] = cell.intervals[figure]
+                .unwrap_or([0.0, 1.0])
+                .map(|end| 100.0 * end);
+            format!("{sum}/{count} ({low:.0}-{high:.0} %)")
+        }
+        (Some(Kind::Bool), None) => format!("{sum}/{count}"),
+        (_, Some(mean)) => with_interval(mean, cell.intervals[figure]),
         (_, None) => "-".into(),
     };
     let text = match cell.unfinished {
@@ -102,15 +145,23 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
     marked(text, cell.beyond_balls == 0)
 }
 
-/// A number with four digits that count.
-fn digits(number: f64) -> String {
+/// A mean with four digits that count, and half of its interval with as many decimals.
+fn with_interval(mean: f64, interval: Option<[f64; 2]>) -> String {
+    let half = interval.map(|[low, high]| (high - low) / 2.0);
+    // A mean near 0 has the digits of its interval: those are what is known.
+    let decimals = decimals(half.map_or(mean, |half| mean.abs().max(half)));
+    let half = half.map_or_else(String::new, |half| format!(" +- {half:.decimals$}"));
+    format!("{mean:.decimals$}{half}")
+}
+
+/// How many decimals show four digits that count.
+fn decimals(number: f64) -> usize {
     let whole = if number == 0.0 {
         0.0
     } else {
         number.abs().log10().floor()
     };
-    let decimals = (3.0 - whole).clamp(0.0, 9.0) as usize;
-    format!("{number:.decimals$}")
+    (3.0 - whole).clamp(0.0, 9.0) as usize
 }
 
 fn grid(corner: String, header: Vec<String>, rows: impl Iterator<Item = (String, Vec<String>)>) -> String {

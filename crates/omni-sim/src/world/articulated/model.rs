@@ -63,6 +63,8 @@ pub(super) struct Wheel {
     pub(super) inertia_kg_m2: f64,
     /// Spring \[N/m\] and damper \[N.s/m\] of a contact.
     pub(super) contact: [f64; 2],
+    /// From the axle to the ground \[m\].
+    pub(super) radius_m: f64,
     /// Way along the push a wheel turn \[m/rad\].
     pub(super) way_per_rad: f64,
     /// Wheel velocity over actuator velocity.
@@ -216,6 +218,7 @@ impl Wheel {
             sin_cos: [sin, cos],
             inertia_kg_m2: spec.inertia_kg_m2 - free_kg_m2,
             contact: [stiffness, damping],
+            radius_m: spec.radius_m,
             way_per_rad: spec.radius_m * cos,
             gear: spec.gear,
         }

@@ -5,7 +5,7 @@ use rapier3d_f64::prelude::Vector as Vector3;
 use super::World;
 use super::tree::FREE;
 use crate::observation::{Observation, Pose3};
-use crate::world::observed::{ContactSum, along_push, level_twist, load_rows, tilt};
+use crate::world::observed::{ContactSum, along_push, level_twist, load_rows, rim_speed, tilt};
 
 impl<const N: usize> World<N> {
     /// Turning speed of a wheel against its carrier \[rad/s\].
@@ -61,9 +61,13 @@ impl<const N: usize> World<N> {
             let rotation = tree.rotation[wheel.body];
             let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
             seen.centre_m = (centre + com).into();
-            seen.rim_m_s = self.wheel_rad_s(i) * wheel.way_per_rad;
+            let (across, way_m_s) = (
+                rotation * wheel.across_push,
+                self.wheel_rad_s(i) * wheel.way_per_rad,
+            );
+            seen.rim_m_s = rim_speed(way_m_s, wheel.radius_m, across, tree.omega[wheel.body]);
             let velocity = tree.velocity(wheel.body, centre, &u);
-            seen.along_m_s = along_push(velocity, rotation * wheel.across_push, seen);
+            seen.along_m_s = along_push(velocity, across, seen);
         }
         load_rows(&self.rows, observation);
     }

@@ -6,7 +6,7 @@ use super::pose3;
 use super::wheel::Wheel;
 use crate::config::{Body, CouplingSpring, RollerWheel, Scenario};
 use crate::observation::Observation;
-use crate::world::observed::{along_push, level_twist, load_rows, tilt};
+use crate::world::observed::{along_push, level_twist, load_rows, rim_speed, tilt};
 
 struct HingeBodies {
     name: String,
@@ -204,8 +204,12 @@ impl VehicleBodies {
         for (wheel, seen) in self.wheels.iter().zip(&mut observation.wheels) {
             let (centre, velocity) = wheel.centre_world(physics);
             seen.centre_m = centre.into();
-            seen.rim_m_s = wheel.wheel_velocity(physics) * wheel.way_per_rad;
-            seen.along_m_s = along_push(velocity, wheel.axle_world(physics), seen);
+            let (across, way_m_s) = (
+                wheel.axle_world(physics),
+                wheel.wheel_velocity(physics) * wheel.way_per_rad,
+            );
+            seen.rim_m_s = rim_speed(way_m_s, wheel.radius_m, across, wheel.carrier_rad_s(physics));
+            seen.along_m_s = along_push(velocity, across, seen);
         }
         load_rows(&self.rows, observation);
     }

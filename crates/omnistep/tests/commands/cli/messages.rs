@@ -331,11 +331,11 @@ fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
     let output = omnistep(folder.path(), &["study", "cut.toml", "--quiet"]);
     let shown = stdout(&output);
     assert!(
-        shown.contains("| 0.02                          | 0/2, 2 unfinished | 2/2 |"),
+        shown.contains("| 0.02                          | 0/2 (0-66 %), 2 unfinished | 2/2 (34-100 %) |"),
         "{shown}"
     );
     assert!(
-        shown.contains("| 0.2                           | 0/2, 2 unfinished | 0/2 |"),
+        shown.contains("| 0.2                           | 0/2 (0-66 %), 2 unfinished |   0/2 (0-66 %) |"),
         "{shown}"
     );
     let cells = rows(&omnistep(

@@ -8,12 +8,14 @@ use serde_json::Value;
 use super::{omnistep, refused, rows, stdout};
 
 /// Keys that are null where the riser was never reached.
-const FIGURES: [&str; 14] = [
+const FIGURES: [&str; 16] = [
     "crossing_s",
     "pitch_peak_deg",
     "slip_rms",
     "disturbed_rms",
+    "disturbed_realised_rms",
     "spread_rms",
+    "linkage_spread",
     "heat_n2m2s",
     "stalled_at_m",
     "stalled_row",

@@ -149,13 +149,16 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
     let output = omnistep(folder.path(), SMALL, &["study", "small.toml", "--jobs", "1"]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("| vehicle.motor.stall_torque_n_m \\ terrain.friction | 0.5 |   1 |"),
+        said.contains("| vehicle.motor.stall_torque_n_m \\ terrain.friction |          0.5 |            1 |"),
         "{said}"
     );
+    // None of four: by Wilson's score up to 1.96^2 / (4 + 1.96^2) = 49 % may climb.
     assert!(
-        said.contains("| 1.5                                               | 0/4 | 0/4 |"),
+        said.contains("| 1.5                                               | 0/4 (0-49 %) | 0/4 (0-49 %) |"),
         "{said}"
     );
+    // All four slip alike in 10 ms but for rounding: an interval stands behind every mean of two runs or more.
+    assert_eq!(said.matches(" +- ").count(), 6, "{said}");
     assert!(
         said.contains("\n24 runs; ") && said.contains("; engine rapier; 0 failed; out/small\n"),
         "{said}"
@@ -180,6 +183,9 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
         assert!(lines[0][key].is_number(), "{key}: {}", lines[0]);
     }
     assert_eq!((&lines[0]["runs"], &lines[0]["errors"]), (&5.into(), &0.into()));
+    assert_eq!(lines[0]["climbed_low"], 0.0);
+    let ends = ["slip_rms_low", "slip_rms", "slip_rms_high"].map(|key| lines[0][key].as_f64().unwrap());
+    assert!(ends.is_sorted(), "{ends:?}");
     let output = omnistep(folder.path(), SMALL, &["study", "small.toml", "--seeds", "5"]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
@@ -190,9 +196,71 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
     assert!(said.status.success(), "failed runs are results");
     let said = String::from_utf8(said.stdout).unwrap();
     assert!(
-        said.contains("0/3 | 0/0 (3 failed) |") && said.contains("the first of 3 that failed, seed "),
+        said.contains("| 0/3 (0-56 %) | 0/0 (3 failed) |")
+            && said.contains("the first of 3 that failed, seed "),
         "{said}"
     );
+}
+
+#[test]
+fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SMALL.replace("\"slip_rms\"", "\"work_j\"");
+    let against = [
+        "study",
+        "small.toml",
+        "--against",
+        "vehicle.motor.stall_torque_n_m=1.5",
+    ];
+    let output = omnistep(folder.path(), &text, &against);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains("less vehicle.motor.stall_torque_n_m = 1.5, seed by seed\n"),
+        "{said}"
+    );
+    assert_eq!(
+        said.matches("| +0 -0 of 4 |").count(),
+        4,
+        "two frictions, two torques: {said}"
+    );
+    let output = omnistep(folder.path(), &text, &[&against[..], &["--json"]].concat());
+    let cells: Vec<serde_json::Value> = String::from_utf8(output.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let compared: Vec<_> = cells.iter().filter(|cell| cell["work_j_pairs"] == 4).collect();
+    assert_eq!((cells.len(), compared.len()), (6, 4), "not with themselves");
+    for cell in compared {
+        let same = |other: &&serde_json::Value| {
+            other["terrain_friction"] == cell["terrain_friction"]
+                && other["vehicle_motor_stall_torque_n_m"] == 1.5
+        };
+        let work = |cell: &serde_json::Value| cell["work_j"].as_f64().unwrap();
+        // Every seed has a pair: the mean difference is that of the means, but for rounding.
+        let expected = work(cell) - work(cells.iter().find(same).unwrap());
+        assert!(
+            (cell["work_j_difference"].as_f64().unwrap() - expected).abs() < 1e-12,
+            "{cell}"
+        );
+        assert_eq!(
+            (&cell["climbed_only_here"], &cell["climbed_only_there"]),
+            (&0.into(), &0.into())
+        );
+    }
+    for (value, expected) in [
+        (
+            "terrain.frction=1",
+            "against: \"terrain.frction\" (did you mean \"terrain.friction\"?), allowed: terrain.friction, vehicle",
+        ),
+        (
+            "terrain.friction=0.7",
+            "against: terrain.friction = 0.7, allowed: 0.5, 1",
+        ),
+    ] {
+        let said = refused(&text, &["--against", value]);
+        assert!(said.contains(expected), "{said}");
+    }
 }
 
 #[test]

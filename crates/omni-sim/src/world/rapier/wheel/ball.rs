@@ -59,6 +59,7 @@ pub(super) fn insert(
         drive_axis: axle,
         axle,
         centre: Vector::new(x, y, spec.radius_m - lower_m),
+        radius_m: spec.radius_m,
         way_per_rad,
         driven_per_wheel: ball_per_wheel,
         gear: spec.gear,

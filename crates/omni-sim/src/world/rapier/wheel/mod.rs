@@ -35,6 +35,8 @@ pub(super) struct Wheel {
     seat: Vector,
     /// Centre of the axle in the carrier's frame \[m\].
     centre: Vector,
+    /// From the axle to the ground \[m\].
+    pub(super) radius_m: f64,
     /// Way along the push per wheel turn \[m/rad\]: the rolling radius, times the cosine of the roller angle.
     pub(super) way_per_rad: f64,
     /// Turns of the driven body per wheel turn.
@@ -103,6 +105,11 @@ impl Wheel {
     pub(super) fn wheel_velocity(&self, physics: &PhysicsWorld) -> f64 {
         let relative = physics.bodies[self.driven].angvel() - physics.bodies[self.frame].angvel();
         relative.dot(self.drive_axis_world(physics)) / self.driven_per_wheel
+    }
+
+    /// How the carrier turns \[rad/s\], in the world.
+    pub(super) fn carrier_rad_s(&self, physics: &PhysicsWorld) -> Vector {
+        physics.bodies[self.frame].angvel()
     }
 
     /// Turning speed of the actuator \[rad/s\].

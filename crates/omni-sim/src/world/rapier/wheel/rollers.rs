@@ -81,6 +81,7 @@ pub(super) fn insert(
         drive_axis: axle,
         axle: Vector::Z.cross(push),
         centre,
+        radius_m: spec.radius_m,
         way_per_rad: spec.radius_m * libm::cos(spec.roller_angle_rad),
         driven_per_wheel: 1.0,
         gear: spec.gear,

@@ -1,0 +1,134 @@
+//! Runs with one value of an axis against those with another that are the same in all else, seed by seed.
+
+use std::collections::BTreeMap;
+
+use omni_config::Override;
+
+use crate::map::column_of;
+use crate::plan::refuse;
+use crate::statistics::mean_interval;
+use crate::{Cell, Error, Kind, Plan, Row, Run};
+
+/// One combination of the axes' values, compared.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PairedCell {
+    /// The value of each axis, in the study's order.
+    pub axes: Vec<Cell>,
+    /// What became of each figure.
+    pub figures: Vec<PairedFigure>,
+}
+
+/// Differences of a figure: with the combination's value less with the one that it is compared with.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PairedFigure {
+    /// Seeds at which both have it.
+    pub pairs: usize,
+    /// Mean of the differences; yes counts 1. None without a pair.
+    pub mean: Option<f64>,
+    /// Its 95 % interval by Student's t ([`mean_interval`]); none of one pair.
+    pub interval: Option<[f64; 2]>,
+    /// Of yes and no: at how many seeds it was yes with this value alone, and with the other alone.
+    pub only: Option<[usize; 2]>,
+}
+
+/// Compares every combination with the one that differs from it in the key of `against` alone, seed by seed: what both have of a
+/// start, chance in it too, is not in the differences. Combinations that have that value are not in the list, nor are those
+/// that have no such fellow.
+///
+/// # Errors
+/// A key that is no axis, a value that it does not take, a figure that is none.
+///
+/// ```
+/// use omni_config::{Override, Study};
+/// use omni_study::{Plan, paired, rows};
+/// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
+/// let rows = rows(plan.runs(), &false.into());
+/// let against = Override::parse("control.policy=independent")?;
+/// let cells = paired(&plan, &rows, &against, &["climbed".into()])?;
+/// assert_eq!(cells.len(), 3); // the other policies
+/// assert_eq!((cells[0].figures[0].pairs, cells[0].figures[0].only), (24, Some([0, 0]))); // a tenth of a second is for none
+/// # Ok::<(), omni_study::Error>(())
+/// ```
+pub fn paired(
+    plan: &Plan,
+    rows: &[Row],
+    against: &Override,
+    figures: &[String],
+) -> Result<Vec<PairedCell>, Error> {
+    let columns = figures.iter().map(|name| column_of(plan, name));
+    let columns = columns.collect::<Result<Vec<_>, _>>()?;
+    let keys: Vec<_> = plan.study().axis.iter().map(|axis| axis.key.as_str()).collect();
+    let axis = keys.iter().position(|key| *key == against.key()).ok_or_else(|| {
+        let meant = omni_config::did_you_mean(against.key(), keys.iter().copied());
+        refuse(
+            plan.study(),
+            "against",
+            format!("{:?}{meant}, allowed: {}", against.key(), keys.join(", ")),
+        )
+    })?;
+    let wanted = Cell::from(against.value());
+    let is_it = |cell: &Cell| match (cell.number(), wanted.number()) {
+        (Some(one), Some(other)) => one == other,
+        _ => *cell == wanted,
+    };
+    let seeds = plan.study().seeds.list().len().max(1);
+    let every: Vec<&[Run]> = plan.runs().chunks(seeds).collect();
+    let has_it = |runs: &[Run]| runs.first().is_some_and(|run| is_it(&run.axes[axis]));
+    if !every.iter().any(|runs| has_it(runs)) {
+        let mut values: Vec<String> = Vec::new();
+        for value in every
+            .iter()
+            .filter_map(|runs| Some(runs.first()?.axes[axis].to_string()))
+        {
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        let message = format!("{} = {wanted}, allowed: {}", against.key(), values.join(", "));
+        return Err(refuse(plan.study(), "against", message));
+    }
+    let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
+    let measured = |run: &Run, column: usize| {
+        let row = by_key.get(run.key.as_str()).filter(|row| row.error.is_none())?;
+        row.figures.get(column)?.number()
+    };
+    // Combinations by all their values but the axis'.
+    let others = |runs: &[Run]| -> Option<String> {
+        let rest = runs.first()?.axes.iter().enumerate().filter(|(i, _)| *i != axis);
+        Some(rest.map(|(_, value)| format!("{value:?},")).collect())
+    };
+    let fellows: BTreeMap<_, _> = every
+        .iter()
+        .filter(|runs| has_it(runs))
+        .map(|runs| (others(runs), *runs))
+        .collect();
+    let mut cells = Vec::new();
+    for runs in every.iter().filter(|runs| !has_it(runs)) {
+        let Some(fellow) = fellows.get(&others(runs)) else {
+            continue;
+        };
+        let figure = |column: &usize| {
+            // All combinations have the same seeds in the same order.
+            let both = runs
+                .iter()
+                .zip(*fellow)
+                .filter_map(|(run, other)| Some((measured(run, *column)?, measured(other, *column)?)));
+            let differences: Vec<f64> = both.map(|(this, other)| this - other).collect();
+            let (mean, interval) = mean_interval(&differences).unzip();
+            let alone = |sign: f64| differences.iter().filter(|d| **d * sign > 0.0).count();
+            PairedFigure {
+                pairs: differences.len(),
+                mean,
+                interval: interval.flatten(),
+                only: (plan.columns().figures[*column].kind == Kind::Bool).then(|| [alone(1.0), alone(-1.0)]),
+            }
+        };
+        cells.push(PairedCell {
+            axes: runs.first().map_or_else(Vec::new, |run| run.axes.to_vec()),
+            figures: columns.iter().map(figure).collect(),
+        });
+    }
+    Ok(cells)
+}
