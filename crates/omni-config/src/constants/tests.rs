@@ -85,7 +85,10 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
             .contains("Controller<f32, 8>")
     );
     let error = scenario.constants(Language::C).expect_err("no type").to_string();
-    assert_eq!(error, "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4 or 7");
+    assert_eq!(
+        error,
+        "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4, 6 or 7"
+    );
 }
 
 #[test]
