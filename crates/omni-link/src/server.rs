@@ -10,8 +10,8 @@ use crate::{
     encode,
 };
 
-/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]). With that it has the guard and the last answer, with [`Loops`](crate::Loops) at most
-/// 77 `N` + 100 bytes. Needs no buffers but the two it is given.
+/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]): that state, the guard and the last
+/// answer, with [`Loops`](crate::Loops) at most 76 `N` + 120 bytes. Needs no buffers but the two it is given.
 ///
 /// ```
 /// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
