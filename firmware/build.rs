@@ -5,7 +5,7 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-use omni_config::{Language, Scenario, rust_expression};
+use omni_config::{Language, Override, Scenario, rust_expression};
 use omni_core::{
     AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, Odometry,
     OdometryNoise, Rest, SlipConfig, SpeedLimits, TwistLimits,
@@ -55,6 +55,24 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     Ok(Drive::new(config)?)
 }
 
+/// The drive of a `[drive]` in which every key has its default: what it costs at least.
+fn defaults(name: &str) -> Result<Drive<f32, 7>, Box<dyn Error>> {
+    let scenario = Scenario::load(name, &[Override::parse("drive.discretize=false")?])?;
+    Ok(scenario.drive()?.ok_or("no [drive] although a key of it was set")?)
+}
+
+/// What a processor in the loop runs: the scenario's drive where it has one, else its loops.
+fn served(scenario: &Scenario) -> &'static str {
+    if scenario.drive.is_some() {
+        "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
+         /// What that remembers.\npub type ServedState = omni_core::DriveState<f32, 7>;\n"
+    } else {
+        "/// What the loop serves.\npub static SERVED: omni_link::Loops<'static, 7> = \
+         omni_link::Loops { controller: &CONTROLLER, limiter: &LIMITER };\n\
+         /// What that remembers.\npub type ServedState = omni_link::LoopsState<7>;\n"
+    }
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("no OUT_DIR")?);
     // A built-in scenario or a .toml file; its vehicle, policy and control period are what the image gets.
@@ -75,8 +93,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         });
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
-             /// A drive with every option on.\npub static DRIVE: omni_core::Drive<f32, 7> = {};\n",
-            rust_expression(&everything(&scenario)?)
+             /// A drive with every option on.\npub static EVERYTHING: omni_core::Drive<f32, 7> = {};\n\
+             /// A drive as a `[drive]` of defaults makes it.\npub static DEFAULTS: omni_core::Drive<f32, 7> = {};\n{}",
+            rust_expression(&everything(&scenario)?),
+            rust_expression(&defaults(&name)?),
+            served(&scenario)
         ));
     } else {
         return Err(Box::new(omni_config::Error::Key {

@@ -145,18 +145,20 @@ def main() -> None:
         print(f"{processor}: {said.splitlines()[1]}")
         hashes |= set(re.findall(r"hash (\d+), as on the computer", said))
         if processor == "Cortex-M4F":
-            figures |= run(machine, release / "everything")[0]
+            for name in ("drive", "everything"):
+                figures |= run(machine, release / name)[0]
             for name in ("controller", "loop"):
                 images[name] = Image(release / name)
+            images["drive_loop"] = Image(FIRMWARE / "target" / "drive_loop")
             problems += [over(each["name"], figures.get(each["name"]), each) for each in budgets["figure"]]
         for path in release.iterdir():
-            if path.name in ("controller", "self_test", "everything", "loop"):
+            if path.name in ("controller", "self_test", "drive", "everything", "loop"):
                 bad = forbidden(Image(path).symbols)
                 problems += [f"{processor}: {path.name} contains {', '.join(bad)}"] if bad else []
         rows[processor] = figures
-    for name in ("example", "every_function"):
-        bad = forbidden(Image(FIRMWARE / "target" / "c" / name).symbols)
-        problems += [f"C {name} contains {', '.join(bad)}"] if bad else []
+    for name in ("drive_loop", "c/example", "c/drive", "c/every_function"):
+        bad = forbidden(Image(FIRMWARE / "target" / name).symbols)
+        problems += [f"{name} contains {', '.join(bad)}"] if bad else []
     if len(hashes) != 1:
         problems.append(f"hashes differ: {hashes}")
     for each in budgets["image"]:

@@ -5,6 +5,7 @@
 pub use ufmt;
 
 pub mod counter;
+pub mod drive_cost;
 pub mod platform;
 pub mod randomised;
 pub mod stack;

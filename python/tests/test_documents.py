@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import io
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -181,6 +182,17 @@ def rust_block(example, info):
     assert check_docs().rust_findings(example.parsed) == []
 
 
+def c_block(example, info):
+    # With the constants of a scenario that has a [drive]; firmware/c/example is what runs.
+    code, constants, err = omnistep("constants", "flat", "--set", "drive.timeout_s=0.2", "--language", "c")
+    assert code == 0, err
+    Path("constants.h").write_text(constants)
+    Path("block.c").write_text(example.parsed)
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]
+    done = subprocess.run([os.environ.get("CC", "cc"), *flags, "block.c"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 RUNNERS = {
     "python": python_block,
     "sh": sh_block,
@@ -188,6 +200,7 @@ RUNNERS = {
     "text": text_block,  # drawings; with title="output" what the block before it prints
     "math": math_block,
     "rust": rust_block,
+    "c": c_block,
 }
 
 
@@ -248,6 +261,7 @@ def test_no_block_is_left_out():
         ("toml", "", "omni-core = { path = '../omnistep/crates/nothing' }\n"),
         ("text", ' title="output"', "something else\n"),
         ("rust", "", "omni_config::Scenario::fly();\n"),
+        ("c", "", '#include "constants.h"\nvoid fly(void) { omni7_drive_fly(&OMNI_DRIVE); }\n'),
         ("math", "", "\\nosuchcommand{x}\n"),
     ],
 )

@@ -3,7 +3,7 @@
 use std::io::{Read as _, Write as _};
 
 use omni_link::{
-    Action, Answer, FromController, Greeting, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
+    Action, Answer, FromController, Greeting, Loops, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
     Receiver, Server, ToController, decode, encode,
 };
 use omni_sim::config::Scenario;
@@ -18,7 +18,11 @@ pub(crate) fn serve(lie: &str) {
     let limiter = scenario.limiter::<f32>().unwrap();
     let period_us = scenario.control.period_us as u32;
     let digest = scenario.constants_digest().unwrap();
-    let mut server = Server::<N>::new(digest, period_us);
+    let loops = Loops {
+        controller: &controller,
+        limiter: &limiter,
+    };
+    let mut server = Server::new(digest, period_us);
     let greeting = Greeting {
         version: PROTOCOL_VERSION,
         wheels: N as u32,
@@ -36,7 +40,7 @@ pub(crate) fn serve(lie: &str) {
             Ok(ToController::Hello) => greet(lie, greeting),
             _ => {
                 let mut out = [0; MAX_ANSWER_FRAME];
-                let length = server.answer(&controller, &limiter, frame, &mut out).len();
+                let length = server.answer(&loops, frame, &mut out).len();
                 let answer = decode(&mut out[..length]).expect("the server's own answer");
                 answers += 1;
                 let FromController::Answer(answer) = answer else {

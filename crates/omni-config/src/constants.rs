@@ -43,7 +43,7 @@ impl Scenario {
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, to be used as any other, and `DRIVE` where the scenario has a `[drive]`. In C the same in `OMNI_...`, but for
-    /// the odometry.
+    /// the odometry by itself.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for.

@@ -141,6 +141,7 @@ pub struct OdometryNoise<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct CovarianceGrowth<R> {
     /// k^2 \[rad\].
     per_rad: R,
@@ -149,6 +150,16 @@ pub struct CovarianceGrowth<R> {
 }
 
 constant_struct!(CovarianceGrowth<R> { per_rad: R, per_residual: R });
+
+impl<R: Real> OdometryNoise<R> {
+    /// What stands where there is none: wheels that are never wrong.
+    pub(crate) fn none() -> Self {
+        Self {
+            wheel_rad_per_sqrt_rad: R::zero(),
+            residual_gain: R::zero(),
+        }
+    }
+}
 
 impl<R: Real> CovarianceGrowth<R> {
     /// Growth by the noise given.

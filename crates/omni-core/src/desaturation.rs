@@ -27,6 +27,7 @@ use crate::{BodyTwist, Kinematics, PathFactors, Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum Desaturation {
     /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
@@ -61,6 +62,7 @@ constant_enum!(Desaturation {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct SpeedLimits<R, const N: usize> {
     limit_rad_s: [R; N],
     gives_way: Desaturation,
@@ -113,6 +115,14 @@ impl<R: Real, const N: usize> Desaturated<R, N> {
 }
 
 impl<R: Real, const N: usize> SpeedLimits<R, N> {
+    /// What stands where there are none.
+    pub(crate) fn none() -> Self {
+        Self {
+            limit_rad_s: [R::one() / R::zero(); N],
+            gives_way: Desaturation::Uniform,
+        }
+    }
+
     /// Limits `limit_rad_s` \[rad/s\] of the actuators' speeds, each above 0 and up to 1e6.
     ///
     /// # Errors

@@ -11,8 +11,8 @@ use crate::error::{ConfigError, within};
 use crate::wheel_loops::LoopInputs;
 use crate::{
     BodyTwist, CommandShaper, Controller, CovarianceGrowth, Desaturated, Expectation, FaultConfig,
-    FaultMonitor, Kinematics, Odometry, Real, SlipConfig, SlipDetector, SlipSample, SpeedLimits, WheelSample,
-    WheelVelocities,
+    FaultMonitor, Kinematics, Odometry, OdometryNoise, Real, SlipConfig, SlipDetector, SlipSample,
+    SpeedLimits, WheelSample, WheelVelocities,
 };
 pub use config::{DriveConfig, DriveInput};
 pub use sample::{DriveMode, DriveSample};
@@ -44,32 +44,40 @@ pub use state::DriveState;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+// No `Option`: C initialises one of these, and lays out none.
+#[repr(C)]
 pub struct Drive<R, const N: usize> {
     controller: Controller<R, N>,
     shaper: CommandShaper<R>,
-    command_point_m: [R; 2],
-    discretize: bool,
-    blind_periods: u16,
-    speed_limits: Option<SpeedLimits<R, N>>,
     slip: SlipDetector<R>,
     faults: FaultMonitor<R>,
     odometry: Odometry<R, N>,
-    growth: Option<CovarianceGrowth<R>>,
+    /// Without effect unless `limits_speed`.
+    speed_limits: SpeedLimits<R, N>,
+    /// Without effect unless `grows_covariance`.
+    growth: CovarianceGrowth<R>,
+    command_point_m: [R; 2],
     period_s: R,
+    blind_periods: u16,
+    limits_speed: bool,
+    grows_covariance: bool,
+    discretize: bool,
 }
 
 constant_struct!(Drive<R, const N> {
     controller: Controller<R, N>,
     shaper: CommandShaper<R>,
-    command_point_m: [R; 2],
-    discretize: bool,
-    blind_periods: u16,
-    speed_limits: Option<SpeedLimits<R, N>>,
     slip: SlipDetector<R>,
     faults: FaultMonitor<R>,
     odometry: Odometry<R, N>,
-    growth: Option<CovarianceGrowth<R>>,
+    speed_limits: SpeedLimits<R, N>,
+    growth: CovarianceGrowth<R>,
+    command_point_m: [R; 2],
     period_s: R,
+    blind_periods: u16,
+    limits_speed: bool,
+    grows_covariance: bool,
+    discretize: bool,
 });
 
 impl<R: Real, const N: usize> Drive<R, N> {
@@ -101,15 +109,17 @@ impl<R: Real, const N: usize> Drive<R, N> {
             controller: Controller::with_forward(&config.layout, config.control, config.forward)?
                 .with_rest(config.rest)?,
             shaper: CommandShaper::new(config.shaping, period_s)?,
-            command_point_m: config.command_point_m,
-            discretize: config.discretize,
-            blind_periods: config.blind_periods,
-            speed_limits: config.speed_limits,
             slip: SlipDetector::new(config.slip.unwrap_or_else(SlipConfig::never))?,
             faults: FaultMonitor::new(config.faults.unwrap_or_else(FaultConfig::unchecked))?,
             odometry: Odometry::new(period_s)?,
-            growth: config.noise.map(CovarianceGrowth::new).transpose()?,
+            speed_limits: config.speed_limits.unwrap_or_else(SpeedLimits::none),
+            growth: CovarianceGrowth::new(config.noise.unwrap_or_else(OdometryNoise::none))?,
+            command_point_m: config.command_point_m,
             period_s,
+            blind_periods: config.blind_periods,
+            limits_speed: config.speed_limits.is_some(),
+            grows_covariance: config.noise.is_some(),
+            discretize: config.discretize,
         })
     }
 
@@ -194,14 +204,12 @@ impl<R: Real, const N: usize> Drive<R, N> {
         } else {
             shaped.twist
         };
-        let desaturated = match &self.speed_limits {
-            Some(limits) => {
-                limits.desaturate_at(kinematics, &twist, self.command_point_m, &input.path, &dropped)
-            }
-            None => {
-                let twist = BodyTwist::from_point(twist, self.command_point_m);
-                Desaturated::whole(twist, kinematics.inverse(&twist))
-            }
+        let desaturated = if self.limits_speed {
+            let limits = &self.speed_limits;
+            limits.desaturate_at(kinematics, &twist, self.command_point_m, &input.path, &dropped)
+        } else {
+            let twist = BodyTwist::from_point(twist, self.command_point_m);
+            Desaturated::whole(twist, kinematics.inverse(&twist))
         };
         let reference = input.path.of_wheels(&desaturated.velocities);
         let inputs = LoopInputs {
@@ -253,10 +261,10 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let start = state.odometry.pose();
         self.odometry
             .step_displacement(&mut state.odometry, &slip.estimated.over(self.period_s));
-        if let Some(growth) = &self.growth {
+        if self.grows_covariance {
             let increments = beneath.over(self.period_s);
             let residuals = slip.residual.over(self.period_s);
-            growth.step_by(
+            self.growth.step_by(
                 &mut state.covariance,
                 &start,
                 observed.forward_matrix(),

@@ -24,18 +24,32 @@ use crate::{Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum Fault {
     /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
-    NotANumber,
+    NotANumber = 1,
     /// Its reading jumps further in one period than a wheel can.
-    Jump,
+    Jump = 2,
     /// Its reading never changes although the vehicle moves, or although the motor pulls with all it has.
-    Stuck,
+    Stuck = 3,
     /// It has not been heard from for too long.
-    Silent,
+    Silent = 4,
     /// It has been declared lost.
-    Lost,
+    Lost = 5,
+}
+
+impl Fault {
+    /// The number that stands for it in frames, in C and in tables, 1 to 5 in the order above; 0 is no fault. It never changes.
+    ///
+    /// ```
+    /// use omni_core::Fault;
+    /// assert_eq!([Fault::NotANumber, Fault::Stuck, Fault::Lost].map(Fault::number), [1, 3, 5]);
+    /// ```
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
 }
 
 /// When a reading is not believed. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
@@ -56,6 +70,7 @@ pub enum Fault {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct FaultConfig<R> {
     /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
@@ -140,6 +155,7 @@ impl<R: Real> FaultConfig<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct FaultMonitor<R> {
     config: FaultConfig<R>,
 }

@@ -87,6 +87,7 @@ pub enum OdometryStep<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Odometry<R, const N: usize> {
     period_s: R,
 }

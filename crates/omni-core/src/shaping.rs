@@ -108,6 +108,7 @@ impl<R: Real> ShapingConfig<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum CommandStatus {
     /// No command since the start or since the release of an emergency stop: rest, or on the way there.
@@ -286,6 +287,7 @@ impl<R: Real> ShaperState<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct CommandShaper<R> {
     limiter: TwistLimiter<R>,
     /// The highest age at which a command counts.

@@ -27,6 +27,7 @@ use crate::{BodyTwist, Kinematics, Real, WheelVelocities};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct SlipConfig<R> {
     /// Slip \[rad/s\] of the actuator above which a wheel is suspected, 1e-9 or more; infinite never.
     pub enter_rad_s: R,
@@ -74,6 +75,7 @@ impl<R: Real> SlipConfig<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct SlipDetector<R> {
     config: SlipConfig<R>,
 }

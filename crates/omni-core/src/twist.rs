@@ -329,6 +329,7 @@ impl<R: Real> WorldTwist<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct PlanarPose<R> {
     /// World x \[m\].
     pub x_m: R,

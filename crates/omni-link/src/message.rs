@@ -7,7 +7,7 @@ use crate::wire::{Sample, Twist, each, plain};
 use crate::{Action, Counters};
 
 /// Version of frames and messages; sides of different versions do not work together.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// Bytes of a request's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller
 /// receives into.
@@ -24,12 +24,12 @@ pub const fn request_frame(wheels: usize) -> usize {
 /// from.
 ///
 /// ```
-/// assert_eq!(omni_link::answer_frame(7), 375);
+/// assert_eq!(omni_link::answer_frame(7), 403);
 /// ```
 #[must_use]
 pub const fn answer_frame(wheels: usize) -> usize {
-    // Of a wheel: 10 numbers and 2 marks of its sample, and its residual.
-    framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 12 + 4 * wheels)
+    // Of a wheel: 10 numbers and 2 marks of its sample, its residual, and 2 bytes of the drive's report.
+    framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 12 + 4 * wheels + 1 + 1 + 12 + 2 * wheels)
 }
 
 /// The check, a byte of stuffing for each 254 and one, the closing zero.
@@ -77,10 +77,10 @@ pub struct Request<const N: usize> {
     pub sequence: u32,
     /// Start the loops afresh, whatever was before. The first request must.
     pub restart: bool,
-    /// Command.
+    /// Command. For a [`Drive`](omni_core::Drive) one with a NaN says that none arrived in this period.
     #[serde(with = "Twist")]
     pub command: BodyTwist<f32>,
-    /// Measured actuator velocities \[rad/s\].
+    /// Measured actuator velocities \[rad/s\]. For a drive a NaN says that the reading did not arrive.
     #[serde(with = "each")]
     pub measured_rad_s: [f32; N],
 }
@@ -154,6 +154,52 @@ pub struct Answer<const N: usize> {
     /// Part of the measured velocities that no motion explains \[rad/s\]: [`omni_core::Kinematics::residual`].
     #[serde(with = "crate::wire::Velocities")]
     pub residual: WheelVelocities<f32, N>,
+    /// What a drive tells beside the wheels' signals.
+    pub drive: DriveReport<N>,
+}
+
+/// What a [`Drive`](omni_core::Drive) tells beside the wheels' signals. The bare loops tell nothing of the kind:
+/// [`DriveReport::of_loops`].
+///
+/// ```
+/// use omni_core::{DriveMode, Fault};
+/// use omni_link::DriveReport;
+/// let report = DriveReport::<4> { mode: 1, faults: [0, 4, 0, 0], ..DriveReport::of_loops() };
+/// assert_eq!((report.mode, report.faults[1]), (DriveMode::Degraded.number(), Fault::Silent.number()));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveReport<const N: usize> {
+    /// [`DriveMode::number`](omni_core::DriveMode::number): 0 normal, 1 degraded, 2 safe stop, 3 emergency stop.
+    pub mode: u8,
+    /// [`Fault::number`](omni_core::Fault::number) of each wheel: 0 none, 1 not a number, 2 jump, 3 stuck, 4 silent, 5 lost.
+    #[serde(with = "each")]
+    pub faults: [u8; N],
+    /// Enough wheels tell the motion.
+    pub motion_known: bool,
+    /// Wheels that are left out of the motion.
+    #[serde(with = "each")]
+    pub excluded: [bool; N],
+    /// Where the vehicle is by its wheels: x \[m\], y \[m\], yaw \[rad\].
+    #[serde(with = "each")]
+    pub pose: [f32; 3],
+}
+
+impl<const N: usize> DriveReport<N> {
+    /// Where nothing watches over the loops: normal, no fault, every wheel in, the pose at the origin.
+    ///
+    /// ```
+    /// assert_eq!(omni_link::DriveReport::<7>::of_loops().faults, [0; 7]);
+    /// ```
+    #[must_use]
+    pub const fn of_loops() -> Self {
+        Self {
+            mode: 0,
+            faults: [0; N],
+            motion_known: true,
+            excluded: [false; N],
+            pose: [0.0; 3],
+        }
+    }
 }
 
 impl<const N: usize> Answer<N> {
@@ -167,6 +213,7 @@ impl<const N: usize> Answer<N> {
             sample: ControlSample::zero(),
             estimated: BodyTwist::zero(),
             residual: WheelVelocities::zero(),
+            drive: DriveReport::of_loops(),
         }
     }
 }

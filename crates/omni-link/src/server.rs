@@ -3,18 +3,19 @@
 #[cfg(test)]
 mod tests;
 
-use omni_core::{ControlSample, ControlState, Controller, TwistLimiter, TwistLimiterState, WheelTorques};
+use omni_core::{ControlSample, WheelTorques};
 
 use crate::{
-    Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, ToController, decode, encode,
+    Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served, ToController, decode,
+    encode,
 };
 
-/// Answers frames with a controller of `N` wheels: the loops' state, the guard and the last answer, at most
-/// 75 `N` + 80 bytes. Needs no buffers but the two it is given.
+/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]): that state, the guard and the last
+/// answer, with [`Loops`](crate::Loops) at most 76 `N` + 120 bytes. Needs no buffers but the two it is given.
 ///
 /// ```
 /// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
-/// use omni_link::{Action, Answer, FromController, Receiver, Request, Server, ToController};
+/// use omni_link::{Action, Answer, FromController, Loops, Receiver, Request, Server, ToController};
 /// use omni_link::{answer_frame, decode, encode, request_frame};
 /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
 /// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
@@ -23,7 +24,8 @@ use crate::{
 /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
 /// let any = AxisLimits::unlimited();
 /// let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-/// let mut server = Server::<4>::new(0x1234_5678, 1000);
+/// let loops = Loops { controller: &controller, limiter: &limiter };
+/// let mut server = Server::new(0x1234_5678, 1000);
 /// let (mut receiver, mut out) = (Receiver::<{ request_frame(4) }>::new(), [0; answer_frame(4)]);
 ///
 /// // What comes from the wire: wheels that turn with 2 rad/s are to stand still.
@@ -32,7 +34,7 @@ use crate::{
 /// encode(&ToController::Request(request), &mut wire);
 /// for byte in wire {
 ///     if let Some(frame) = receiver.push(byte) {
-///         server.answer(&controller, &limiter, frame, &mut out); // and what it returns goes to the wire
+///         server.answer(&loops, frame, &mut out); // and what it returns goes to the wire
 ///     }
 /// }
 /// let Ok(FromController::Answer(answer)) = decode::<FromController<Answer<4>>>(&mut out) else { panic!() };
@@ -41,15 +43,15 @@ use crate::{
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Server<const N: usize> {
+pub struct Server<T, const N: usize> {
     greeting: Greeting,
-    limited: TwistLimiterState<f32>,
-    state: ControlState<f32, N>,
+    /// None before the first restart.
+    state: Option<T>,
     guard: Guard,
     answer: Answer<N>,
 }
 
-impl<const N: usize> Server<N> {
+impl<T, const N: usize> Server<T, N> {
     /// Stopped, for a controller of control period `period_us` \[us\] whose constants have this digest.
     #[must_use]
     pub const fn new(digest: u32, period_us: u32) -> Self {
@@ -60,27 +62,25 @@ impl<const N: usize> Server<N> {
                 period_us,
                 digest,
             },
-            limited: TwistLimiterState::new(),
-            state: ControlState::new(),
+            state: None,
             guard: Guard::new(),
             answer: Answer::stopped(),
         }
     }
 
     /// Answers one frame: `received` without its closing zero, or with it; its bytes are used up. Always the same
-    /// `controller` and `limiter`, which the command goes through. Returns the answer's frame at the front of `out`, nothing only where `out` is shorter than
+    /// `served`. Returns the answer's frame at the front of `out`, nothing only where `out` is shorter than
     /// [`answer_frame`](crate::answer_frame)`(N)`.
     pub fn answer<'a>(
         &mut self,
-        controller: &Controller<f32, N>,
-        limiter: &TwistLimiter<f32>,
+        served: &impl Served<N, State = T>,
         received: &mut [u8],
         out: &'a mut [u8],
     ) -> &'a [u8] {
         let message = match decode(received) {
             Ok(ToController::Hello) => FromController::Greeting(self.greeting),
             Ok(ToController::Request(request)) => {
-                self.take(controller, limiter, &request);
+                self.take(served, &request);
                 FromController::Answer(&self.answer)
             }
             Err(error) => {
@@ -92,23 +92,19 @@ impl<const N: usize> Server<N> {
         encode(&message, out).unwrap_or_default()
     }
 
-    fn take(&mut self, controller: &Controller<f32, N>, limiter: &TwistLimiter<f32>, request: &Request<N>) {
+    fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>) {
         let action = if request.restart {
             self.guard.restart(request.sequence);
-            (self.limited, self.state) = (TwistLimiterState::new(), ControlState::new());
+            self.state = Some(served.start());
             Action::Step
         } else {
             self.guard.received(request.sequence)
         };
-        if action == Action::Step {
-            let measured = request.measured_rad_s.into();
-            let Answer { sample, .. } = &mut self.answer;
-            let command = limiter.step(&mut self.limited, &request.command);
-            controller.step_into(&mut self.state, &command, &measured, sample);
-            // As the loops took them: a reading that is no number counts as 0, and no answer holds one.
-            let measured = sample.wheels.measured;
-            self.answer.estimated = controller.kinematics().forward(&measured);
-            self.answer.residual = controller.kinematics().residual(&measured);
+        // Before the first restart the guard is stopped.
+        if action == Action::Step
+            && let Some(state) = &mut self.state
+        {
+            served.step(state, request, &mut self.answer);
         }
         self.settle(action);
         self.answer.sequence = request.sequence;

@@ -30,6 +30,102 @@ typedef uint8_t omni_integral;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// What gives way when a wheel would have to turn faster than it can.
+enum omni_desaturation
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Everything: the whole twist is scaled by one factor, so that the path stays the same.
+  OMNI_DESATURATION_UNIFORM,
+  // Translation: the yaw rate is kept as far as it is possible alone, the rest goes to translation, in its direction.
+  OMNI_DESATURATION_YAW_FIRST,
+  // The yaw rate: translation is kept as far as it is possible alone, the rest goes to yaw.
+  OMNI_DESATURATION_TRANSLATION_FIRST,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_desaturation omni_desaturation;
+#else
+typedef uint8_t omni_desaturation;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// How far the vehicle can be relied on.
+enum omni_drive_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Every wheel drives and is believed.
+  OMNI_DRIVE_MODE_NORMAL = 0,
+  // A wheel is let go, lifted or left out; the others move the vehicle as commanded.
+  OMNI_DRIVE_MODE_DEGRADED = 1,
+  // Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
+  // deceleration. Latched until `DriveState::release_safe_stop`.
+  OMNI_DRIVE_MODE_SAFE_STOP = 2,
+  // Somebody asked for it with `DriveState::emergency_stop`; latched until
+  // `DriveState::release_emergency_stop`.
+  OMNI_DRIVE_MODE_EMERGENCY_STOP = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_drive_mode omni_drive_mode;
+#else
+typedef uint8_t omni_drive_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Why the twist is what it is.
+enum omni_command_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // No command since the start or since the release of an emergency stop: rest, or on the way there.
+  OMNI_COMMAND_STATUS_IDLE,
+  // The twist is the command.
+  OMNI_COMMAND_STATUS_FOLLOWING,
+  // The limits keep the twist from the command, or still do.
+  OMNI_COMMAND_STATUS_LIMITED,
+  // The last command is too old: rest, or on the way there.
+  OMNI_COMMAND_STATUS_TIMED_OUT,
+  // The emergency stop is latched: rest, or on the way there.
+  OMNI_COMMAND_STATUS_EMERGENCY_STOP,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_command_status omni_command_status;
+#else
+typedef uint8_t omni_command_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What is wrong with a wheel.
+enum omni_fault
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Its reading is NaN, infinite, or beyond 1e6 rad/s.
+  OMNI_FAULT_NOT_A_NUMBER = 1,
+  // Its reading jumps further in one period than a wheel can.
+  OMNI_FAULT_JUMP = 2,
+  // Its reading never changes although the vehicle moves, or although the motor pulls with all it has.
+  OMNI_FAULT_STUCK = 3,
+  // It has not been heard from for too long.
+  OMNI_FAULT_SILENT = 4,
+  // It has been declared lost.
+  OMNI_FAULT_LOST = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_fault omni_fault;
+#else
+typedef uint8_t omni_fault;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // For how many periods in a row each wheel has asked for more than the same limit: what keeps integrals from winding up
 // waits for 8. Wheel i is bit i; at most 32 wheels.
 typedef struct {
@@ -432,6 +528,120 @@ typedef struct {
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
+  float integral_n_m[6];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[6];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[6];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[6];
+  // There was a step before.
+  bool started[6];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
+  uint32_t held;
+  // Heat of that [N^2.m^2.s].
+  omni_sum held_heat_n2m2s;
+  // Periods that they fell since then.
+  float bled_periods;
+} omni6_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[6];
+} omni6_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[6];
+} omni6_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[6];
+  // Highest torque of each, >= 0.
+  float upper_n_m[6];
+} omni6_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni6_velocities reference;
+  // Measurement y; 0 for a wheel that is not `active`.
+  omni6_velocities measured;
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  bool active[6];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReference`.
+  float p_n_m[6];
+  // Integral term, likewise.
+  float i_n_m[6];
+  // Derivative term, likewise.
+  float d_n_m[6];
+  // Feed-forward, likewise.
+  float ff_n_m[6];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni6_torques requested;
+  // Torque to apply, always within the limits.
+  omni6_torques applied;
+  // Limits at the present velocities.
+  omni6_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[6];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+} omni6_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni6_wheel_sample wheels;
+} omni6_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[6][3];
+  float forward[3][6];
+  float weights[6];
+} omni6_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[6];
+  float slope[6];
+  float cap[6];
+  // No limit depends on the velocity.
+  bool constant;
+} omni6_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni6_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni6_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni6_kinematics kinematics;
+  omni6_loops wheels;
+} omni6_controller;
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
   float integral_n_m[7];
   // Derivative term of each wheel [N.m], after its filter.
   float derivative_n_m[7];
@@ -642,6 +852,517 @@ typedef struct {
   omni_rate_limiter_state axes[3];
 } omni_limiter_state;
 
+// Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
+// the limits and stops in an emergency. What changes from step to step is in `ShaperState`.
+//
+// A refused command counts as none: the last good one stays in force until it expires. A command that expires is
+// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
+// commands are followed from the velocity reached.
+typedef struct {
+  omni_limiter limiter;
+  // The highest age at which a command counts.
+  uint32_t oldest;
+  // Linear and yaw speed that an emergency stop takes a period.
+  float emergency_steps[2];
+} omni_shaper;
+
+// When a wheel counts as slipping. Hysteresis in size and time. Checked by `SlipDetector::new`.
+typedef struct {
+  // Slip [rad/s] of the actuator above which a wheel is suspected, 1e-9 or more; infinite never.
+  float enter_rad_s;
+  // Slip [rad/s] below which it is trusted again, 0 to `enter_rad_s`.
+  float leave_rad_s;
+  // Control periods in a row that a wheel must be suspected before it is left out, 1 to 65535.
+  uint16_t enter_periods;
+  // Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
+  uint16_t leave_periods;
+} omni_slip_config;
+
+// Finds the wheel that slips and estimates the motion without it.
+typedef struct {
+  omni_slip_config config;
+} omni_slip_detector;
+
+// When a reading is not believed. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
+// Checked by `FaultMonitor::new`.
+typedef struct {
+  // Largest change [rad/s] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
+  // believed is held back.
+  float jump_rad_s;
+  // Periods a jump is bridged with the last reading believed; then the wheel is faulty. Good readings between jumps count
+  // against jumps one by one. 1 to 65535.
+  uint16_t jump_periods;
+  // A reading that stays exactly the same while what the other wheels say of it moves by more than this [rad/s] is
+  // stuck, 1e-9 or more. Also how well a faulty wheel must agree with the others to be believed again.
+  float stuck_rad_s;
+  // A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
+  // [N.m] is stuck, 1e-9 or more: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
+  // a dead encoder.
+  float stuck_torque_n_m;
+  // Periods of evidence in a row that make a reading stuck, 2 to 65535.
+  uint16_t stuck_periods;
+  // Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
+  uint16_t silent_periods;
+  // Good readings in a row after which a faulty wheel (never one declared lost) is believed again, 1 to 65535: readings
+  // without a jump that agree with the other wheels as far as these can tell, from a stuck wheel readings that change.
+  uint16_t recovery_periods;
+} omni_fault_config;
+
+// Watches the readings of all wheels. Immutable; what changes is in `FaultState`.
+typedef struct {
+  omni_fault_config config;
+} omni_fault_monitor;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni3_odometry;
+
+// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[3];
+  omni_desaturation gives_way;
+} omni3_speed_limits;
+
+// Grows a `PoseCovariance` along with the pose. Immutable.
+//
+// `P' = F P F^T + G (J diag(q) J^T) G^T`, F and G being the derivatives of the exact step by the pose and by the
+// displacement, and J the forward map.
+//
+// What it is not: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel that always
+// slips the same way give errors that grow with the way, not with its root, and are not in here. Wheels are taken as
+// independent. To first order: beyond a yaw deviation of some 0.3 rad the true distribution is no longer an ellipse. It only
+// grows; to take in a measurement is a filter's business.
+//
+// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and what a step adds is lost
+// once it is below 6e-8 of what is there, after some ten million. Step it every tenth period, with the increments
+// summed, where that matters.
+//
+// The usual name: first-order propagation of errors, the prediction of an extended Kalman filter.
+typedef struct {
+  // k^2 [rad].
+  float per_rad;
+  // g.
+  float per_residual;
+} omni_covariance_growth;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+typedef struct {
+  omni3_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni3_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni3_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni3_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[132];
+} omni3_drive_state;
+
+// Position and heading of the vehicle's origin in the world.
+typedef struct {
+  // World x [m].
+  float x_m;
+  // World y [m].
+  float y_m;
+  // Heading [rad], 0 along world x (counter-clockwise is +).
+  float yaw_rad;
+} omni_pose;
+
+// What a step tells. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni3_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni3_torques requested;
+  // References of the loops [rad/s].
+  omni3_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni3_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels tell the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
+  uint8_t faults[3];
+  // The wheel was controlled. One that is not has no torque.
+  bool active[3];
+  // The requested torque is outside the limits.
+  bool saturated[3];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[3];
+} omni3_drive_output;
+
+// What arrived since the period before.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  omni3_velocities measured;
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The encoder's reading arrived.
+  bool heard[3];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[3];
+} omni3_drive_input;
+
+// How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
+typedef struct {
+  // Of x [m].
+  float x_m;
+  // Of y [m].
+  float y_m;
+  // Of the heading [rad].
+  float yaw_rad;
+} omni_deviations;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni4_odometry;
+
+// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[4];
+  omni_desaturation gives_way;
+} omni4_speed_limits;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+typedef struct {
+  omni4_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni4_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni4_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni4_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[160];
+} omni4_drive_state;
+
+// What a step tells. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni4_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni4_torques requested;
+  // References of the loops [rad/s].
+  omni4_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni4_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels tell the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
+  uint8_t faults[4];
+  // The wheel was controlled. One that is not has no torque.
+  bool active[4];
+  // The requested torque is outside the limits.
+  bool saturated[4];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[4];
+} omni4_drive_output;
+
+// What arrived since the period before.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  omni4_velocities measured;
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The encoder's reading arrived.
+  bool heard[4];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[4];
+} omni4_drive_input;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni6_odometry;
+
+// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[6];
+  omni_desaturation gives_way;
+} omni6_speed_limits;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+typedef struct {
+  omni6_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni6_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni6_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni6_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[216];
+} omni6_drive_state;
+
+// What a step tells. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni6_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni6_torques requested;
+  // References of the loops [rad/s].
+  omni6_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni6_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels tell the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
+  uint8_t faults[6];
+  // The wheel was controlled. One that is not has no torque.
+  bool active[6];
+  // The requested torque is outside the limits.
+  bool saturated[6];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[6];
+} omni6_drive_output;
+
+// What arrived since the period before.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  omni6_velocities measured;
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The encoder's reading arrived.
+  bool heard[6];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[6];
+} omni6_drive_input;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni7_odometry;
+
+// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[7];
+  omni_desaturation gives_way;
+} omni7_speed_limits;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+typedef struct {
+  omni7_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni7_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni7_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni7_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[244];
+} omni7_drive_state;
+
+// What a step tells. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni7_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni7_torques requested;
+  // References of the loops [rad/s].
+  omni7_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni7_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels tell the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
+  uint8_t faults[7];
+  // The wheel was controlled. One that is not has no torque.
+  bool active[7];
+  // The requested torque is outside the limits.
+  bool saturated[7];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[7];
+} omni7_drive_output;
+
+// What arrived since the period before.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  omni7_velocities measured;
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The encoder's reading arrived.
+  bool heard[7];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[7];
+} omni7_drive_input;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -692,6 +1413,29 @@ bool omni4_estimate(const omni4_controller *controller,
                     const omni4_velocities *measured,
                     omni_twist *twist);
 
+// Makes the state and the sample of a six-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni6_init(omni6_state *state, omni6_sample *sample);
+
+// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
+bool omni6_step(const omni6_controller *controller,
+                omni6_state *state,
+                const omni_twist *command,
+                const omni6_velocities *measured,
+                omni6_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a six-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni6_estimate(const omni6_controller *controller,
+                    const omni6_velocities *measured,
+                    omni_twist *twist);
+
 // Makes the state and the sample of a seven-wheel vehicle ready for the first step.
 //
 // Returns false, and does nothing, where a pointer is null.
@@ -723,6 +1467,190 @@ bool omni_limit(const omni_limiter *limiter,
                 omni_limiter_state *state,
                 const omni_twist *command,
                 omni_twist *limited);
+
+// Makes the state and the output of a three-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni3_drive_init(const omni3_drive *drive,
+                      omni3_drive_state *state,
+                      omni3_drive_output *output);
+
+// One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni3_drive_step(const omni3_drive *drive,
+                      omni3_drive_state *state,
+                      const omni3_drive_input *input,
+                      omni3_drive_output *output);
+
+// Brings a three-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni3_drive_emergency_stop(omni3_drive_state *state);
+
+// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni3_drive_release_emergency_stop(omni3_drive_state *state);
+
+// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni3_drive_release_safe_stop(omni3_drive_state *state);
+
+// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+//
+// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
+bool omni3_drive_reset_pose(omni3_drive_state *state,
+                            float x_m,
+                            float y_m,
+                            float yaw_rad);
+
+// How far the pose may be off.
+//
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni3_drive_deviations(omni3_drive_state *state, omni_deviations *deviations);
+
+// Makes the state and the output of a four-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni4_drive_init(const omni4_drive *drive,
+                      omni4_drive_state *state,
+                      omni4_drive_output *output);
+
+// One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni4_drive_step(const omni4_drive *drive,
+                      omni4_drive_state *state,
+                      const omni4_drive_input *input,
+                      omni4_drive_output *output);
+
+// Brings a four-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni4_drive_emergency_stop(omni4_drive_state *state);
+
+// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni4_drive_release_emergency_stop(omni4_drive_state *state);
+
+// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni4_drive_release_safe_stop(omni4_drive_state *state);
+
+// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+//
+// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
+bool omni4_drive_reset_pose(omni4_drive_state *state,
+                            float x_m,
+                            float y_m,
+                            float yaw_rad);
+
+// How far the pose may be off.
+//
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni4_drive_deviations(omni4_drive_state *state, omni_deviations *deviations);
+
+// Makes the state and the output of a six-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni6_drive_init(const omni6_drive *drive,
+                      omni6_drive_state *state,
+                      omni6_drive_output *output);
+
+// One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni6_drive_step(const omni6_drive *drive,
+                      omni6_drive_state *state,
+                      const omni6_drive_input *input,
+                      omni6_drive_output *output);
+
+// Brings a six-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni6_drive_emergency_stop(omni6_drive_state *state);
+
+// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni6_drive_release_emergency_stop(omni6_drive_state *state);
+
+// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni6_drive_release_safe_stop(omni6_drive_state *state);
+
+// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+//
+// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
+bool omni6_drive_reset_pose(omni6_drive_state *state,
+                            float x_m,
+                            float y_m,
+                            float yaw_rad);
+
+// How far the pose may be off.
+//
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni6_drive_deviations(omni6_drive_state *state, omni_deviations *deviations);
+
+// Makes the state and the output of a seven-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni7_drive_init(const omni7_drive *drive,
+                      omni7_drive_state *state,
+                      omni7_drive_output *output);
+
+// One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni7_drive_step(const omni7_drive *drive,
+                      omni7_drive_state *state,
+                      const omni7_drive_input *input,
+                      omni7_drive_output *output);
+
+// Brings a seven-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni7_drive_emergency_stop(omni7_drive_state *state);
+
+// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni7_drive_release_emergency_stop(omni7_drive_state *state);
+
+// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+//
+// Returns false, and does nothing, where the pointer is null or the state was not made ready.
+bool omni7_drive_release_safe_stop(omni7_drive_state *state);
+
+// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+//
+// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
+bool omni7_drive_reset_pose(omni7_drive_state *state,
+                            float x_m,
+                            float y_m,
+                            float yaw_rad);
+
+// How far the pose may be off.
+//
+// Returns false, and does nothing, where a pointer is null or the state was not made ready.
+bool omni7_drive_deviations(omni7_drive_state *state, omni_deviations *deviations);
 
 #ifdef __cplusplus
 }  // extern "C"

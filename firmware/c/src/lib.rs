@@ -4,6 +4,8 @@
 //! place, below.
 #![no_std]
 
+mod drive;
+
 use core::mem::MaybeUninit;
 
 use omni_core::{
@@ -136,6 +138,45 @@ pub extern "C" fn omni4_step(
 pub extern "C" fn omni4_estimate(
     controller: Option<&Controller<f32, 4>>,
     measured: Option<&WheelVelocities<f32, 4>>,
+    twist: Option<&mut BodyTwist<f32>>,
+) -> bool {
+    estimate(controller, measured, twist)
+}
+
+/// Makes the state and the sample of a six-wheel vehicle ready for the first step.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni6_init(
+    state: Option<&mut MaybeUninit<ControlState<f32, 6>>>,
+    sample: Option<&mut MaybeUninit<ControlSample<f32, 6>>>,
+) -> bool {
+    init(state, sample)
+}
+
+/// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+/// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+///
+/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni6_step(
+    controller: Option<&Controller<f32, 6>>,
+    state: Option<&mut ControlState<f32, 6>>,
+    command: Option<&BodyTwist<f32>>,
+    measured: Option<&WheelVelocities<f32, 6>>,
+    sample: Option<&mut ControlSample<f32, 6>>,
+) -> bool {
+    step(controller, state, command, measured, sample)
+}
+
+/// The motion that the measured wheel velocities [rad/s] of a six-wheel vehicle amount to, by least squares.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni6_estimate(
+    controller: Option<&Controller<f32, 6>>,
+    measured: Option<&WheelVelocities<f32, 6>>,
     twist: Option<&mut BodyTwist<f32>>,
 ) -> bool {
     estimate(controller, measured, twist)

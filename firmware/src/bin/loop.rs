@@ -1,4 +1,5 @@
-//! The controller's side of the processor in the loop: frames come in and go out through the semihosting console.
+//! The controller's side of the processor in the loop: frames come in and go out through the semihosting console. A scenario with
+//! a `[drive]` gets its drive served, another one its loops.
 //!
 //! Works in lock-step: reads until a frame is whole, answers it, reads on. The host's clock is the only one. On a board the
 //! same [`Server`] sits behind a serial line, and a timer calls [`Server::missed`].
@@ -6,13 +7,13 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use omni_firmware::constants::{CONTROLLER, DIGEST, LIMITER, PERIOD_US, WHEELS};
+use omni_firmware::constants::{DIGEST, PERIOD_US, SERVED, ServedState, WHEELS};
 use omni_firmware::platform::{Link, exit};
 use omni_link::{Receiver, Server, answer_frame, request_frame};
 
 #[entry]
 fn main() -> ! {
-    static mut SERVER: Server<WHEELS> = Server::new(DIGEST, PERIOD_US);
+    static mut SERVER: Server<ServedState, WHEELS> = Server::new(DIGEST, PERIOD_US);
     static mut RECEIVER: Receiver<{ request_frame(WHEELS) }> = Receiver::new();
     static mut ANSWER: [u8; answer_frame(WHEELS)] = [0; answer_frame(WHEELS)];
     let Some(mut link) = Link::open() else { exit(false) };
@@ -21,7 +22,7 @@ fn main() -> ! {
     while let Some(bytes) = link.read(&mut bytes) {
         for &byte in bytes {
             if let Some(frame) = RECEIVER.push(byte)
-                && !link.write(SERVER.answer(&CONTROLLER, &LIMITER, frame, ANSWER))
+                && !link.write(SERVER.answer(&SERVED, frame, ANSWER))
             {
                 exit(false)
             }

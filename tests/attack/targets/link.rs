@@ -3,7 +3,7 @@
 use arbitrary::Unstructured;
 use omni_core::{Controller, TorqueLimit, TwistLimiter};
 use omni_link::{
-    Answer, FromController, Receiver, Request, Server, ToController, answer_frame, decode, encode,
+    Answer, FromController, Loops, Receiver, Request, Server, ToController, answer_frame, decode, encode,
     request_frame,
 };
 
@@ -32,7 +32,11 @@ fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstr
     let Ok(controller) = Controller::new(&layout, control) else {
         return 0;
     };
-    let mut server = Server::<N>::new(1, 1000);
+    let loops = Loops {
+        controller: &controller,
+        limiter: &limiter,
+    };
+    let mut server = Server::new(1, 1000);
     let (mut receiver, mut out) = (Receiver::<REQUEST>::new(), [0; ANSWER]);
     let (mut sequence, mut frames) = (0_u32, 0);
     while !u.is_empty() {
@@ -44,7 +48,7 @@ fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstr
                 continue;
             };
             frames += 1;
-            let answered = server.answer(&controller, &limiter, frame, &mut out).len();
+            let answered = server.answer(&loops, frame, &mut out).len();
             assert!(answered > 0, "no answer");
             let answer = decode::<FromController<Answer<N>>>(&mut out[..answered]);
             match answer.expect("an answer is a message") {

@@ -8,7 +8,7 @@ use super::Values;
 use crate::{Error, Scenario};
 
 /// Wheel counts that `omnistep.h` has types for.
-const COUNTS: [usize; 3] = [3, 4, 7];
+const COUNTS: [usize; 4] = [3, 4, 6, 7];
 
 /// The header of a scenario.
 pub(super) fn source(
@@ -22,11 +22,15 @@ pub(super) fn source(
         return Err(Error::Key {
             file: format!("vehicle {vehicle}"),
             key: "wheel".into(),
-            message: format!("{count} wheels, allowed for C: 3, 4 or 7"),
+            message: format!("{count} wheels, allowed for C: 3, 4, 6 or 7"),
         });
     }
     let controller = initialiser(&*values.controller);
     let limiter = initialiser(&values.limiter);
+    let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
+        let drive = initialiser(&**drive);
+        format!("static const omni{count}_drive OMNI_DRIVE = {drive};\n")
+    });
     Ok(format!(
         "/* Generated from the vehicle file; not to be edited. */\n\
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
@@ -34,7 +38,7 @@ pub(super) fn source(
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\
          static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
-         static const omni_limiter OMNI_LIMITER = {limiter};\n\
+         static const omni_limiter OMNI_LIMITER = {limiter};\n{drive}\
          #endif\n"
     ))
 }

@@ -85,7 +85,41 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
             .contains("Controller<f32, 8>")
     );
     let error = scenario.constants(Language::C).expect_err("no type").to_string();
-    assert_eq!(error, "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4 or 7");
+    assert_eq!(
+        error,
+        "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4, 6 or 7"
+    );
+}
+
+#[test]
+fn a_scenario_with_a_drive_has_it_as_a_constant_in_both_languages() {
+    let source = |overrides: &[&str], language| {
+        let overrides = overrides
+            .iter()
+            .map(|text| Override::parse(text).expect("valid"))
+            .collect::<Vec<_>>();
+        let scenario = Scenario::load("flat", &overrides).expect("valid");
+        scenario.constants(language).expect("a known wheel count")
+    };
+    for plain in [source(&[], Language::C), source(&[], Language::Rust)] {
+        assert!(!plain.contains("DRIVE"), "{plain}");
+    }
+    let limited = ["drive.speed_limit_rad_s=6"];
+    assert!(source(&limited, Language::Rust).contains("pub static DRIVE: omni_core::Drive<f32, 7> ="));
+    let header = source(&limited, Language::C);
+    // Of both optional parts one is there.
+    for line in [
+        "static const omni7_drive OMNI_DRIVE = {",
+        ".limits_speed = true,",
+        ".limit_rad_s = {6.0f, ",
+        ".gives_way = OMNI_DESATURATION_UNIFORM,",
+        ".grows_covariance = false,",
+        ".oldest = 500,", // a time-out of 0.5 s in periods of 1 ms
+    ] {
+        assert!(header.contains(line), "{line}: {header}");
+    }
+    let six = source(&["vehicle=rocker_bogie6", "drive.discretize=true"], Language::C);
+    assert!(six.contains("static const omni6_drive OMNI_DRIVE = {"), "{six}");
 }
 
 #[test]

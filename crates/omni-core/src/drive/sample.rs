@@ -28,18 +28,32 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum DriveMode {
     /// Every wheel drives and is believed.
-    Normal,
+    Normal = 0,
     /// A wheel is let go, lifted or left out; the others move the vehicle as commanded.
-    Degraded,
+    Degraded = 1,
     /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
     /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::DriveState::release_safe_stop).
-    SafeStop,
+    SafeStop = 2,
     /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until
     /// [`DriveState::release_emergency_stop`](crate::DriveState::release_emergency_stop).
-    EmergencyStop,
+    EmergencyStop = 3,
+}
+
+impl DriveMode {
+    /// The number that stands for it in frames, in C and in tables: 0 to 3 in the order above. It never changes.
+    ///
+    /// ```
+    /// use omni_core::DriveMode;
+    /// assert_eq!((DriveMode::Normal.number(), DriveMode::SafeStop.number()), (0, 2));
+    /// ```
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
 }
 
 /// Every signal of one step of a [`Drive`](crate::Drive). Nothing in it is ever NaN.

@@ -7,7 +7,7 @@ use omni_core::{BodyTwist, ControlSample, WheelVelocities};
 use proptest::prelude::*;
 
 use crate::{
-    Action, Answer, Counters, FromController, Greeting, MAX_ANSWER_FRAME, Request, ToController,
+    Action, Answer, Counters, DriveReport, FromController, Greeting, MAX_ANSWER_FRAME, Request, ToController,
     answer_frame, request_frame,
 };
 
@@ -58,8 +58,16 @@ fn answer<const WHEELS: usize>(seed: u32) -> Answer<WHEELS> {
         wz_rad_s: f32::from_bits(next()),
     };
     sample.command = twist();
+    let estimated = twist();
+    let drive = DriveReport {
+        mode: (next() >> 24) as u8,
+        faults: [0; WHEELS].map(|_: u8| (next() >> 24) as u8),
+        motion_known: next() > u32::MAX / 2,
+        excluded: [0; WHEELS].map(|_| next() > u32::MAX / 2),
+        pose: [0; 3].map(|_| f32::from_bits(next())),
+    };
     Answer {
-        estimated: twist(),
+        estimated,
         sequence: seed,
         action: Action::Hold,
         counters: Counters {
@@ -69,6 +77,7 @@ fn answer<const WHEELS: usize>(seed: u32) -> Answer<WHEELS> {
         },
         sample,
         residual,
+        drive,
     }
 }
 
@@ -93,8 +102,11 @@ fn bits<const WHEELS: usize>(a: &Answer<WHEELS>) -> Vec<u32> {
         .concat()
         .into_iter()
         .chain(twists)
-        .chain([w.common_factor]);
-    let marks = w.active.into_iter().chain(w.saturated).map(u32::from);
+        .chain([w.common_factor])
+        .chain(a.drive.pose);
+    let marks = w.active.into_iter().chain(w.saturated).chain(a.drive.excluded);
+    let marks = marks.chain([a.drive.motion_known]).map(u32::from);
+    let numbers = a.drive.faults.into_iter().chain([a.drive.mode]).map(u32::from);
     let Counters {
         lost,
         truncated,
@@ -103,6 +115,7 @@ fn bits<const WHEELS: usize>(a: &Answer<WHEELS>) -> Vec<u32> {
     floats
         .map(f32::to_bits)
         .chain(marks)
+        .chain(numbers)
         .chain([a.sequence, a.action as u32, lost, truncated, corrupted])
         .collect()
 }

@@ -3,26 +3,34 @@ use super::*;
 use std::vec::Vec;
 
 use omni_core::{
-    AxisLimits, BodyTwist, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig,
+    AxisLimits, BodyTwist, ControlState, Controller, Coordination, Drive, DriveConfig, DriveInput, DriveMode,
+    DriveState, Fault, PidConfig, PidGains, TorqueLimit, TwistLimiter, TwistLimits, WheelControlConfig,
     WheelLayout,
 };
 
-use crate::{FrameError, HOLD_PERIODS, answer_frame, request_frame};
+use crate::{DriveReport, FrameError, HOLD_PERIODS, Loops, LoopsState, answer_frame, request_frame};
 
 const N: usize = 4;
 
-fn controller() -> Controller<f32, N> {
+fn layout() -> WheelLayout<f32, N> {
+    WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid")
+}
+
+fn control() -> WheelControlConfig<f32, N> {
     let gains = PidGains {
         kp_n_m_s_rad: 0.3,
         ki_n_m_rad: 2.0,
         kd_n_m_s2_rad: 0.0,
     };
-    let config = WheelControlConfig {
+    WheelControlConfig {
         pid: PidConfig::new(gains, 1e-3),
         limits: [TorqueLimit::constant(2.0).expect("valid"); N],
         coordination: Coordination::synchronised(),
-    };
-    Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid"), config).expect("valid")
+    }
+}
+
+fn controller() -> Controller<f32, N> {
+    Controller::new(&layout(), control()).expect("valid")
 }
 
 /// No more than 0.05 m/s sideways.
@@ -51,7 +59,7 @@ fn request(sequence: u32, restart: bool) -> Request<N> {
 
 /// A server and its wire.
 struct Bench {
-    server: Server<N>,
+    server: Server<LoopsState<N>, N>,
     controller: Controller<f32, N>,
     limiter: TwistLimiter<f32>,
 }
@@ -67,10 +75,11 @@ impl Bench {
 
     fn raw(&mut self, received: &mut [u8]) -> FromController<Answer<N>> {
         let mut out = [0; answer_frame(N)];
-        let mut answer = self
-            .server
-            .answer(&self.controller, &self.limiter, received, &mut out)
-            .to_vec();
+        let loops = Loops {
+            controller: &self.controller,
+            limiter: &self.limiter,
+        };
+        let mut answer = self.server.answer(&loops, received, &mut out).to_vec();
         decode(&mut answer).expect("always answers")
     }
 
@@ -241,23 +250,19 @@ fn a_request_that_repeats_itself_is_not_stepped_twice() {
 fn a_short_buffer_is_left_without_an_answer() {
     let mut bench = Bench::new();
     let mut out = [0; answer_frame(N) - 8];
-    assert!(
-        bench
-            .server
-            .answer(&bench.controller, &bench.limiter, &mut [1], &mut out)
-            .is_empty()
-    );
+    let loops = Loops {
+        controller: &bench.controller,
+        limiter: &bench.limiter,
+    };
+    assert!(bench.server.answer(&loops, &mut [1], &mut out).is_empty());
 }
 
 #[test]
 fn a_server_of_seven_wheels_is_small() {
-    // State 4 numbers a wheel, and 5 words in whose bits overloads of all wheels are counted; answer 11 numbers and 2 marks a
-    // wheel: what is not stated in the docs is new.
-    assert!(
-        core::mem::size_of::<Server<7>>() <= 74 * 7 + 5 * 4 + 80,
-        "{}",
-        core::mem::size_of::<Server<7>>()
-    );
+    // State 4 numbers a wheel, and 5 words in whose bits overloads of all wheels are counted; answer 11 numbers, 2 marks and 2
+    // bytes of the report a wheel: what is not stated in the docs is new.
+    let bytes = core::mem::size_of::<Server<LoopsState<7>, 7>>();
+    assert!(bytes <= 76 * 7 + 5 * 4 + 80 + 20, "{bytes}");
 }
 
 #[test]
@@ -292,4 +297,102 @@ fn every_damaged_request_is_answered_and_none_is_stepped() {
         "{corrupted} of {}",
         outcomes.len()
     );
+}
+
+/// A drive that lets a silent wheel go after 3 periods, and a command after 5.
+fn drive() -> Drive<f32, N> {
+    let mut config = DriveConfig::new(layout(), control());
+    config.shaping.timeout_s = Some(5e-3);
+    let mut faults = omni_core::FaultConfig::unchecked();
+    faults.silent_periods = 3;
+    config.faults = Some(faults);
+    Drive::new(config).expect("valid")
+}
+
+/// One frame to a server of a drive, and its answer.
+fn ask_drive(
+    server: &mut Server<DriveState<f32, N>, N>,
+    drive: &Drive<f32, N>,
+    asked: Request<N>,
+) -> Answer<N> {
+    let (mut frame, mut out) = ([0; request_frame(N)], [0; answer_frame(N)]);
+    encode(&ToController::Request(asked), &mut frame);
+    let mut answer = server.answer(drive, &mut frame, &mut out).to_vec();
+    match decode(&mut answer).expect("always answers") {
+        FromController::Answer(answer) => answer,
+        FromController::Greeting(_) => panic!("not asked for"),
+    }
+}
+
+#[test]
+fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
+    let (drive, mut server) = (drive(), Server::new(7, 1000));
+    let mut state = DriveState::new(&drive);
+    for k in 1..50 {
+        // Wheel 2 is silent for a while; commands end at some time.
+        let mut asked = request(k, k == 1);
+        if (20..30).contains(&k) {
+            asked.measured_rad_s[1] = f32::NAN;
+        }
+        if k >= 35 {
+            asked.command = BodyTwist::from_array([f32::NAN; 3]);
+        }
+        let mut input = DriveInput::measured(&asked.measured_rad_s.into());
+        if (20..30).contains(&k) {
+            input.readings_rad_s[1] = None;
+        }
+        input.command = (k < 35).then_some(asked.command);
+        let (answer, sample) = (
+            ask_drive(&mut server, &drive, asked),
+            drive.step(&mut state, &input),
+        );
+        assert_eq!((answer.sequence, answer.action), (k, Action::Step));
+        assert_eq!(answer.sample.command, sample.shaped.twist);
+        assert_eq!(answer.sample.wheels, sample.wheels);
+        assert_eq!(
+            (answer.estimated, answer.residual),
+            (sample.slip.estimated, sample.slip.residual)
+        );
+        let report = DriveReport {
+            mode: sample.mode.number(),
+            faults: sample.faults.map(|fault| fault.map_or(0, Fault::number)),
+            motion_known: sample.motion_known,
+            excluded: sample.slip.excluded,
+            pose: [sample.pose.x_m, sample.pose.y_m, sample.pose.yaw_rad],
+        };
+        assert_eq!(answer.drive, report);
+        // From its third silent period to one good reading the wheel is let go; the others drive on.
+        let silent = (22..30).contains(&k);
+        assert_eq!(answer.drive.faults[1] == Fault::Silent.number(), silent, "{k}");
+        assert_eq!(answer.drive.mode == DriveMode::Degraded.number(), silent, "{k}");
+        // The last command came in period 34 and is good for five more.
+        assert_eq!(answer.sample.command == BodyTwist::ZERO, k >= 40, "{k}");
+    }
+}
+
+#[test]
+fn a_drive_that_sees_nothing_any_more_says_that_it_stops() {
+    let (drive, mut server) = (drive(), Server::new(7, 1000));
+    ask_drive(&mut server, &drive, request(1, true));
+    let blind = |k| Request {
+        measured_rad_s: [f32::NAN; N],
+        ..request(k, false)
+    };
+    let modes: std::vec::Vec<_> = (2..20)
+        .map(|k| {
+            let report = ask_drive(&mut server, &drive, blind(k)).drive;
+            (report.mode, report.motion_known)
+        })
+        .collect();
+    // Silent from its third period without a reading; then 10 periods of patience.
+    let (normal, degraded, stopped) = (2, 10, 6);
+    let expected = [
+        std::vec![(DriveMode::Normal.number(), true); normal],
+        std::vec![(DriveMode::Degraded.number(), false); degraded],
+        std::vec![(DriveMode::SafeStop.number(), false); stopped],
+    ];
+    assert_eq!(modes, expected.concat());
+    // A restart forgets it all.
+    let again = ask_drive(&mut server, &drive, request(50, true)).drive;
+    assert_eq!((again.mode, again.faults), (DriveMode::Normal.number(), [0; N]));
 }

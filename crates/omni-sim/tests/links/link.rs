@@ -6,7 +6,9 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use omni_link::{Counters, FrameError, HOLD_PERIODS, Receiver, Server, answer_frame, decode, request_frame};
+use omni_link::{
+    Counters, FrameError, HOLD_PERIODS, Loops, Receiver, Server, answer_frame, decode, request_frame,
+};
 use omni_sim::config::{Override, Precision, Scenario};
 use omni_sim::controller::{AnyController, DEFAULT_FIRMWARE, Link, LinkCounters, emulator};
 use omni_sim::{Error, Simulation, Trace, run, run_with_controller};
@@ -92,16 +94,17 @@ fn digest_of(scenario: &Scenario) -> u32 {
 fn serve(mut from: PipeReader, mut to: PipeWriter, scenario: &Scenario, digest: u32, frames: usize) {
     let controller = scenario.controller::<f32, N>().unwrap();
     let limiter = scenario.limiter::<f32>().unwrap();
-    let mut server = Server::<N>::new(digest, scenario.control.period_us as u32);
+    let loops = Loops {
+        controller: &controller,
+        limiter: &limiter,
+    };
+    let mut server = Server::new(digest, scenario.control.period_us as u32);
     let mut receiver = Receiver::<{ request_frame(N) }>::new();
     let (mut out, mut byte, mut answered) = ([0; answer_frame(N)], [0], 0);
     while answered < frames && from.read_exact(&mut byte).is_ok() {
         if let Some(frame) = receiver.push(byte[0]) {
             answered += 1;
-            if to
-                .write_all(server.answer(&controller, &limiter, frame, &mut out))
-                .is_err()
-            {
+            if to.write_all(server.answer(&loops, frame, &mut out)).is_err() {
                 return;
             }
         }

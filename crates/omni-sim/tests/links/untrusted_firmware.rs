@@ -6,7 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use omni_link::{
-    Answer, FromController, MAX_ANSWER_FRAME, Receiver, Server, answer_frame, decode, encode, request_frame,
+    Answer, FromController, Loops, MAX_ANSWER_FRAME, Receiver, Server, answer_frame, decode, encode,
+    request_frame,
 };
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::{AnyController, Link};
@@ -49,17 +50,21 @@ fn liar(scenario: &Scenario, mut lie: impl FnMut(Said, &mut PipeWriter) + Send +
         scenario.controller::<f32, N>().unwrap(),
         scenario.limiter().unwrap(),
     );
-    let mut server = Server::<N>::new(
+    let mut server = Server::new(
         scenario.constants_digest().unwrap(),
         scenario.control.period_us as u32,
     );
     // Long: only what is never answered takes it.
     peer(Duration::from_secs(5), move |mut from, mut to| {
+        let loops = Loops {
+            controller: &controller,
+            limiter: &limiter,
+        };
         let mut receiver = Receiver::<{ request_frame(N) }>::new();
         let (mut out, mut byte) = ([0; answer_frame(N)], [0]);
         while from.read_exact(&mut byte).is_ok() {
             if let Some(received) = receiver.push(byte[0]) {
-                server.answer(&controller, &limiter, received, &mut out);
+                server.answer(&loops, received, &mut out);
                 lie(decode(&mut out).unwrap(), &mut to);
             }
         }

@@ -1,0 +1,94 @@
+//! The steps of firmware/c/example/drive.c on this computer: the C program has to print the same hash. Its argument is the
+//! scenario that the constants are of.
+
+use omni_config::{Error, Scenario};
+use omni_core::{BodyTwist, DriveInput, DriveSample, DriveState, Fault, PlanarPose, WheelVelocities};
+
+/// FNV-1a.
+fn take_bytes(hash: u32, bytes: &[u8]) -> u32 {
+    bytes.iter().fold(hash, |hash, byte| {
+        (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
+    })
+}
+
+fn take(hash: u32, value: f32) -> u32 {
+    take_bytes(hash, &value.to_bits().to_le_bytes())
+}
+
+/// What arrives in period `k`.
+fn input(k: u32, wheels: &WheelVelocities<f32, 7>) -> DriveInput<f32, 7> {
+    let mut measured = *wheels;
+    if (2450..2550).contains(&k) {
+        measured.rad_s[4] += 5.0;
+    }
+    let mut input = DriveInput::measured(&measured);
+    let commanded = k.is_multiple_of(20) && !(1000..1600).contains(&k);
+    input.command = commanded.then_some(BodyTwist {
+        vx_m_s: if k == 3900 { f32::NAN } else { 0.6 },
+        vy_m_s: 0.1,
+        wz_rad_s: 0.2,
+    });
+    if (3200..3300).contains(&k) {
+        input.readings_rad_s = [None; 7];
+    }
+    if (2000..2200).contains(&k) {
+        input.readings_rad_s[2] = None;
+    }
+    input.lifted[6] = (2560..2590).contains(&k);
+    input
+}
+
+fn hashed(mut hash: u32, sample: &DriveSample<f32, 7>) -> u32 {
+    for i in 0..7 {
+        hash = take(hash, sample.wheels.applied.n_m[i]);
+        let fault = sample.faults[i].map_or(0, Fault::number);
+        hash = take_bytes(hash, &[fault, u8::from(sample.slip.excluded[i])]);
+    }
+    hash = take_bytes(hash, &[sample.mode.number(), u8::from(sample.motion_known)]);
+    let PlanarPose { x_m, y_m, yaw_rad } = sample.pose;
+    [x_m, y_m, yaw_rad].into_iter().fold(hash, take)
+}
+
+#[expect(clippy::print_stdout, reason = "an example speaks on standard output")]
+fn main() -> Result<(), Error> {
+    let name = std::env::args().nth(1).unwrap_or_else(|| "flat".into());
+    let scenario = Scenario::load(&name, &[])?;
+    let Some(drive) = scenario.drive::<f32, 7>()? else {
+        println!("{name} has no [drive]");
+        return Ok(());
+    };
+    let mut state = DriveState::new(&drive);
+    let (mut wheels, mut references) = (WheelVelocities::zero(), WheelVelocities::<f32, 7>::zero());
+    let (mut active, mut hash) = ([false; 7], 0x811c_9dc5);
+    for k in 0..4400 {
+        match k {
+            2600 => state.emergency_stop(),
+            3000 => state.release_emergency_stop(),
+            3700 => state.release_safe_stop(),
+            3800 => {
+                state.odometry.reset(&PlanarPose {
+                    x_m: 1.0,
+                    y_m: 2.0,
+                    yaw_rad: 0.5,
+                });
+            }
+            _ => {}
+        }
+        // Wheels take 20 ms to follow; one that is let go rolls on.
+        for i in 0..7 {
+            if active[i] {
+                wheels.rad_s[i] += 0.05 * (references.rad_s[i] - wheels.rad_s[i]);
+            }
+        }
+        let sample = drive.step(&mut state, &input(k, &wheels));
+        (references, active) = (sample.wheels.reference, sample.wheels.active);
+        hash = hashed(hash, &sample);
+    }
+    hash = state
+        .covariance
+        .standard_deviations()
+        .into_iter()
+        .fold(hash, take);
+    println!("{hash}");
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! What runs behind a link: the bare loops, or a whole [`Drive`].
+
+use omni_core::{
+    ControlState, Controller, Drive, DriveInput, DriveState, Fault, TwistLimiter, TwistLimiterState,
+};
+
+use crate::{Answer, DriveReport, Request};
+
+/// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it remembers between them.
+///
+/// ```
+/// use omni_core::BodyTwist;
+/// use omni_link::{Answer, Request, Served};
+/// /// Every wheel by itself, 0.5 N.m a rad/s, and it counts its periods.
+/// struct Brake;
+/// impl Served<2> for Brake {
+///     type State = u32;
+///     fn start(&self) -> u32 { 0 }
+///     fn step(&self, periods: &mut u32, request: &Request<2>, answer: &mut Answer<2>) {
+///         *periods += 1;
+///         answer.sample.wheels.applied.n_m = request.measured_rad_s.map(|velocity| -0.5 * velocity);
+///     }
+/// }
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0, 0.0] };
+/// let (mut periods, mut answer) = (Brake.start(), Answer::stopped());
+/// Brake.step(&mut periods, &request, &mut answer);
+/// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
+/// ```
+pub trait Served<const N: usize> {
+    /// What it remembers.
+    type State;
+
+    /// A fresh start.
+    fn start(&self) -> Self::State;
+
+    /// One control period. Writes the signals of the answer; its number, action and counters are the server's.
+    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>);
+}
+
+/// The bare loops, with the limits that the command goes through.
+///
+/// ```
+/// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
+/// use omni_link::{Answer, Loops, Request, Served};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+/// let any = AxisLimits::unlimited();
+/// let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+/// let loops = Loops { controller: &controller, limiter: &limiter };
+/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let mut answer = Answer::stopped();
+/// loops.step(&mut loops.start(), &request, &mut answer);
+/// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);
+/// assert_eq!((answer.drive.mode, answer.drive.motion_known), (0, true)); // nothing watches over it
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Loops<'a, const N: usize> {
+    /// Kinematics and loops.
+    pub controller: &'a Controller<f32, N>,
+    /// The limits of the command.
+    pub limiter: &'a TwistLimiter<f32>,
+}
+
+/// What [`Loops`] remember.
+pub type LoopsState<const N: usize> = (TwistLimiterState<f32>, ControlState<f32, N>);
+
+impl<const N: usize> Served<N> for Loops<'_, N> {
+    type State = LoopsState<N>;
+
+    fn start(&self) -> Self::State {
+        (TwistLimiterState::new(), ControlState::new())
+    }
+
+    fn step(&self, (limited, state): &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+        let measured = request.measured_rad_s.into();
+        let Answer { sample, .. } = answer;
+        let command = self.limiter.step(limited, &request.command);
+        self.controller.step_into(state, &command, &measured, sample);
+        // As the loops took them: a reading that is no number counts as 0, and no answer holds one.
+        let measured = sample.wheels.measured;
+        answer.estimated = self.controller.kinematics().forward(&measured);
+        answer.residual = self.controller.kinematics().residual(&measured);
+        answer.drive = DriveReport::of_loops();
+    }
+}
+
+/// A reading of NaN did not arrive in this period, and a command with a NaN neither: a drive counts their age.
+impl<const N: usize> Served<N> for Drive<f32, N> {
+    type State = DriveState<f32, N>;
+
+    fn start(&self) -> Self::State {
+        DriveState::new(self)
+    }
+
+    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+        let mut input = DriveInput::measured(&request.measured_rad_s.into());
+        for (reading, velocity) in input.readings_rad_s.iter_mut().zip(request.measured_rad_s) {
+            *reading = (!velocity.is_nan()).then_some(velocity);
+        }
+        // One with a NaN is refused by the drive, which is as if none had arrived.
+        input.command = Some(request.command);
+        let sample = Drive::step(self, state, &input);
+        answer.sample.command = sample.shaped.twist;
+        answer.sample.wheels = sample.wheels;
+        answer.estimated = sample.slip.estimated;
+        answer.residual = sample.slip.residual;
+        let pose = sample.pose;
+        answer.drive = DriveReport {
+            mode: sample.mode.number(),
+            faults: sample.faults.map(|fault| fault.map_or(0, Fault::number)),
+            motion_known: sample.motion_known,
+            excluded: sample.slip.excluded,
+            pose: [pose.x_m, pose.y_m, pose.yaw_rad],
+        };
+    }
+}

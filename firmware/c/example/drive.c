@@ -1,0 +1,109 @@
+/* The whole Drive from C, through commands, a time-out, a silent encoder, a slipping wheel, an emergency stop and a safe stop: the
+ * same steps as crates/omni-config/examples/c_drive_reference.rs, the same bits. */
+#include "drive_constants.h" /* written by `omnistep constants firmware/scenarios/drive.toml --language c` */
+#include "omnistep.h"
+#include "startup.h"
+
+static omni7_drive_state state;
+static omni7_drive_output output;
+
+/* FNV-1a over the bits of a number. */
+static uint32_t take_byte(uint32_t hash, uint8_t byte) { return (hash ^ byte) * 0x01000193u; }
+
+static uint32_t take(uint32_t hash, float value) {
+    union {
+        float number;
+        uint8_t bytes[4];
+    } bits = {.number = value};
+    for (int i = 0; i < 4; i++) {
+        hash = take_byte(hash, bits.bytes[i]);
+    }
+    return hash;
+}
+
+static bool within(int k, int first, int end) { return k >= first && k < end; }
+
+/* What has to be so after period k: a hash alone would not say that the stops happened. */
+static bool as_expected(int k) {
+    switch (k) {
+    case 900:
+        return output.mode == OMNI_DRIVE_MODE_NORMAL && output.estimated.vx_m_s > 0.2f;
+    case 1500: /* no command for 0.5 s */
+        return output.status == OMNI_COMMAND_STATUS_TIMED_OUT && output.references.rad_s[0] == 0.0f && output.torques.n_m[0] < 1e-3f;
+    case 2100: /* let go, while the others drive on */
+        return output.mode == OMNI_DRIVE_MODE_DEGRADED && output.faults[2] == OMNI_FAULT_SILENT && !output.active[2];
+    case 2440: /* it has said what the others say for long enough */
+        return output.mode == OMNI_DRIVE_MODE_NORMAL && output.active[2];
+    case 2540: /* it slips: left out, but controlled */
+        return output.excluded[4] && output.active[4] && output.faults[4] == 0;
+    case 2580: /* in the air */
+        return output.excluded[6] && output.active[6];
+    case 2980:
+        return output.mode == OMNI_DRIVE_MODE_EMERGENCY_STOP && output.references.rad_s[0] == 0.0f;
+    case 3250: /* nobody tells the motion */
+        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && !output.motion_known;
+    case 3650: /* readings are back, but it waits for a release */
+        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP;
+    case 3800: /* where it was said to be, at most 1 mm on */
+        return output.pose.x_m > 0.999f && output.pose.x_m < 1.001f;
+    case 3900:
+        return output.rejected && output.status != OMNI_COMMAND_STATUS_TIMED_OUT;
+    case 4399:
+        return output.mode == OMNI_DRIVE_MODE_NORMAL && output.estimated.vx_m_s > 0.2f;
+    default:
+        return true;
+    }
+}
+
+int main(void) {
+    omni7_drive_input input = {0};
+    omni_deviations off;
+    float wheels[7] = {0};
+    uint32_t hash = 0x811c9dc5u;
+    /* Memory that was not made ready is refused, and so are null pointers. */
+    bool good = !omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && !omni7_drive_init(&OMNI_DRIVE, 0, &output);
+    good = good && omni7_drive_init(&OMNI_DRIVE, &state, &output);
+
+    for (int k = 0; k < 4400; k++) {
+        /* Every 20 ms a command; none at all for a while, and once nonsense. */
+        input.commanded = k % 20 == 0 && !within(k, 1000, 1600);
+        input.command = (omni_twist){k == 3900 ? __builtin_nanf("") : 0.6f, 0.1f, 0.2f};
+        for (int i = 0; i < 7; i++) {
+            /* Wheels take 20 ms to follow: readings that change all at once and then stay are of encoders that are stuck. One that
+             * is let go rolls on. */
+            if (output.active[i]) {
+                wheels[i] = wheels[i] + 0.05f * (output.references.rad_s[i] - wheels[i]);
+            }
+            input.measured.rad_s[i] = wheels[i];
+            input.heard[i] = !within(k, 3200, 3300) && !(i == 2 && within(k, 2000, 2200));
+        }
+        if (within(k, 2450, 2550)) {
+            input.measured.rad_s[4] = input.measured.rad_s[4] + 5.0f;
+        }
+        input.lifted[6] = within(k, 2560, 2590);
+        if (k == 2600) {
+            good = good && omni7_drive_emergency_stop(&state);
+        } else if (k == 3000) {
+            good = good && omni7_drive_release_emergency_stop(&state);
+        } else if (k == 3700) {
+            good = good && omni7_drive_release_safe_stop(&state);
+        } else if (k == 3800) {
+            good = good && omni7_drive_reset_pose(&state, 1.0f, 2.0f, 0.5f);
+        }
+        good = good && omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && as_expected(k);
+        for (int i = 0; i < 7; i++) {
+            hash = take(hash, output.torques.n_m[i]);
+            hash = take_byte(hash, output.faults[i]);
+            hash = take_byte(hash, output.excluded[i]);
+        }
+        hash = take_byte(take_byte(hash, output.mode), output.motion_known);
+        hash = take(take(take(hash, output.pose.x_m), output.pose.y_m), output.pose.yaw_rad);
+    }
+    good = good && omni7_drive_deviations(&state, &off);
+    hash = take(take(take(hash, off.x_m), off.y_m), off.yaw_rad);
+
+    print("from C: the drive of " OMNI_VEHICLE ", hash ");
+    print_number(hash);
+    print(good ? "\n" : ", not as expected\n");
+    finish(good);
+}
