@@ -314,13 +314,6 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
-        if scenario.drive.is_some() {
-            return Err(Error::Argument {
-                name: "drive",
-                value: "[drive]".into(),
-                allowed: "the loops alone over a link: leave [drive] out",
-            });
-        }
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
         Ok(Self(for_wheel_count!(count, linked[](scenario, link), refuse)?))

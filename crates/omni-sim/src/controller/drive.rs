@@ -1,6 +1,8 @@
 //! omni-core's whole step in the loop: what firmware runs.
 
-use omni_core::{BodyTwist, Drive, DriveMode, DrivePolicy, DriveSample, Fault, Policy, Readings, Real};
+use omni_core::{
+    BodyTwist, CommandStatus, Drive, DriveMode, DrivePolicy, DriveSample, Fault, Policy, Readings, Real,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -28,92 +30,95 @@ pub(super) struct Driven<R, const N: usize> {
     names: Vec<String>,
 }
 
-/// A mode as a number: how far from normal.
-fn mode(mode: DriveMode) -> f64 {
-    match mode {
-        DriveMode::Normal => 0.0,
-        DriveMode::Degraded => 1.0,
-        DriveMode::SafeStop => 2.0,
-        DriveMode::EmergencyStop => 3.0,
-        _ => f64::NAN,
+/// What a drive tells beside the wheels' signals, here or at the other end of a link.
+pub(super) struct Told<const N: usize> {
+    /// [`omni_core::DriveMode::number`].
+    pub(super) mode: u8,
+    pub(super) motion_known: bool,
+    /// 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop; NaN where it is not told.
+    pub(super) status: f64,
+    /// x \[m\], y \[m\], yaw \[rad\], and their standard deviations; NaN where these are not told.
+    pub(super) pose: [f64; 3],
+    pub(super) deviations: [f64; 3],
+    /// [`Fault::number`] of each wheel.
+    pub(super) faults: [u8; N],
+    pub(super) left_out: [bool; N],
+}
+
+/// The number of a stop among modes, and of what goes beyond it.
+const STOP: u8 = DriveMode::SafeStop.number();
+
+impl<const N: usize> Told<N> {
+    /// Writes it into a sample, whose wheels are there already; `measured` is as the encoders said it, not as the monitor took it: who
+    /// replays a log starts from that.
+    pub(super) fn put_into(&self, measured: &[f64], sample: &mut ControlSample) {
+        for (wheel, measured) in sample.wheels.iter_mut().zip(measured) {
+            wheel.measured_rad_s = *measured;
+        }
+        sample.brake.clear();
+        sample
+            .brake
+            .extend(self.faults.map(|fault| fault != 0 && self.mode >= STOP));
+        let flag = |flag: bool| f64::from(u8::from(flag));
+        let own = &mut sample.own;
+        own.clear();
+        own.extend([f64::from(self.mode), flag(self.motion_known), self.status]);
+        own.extend(self.pose);
+        own.extend(self.deviations);
+        own.extend(self.faults.map(f64::from));
+        own.extend(self.left_out.map(flag));
+        own.extend(sample.brake.iter().map(|brake| flag(*brake)));
     }
 }
 
-/// A fault as a number, 0 for none.
-fn fault(fault: Option<Fault>) -> f64 {
-    match fault {
-        None => 0.0,
-        Some(Fault::NotANumber) => 1.0,
-        Some(Fault::Jump) => 2.0,
-        Some(Fault::Stuck) => 3.0,
-        Some(Fault::Silent) => 4.0,
-        Some(Fault::Lost) => 5.0,
-        Some(_) => f64::NAN,
-    }
+/// Names of the signals of a drive.
+pub(super) fn names(scenario: &Scenario) -> Vec<String> {
+    let wheels = &scenario.vehicle().wheel;
+    let of_wheel = |signal: &&str| {
+        let signal = (*signal).to_owned();
+        wheels.iter().map(move |wheel| format!("{signal}_{}", wheel.name))
+    };
+    let names = NAMES.iter().map(|name| (*name).to_owned());
+    names.chain(WHEEL.iter().flat_map(of_wheel)).collect()
 }
 
-/// Why the twist is what it is, as a number: 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop.
-fn status(status: omni_core::CommandStatus) -> f64 {
-    use omni_core::CommandStatus as Status;
+/// Why the twist is what it is, as a number.
+fn status(status: CommandStatus) -> f64 {
     match status {
-        Status::Idle => 0.0,
-        Status::Following => 1.0,
-        Status::Limited => 2.0,
-        Status::TimedOut => 3.0,
-        Status::EmergencyStop => 4.0,
+        CommandStatus::Idle => 0.0,
+        CommandStatus::Following => 1.0,
+        CommandStatus::Limited => 2.0,
+        CommandStatus::TimedOut => 3.0,
+        CommandStatus::EmergencyStop => 4.0,
         _ => f64::NAN,
     }
 }
 
 impl<R: Real, const N: usize> Driven<R, N> {
     pub(super) fn new(scenario: &Scenario, drive: Drive<R, N>) -> Self {
-        let wheels = &scenario.vehicle().wheel;
-        let of_wheel = |signal: &&str| {
-            let signal = (*signal).to_owned();
-            wheels.iter().map(move |wheel| format!("{signal}_{}", wheel.name))
-        };
-        let names = NAMES.iter().map(|name| (*name).to_owned());
         Self {
             policy: DrivePolicy::new(drive),
-            names: names.chain(WHEEL.iter().flat_map(of_wheel)).collect(),
+            names: names(scenario),
         }
     }
 
     fn tell(&self, drive: &DriveSample<R, N>, measured: &[f64], sample: &mut ControlSample) {
         let loops = omni_core::ControlSample {
-            command: drive.desaturated.twist,
+            command: drive.shaped.twist,
             wheels: drive.wheels,
         };
-        let estimated = if drive.motion_known {
-            drive.slip.estimated
-        } else {
-            BodyTwist::zero()
-        };
-        sample.take(&loops, &estimated, &drive.slip.residual);
-        // As the encoders said it, not as the monitor took it: who replays a log starts from that.
-        for (wheel, measured) in sample.wheels.iter_mut().zip(measured) {
-            wheel.measured_rad_s = *measured;
-        }
-        let flag = |flag: bool| f64::from(u8::from(flag));
-        let own = &mut sample.own;
-        own.clear();
-        own.extend([
-            mode(drive.mode),
-            flag(drive.motion_known),
-            status(drive.shaped.status),
-        ]);
-        own.extend([
-            drive.pose.x_m.as_f64(),
-            drive.pose.y_m.as_f64(),
-            drive.pose.yaw_rad.as_f64(),
-        ]);
+        sample.take(&loops, &drive.slip.estimated, &drive.slip.residual);
         let deviations = self.policy.state().covariance.standard_deviations();
-        own.extend(deviations.map(|deviation| deviation.as_f64()));
-        own.extend(drive.faults.map(fault));
-        own.extend(drive.slip.excluded.map(flag));
-        own.extend(drive.brake.map(flag));
-        sample.brake.clear();
-        sample.brake.extend(drive.brake);
+        let told = Told {
+            mode: drive.mode.number(),
+            motion_known: drive.motion_known,
+            status: status(drive.shaped.status),
+            pose: [drive.pose.x_m, drive.pose.y_m, drive.pose.yaw_rad].map(Real::as_f64),
+            deviations: deviations.map(Real::as_f64),
+            faults: drive.faults.map(|fault| fault.map_or(0, Fault::number)),
+            left_out: drive.slip.excluded,
+        };
+        told.put_into(measured, sample);
     }
 }
 

@@ -7,6 +7,7 @@ use omni_link::{
     Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
 };
 
+use super::drive::{self, Told};
 use super::link::{Event, GREETINGS, Link, LinkCounters};
 use super::{ControlSample, Loop, inverse, scalar, velocities};
 use crate::Error;
@@ -45,6 +46,8 @@ pub(super) struct Linked<const N: usize> {
     guard: Guard,
     /// Largest amount of each component of the commands so far: a limiter does not go beyond.
     asked: [f32; 3],
+    /// Signals of its own: those of a drive, where it has one.
+    names: Vec<String>,
     /// Start the loops afresh: until the controller says that it has.
     restart: bool,
     last: Answer<N>,
@@ -76,6 +79,11 @@ impl<const N: usize> Linked<N> {
             motors,
             guard,
             asked: [0.0; 3],
+            names: if scenario.drive.is_some() {
+                drive::names(scenario)
+            } else {
+                Vec::new()
+            },
             restart: true,
             last: Answer::stopped(),
             period_s: scenario.period_s(),
@@ -85,13 +93,18 @@ impl<const N: usize> Linked<N> {
     }
 
     /// The answer of this period in `last`, if it came.
-    fn exchange(&mut self, command: &BodyTwist<f64>, measured: &[f64]) -> Result<(), String> {
+    fn exchange(&mut self, readings: &Readings<'_, f64>) -> Result<(), String> {
         let sequence = self.guard.sequence().wrapping_add(1);
         let request = Request {
             sequence,
             restart: self.restart,
-            command: scalar(command),
-            measured_rad_s: velocities::<f32, N>(measured).rad_s,
+            // To a drive a command of NaN says that none arrived; the loops go on with the last one.
+            command: if readings.new_command || self.names.is_empty() {
+                scalar(&readings.command)
+            } else {
+                BodyTwist::from_array([f32::NAN; 3])
+            },
+            measured_rad_s: velocities::<f32, N>(readings.wheels_rad_s).rad_s,
         };
         for (most, asked) in self.asked.iter_mut().zip(request.command.to_array()) {
             *most = most.max(asked.abs());
@@ -132,7 +145,7 @@ impl<const N: usize> Linked<N> {
         if answer.action == Action::Hold {
             return Ok(()); // none of its signals is used
         }
-        plausible(answer, measured_rad_s, &self.asked)?;
+        plausible(answer, measured_rad_s, &self.asked, !self.names.is_empty())?;
         if answer.action == Action::Stop {
             return Ok(()); // its torques are not used
         }
@@ -179,13 +192,26 @@ impl<const N: usize> Loop for Linked<N> {
         let time_s = self.periods as f64 * self.period_s;
         self.periods += 1;
         if self.stopped.is_none()
-            && let Err(reason) = self.exchange(&readings.command, readings.wheels_rad_s)
+            && let Err(reason) = self.exchange(readings)
         {
             self.guard.stop();
             self.last.sample.wheels.applied = WheelTorques::zero();
             self.stopped = Some((time_s, reason));
         }
         sample.take(&self.last.sample, &self.last.estimated, &self.last.residual);
+        if !self.names.is_empty() {
+            let report = &self.last.drive;
+            let told = Told::<N> {
+                mode: report.mode,
+                motion_known: report.motion_known,
+                status: f64::NAN, // an answer does not tell
+                pose: report.pose.map(f64::from),
+                deviations: [f64::NAN; 3],
+                faults: report.faults,
+                left_out: report.excluded,
+            };
+            told.put_into(readings.wheels_rad_s, sample);
+        }
         match &self.stopped {
             None => Ok(()),
             Some((time_s, reason)) => Err(Error::Link {
@@ -194,6 +220,10 @@ impl<const N: usize> Loop for Linked<N> {
                 counters: self.counters(),
             }),
         }
+    }
+
+    fn signal_names(&self) -> &[String] {
+        &self.names
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
@@ -219,6 +249,7 @@ fn plausible<const N: usize>(
     answer: &Answer<N>,
     measured_rad_s: &[f32; N],
     asked: &[f32; 3],
+    drives: bool,
 ) -> Result<(), String> {
     let wheels = &answer.sample.wheels;
     let of_wheels = [
@@ -251,7 +282,8 @@ fn plausible<const N: usize>(
     // A controller that has stopped repeats its last period; a wheel that is let go has 0.
     let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
     for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
-        if said != sent && *said != 0.0 {
+        // A drive goes on with the last reading for a while where none arrives.
+        if said != sent && *said != 0.0 && !(drives && sent.is_nan()) {
             return Err(format!(
                 "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent}, which was sent, or 0",
                 i + 1

@@ -207,16 +207,21 @@ impl Meter {
             .iter()
             .fold(crossing.pitch_rad, |m, a| m.max(*a));
         let (mut reference, mut velocity) = ([0.0; WHEELS], [0.0; WHEELS]);
-        let realised = if self.scales_references {
+        // A controller of one's own says nothing of a factor.
+        let realised = if self.scales_references && sample.common_factor.is_finite() {
             sample.common_factor
         } else {
             1.0
         };
         crossing.linkage.start_period();
         for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
-            (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
+            // What a silent encoder would have said is not known.
+            let heard = signals.measured_rad_s.is_finite();
+            if heard {
+                (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
+            }
             crossing.heat += signals.applied_n_m * signals.applied_n_m * self.period_s;
-            if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S {
+            if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S || !heard {
                 continue;
             }
             crossing.disturbed.add(signals.disturbed_ratio());
