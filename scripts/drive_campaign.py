@@ -19,8 +19,9 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=300, help="seeds, from 0")
     parser.add_argument("--check", action="store_true", help="write nothing: the page must have the table already")
     arguments = parser.parse_args()
-    command = ["cargo", "run", "--locked", "--quiet", "--release", "-p", "omni-sim", "--example", "drive_campaign", "--"]
-    done = subprocess.run([*command, str(arguments.runs), "--seeds"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    cargo = ["cargo", "run", "--locked", "--quiet", "--release", "--example", "drive_campaign", "--"]
+    command = [*cargo, str(arguments.runs), "--seeds"]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     page = PAGE.read_text(encoding="utf-8")
     written, found = re.subn(r"(?:^\|.*\n)+", lambda _: done.stdout, page, count=1, flags=re.MULTILINE)
     assert found == 1, "docs/drive.md has no table"

@@ -25,6 +25,9 @@ wz_rad_s = 0.0
 gain_per_s = 1.0
 limit_rad_s = 1.0
 
+[drive]
+command_point_m = [0.0, 0.0]
+
 [drive.slip]
 
 [drive.faults]

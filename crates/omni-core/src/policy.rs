@@ -1,9 +1,9 @@
 //! A place for a controller of one's own: what a vehicle's sensors say in, torques out.
 
-use crate::{
-    BodyTwist, ControlSample, ControlState, Controller, Drive, DriveInput, DriveSample, DriveState, Real,
-    TwistLimiter, TwistLimiterState, WheelVelocities,
-};
+mod built_in;
+
+use crate::{BodyTwist, Real};
+pub use built_in::{ControllerPolicy, DrivePolicy};
 
 /// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
 ///
@@ -115,212 +115,112 @@ impl<'a, R: Real> Readings<'a, R> {
 /// ```
 pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// # struct Constant(u32);
+    /// # impl Policy<f64> for Constant {
+    /// #     fn reset(&mut self) {
+    /// #         self.0 = 0;
+    /// #     }
+    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    /// #         self.0 += 1;
+    /// #         torques_n_m.fill(0.5);
+    /// #     }
+    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
+    /// #         ["periods"].get(index).copied()
+    /// #     }
+    /// #     fn signals(&self, values: &mut [f64]) {
+    /// #         values[0] = f64::from(self.0);
+    /// #     }
+    /// # }
+    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
+    /// policy.reset();
+    /// assert_eq!(policy.0, 0); // the periods that it counted
+    /// ```
     fn reset(&mut self);
 
     /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. Whoever calls it brings the torques
     /// within what the motors have.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// # struct Constant(u32);
+    /// # impl Policy<f64> for Constant {
+    /// #     fn reset(&mut self) {
+    /// #         self.0 = 0;
+    /// #     }
+    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    /// #         self.0 += 1;
+    /// #         torques_n_m.fill(0.5);
+    /// #     }
+    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
+    /// #         ["periods"].get(index).copied()
+    /// #     }
+    /// #     fn signals(&self, values: &mut [f64]) {
+    /// #         values[0] = f64::from(self.0);
+    /// #     }
+    /// # }
+    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
+    /// assert_eq!(torques_n_m, [0.5; 3]);
+    /// ```
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
     /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// # struct Constant(u32);
+    /// # impl Policy<f64> for Constant {
+    /// #     fn reset(&mut self) {
+    /// #         self.0 = 0;
+    /// #     }
+    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    /// #         self.0 += 1;
+    /// #         torques_n_m.fill(0.5);
+    /// #     }
+    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
+    /// #         ["periods"].get(index).copied()
+    /// #     }
+    /// #     fn signals(&self, values: &mut [f64]) {
+    /// #         values[0] = f64::from(self.0);
+    /// #     }
+    /// # }
+    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
+    /// assert_eq!((policy.signal_name(0), policy.signal_name(1)), (Some("periods"), None)); // one
+    /// ```
     fn signal_name(&self, _index: usize) -> Option<&str> {
         None
     }
 
     /// Writes these signals, as they are after the last step.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// # struct Constant(u32);
+    /// # impl Policy<f64> for Constant {
+    /// #     fn reset(&mut self) {
+    /// #         self.0 = 0;
+    /// #     }
+    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    /// #         self.0 += 1;
+    /// #         torques_n_m.fill(0.5);
+    /// #     }
+    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
+    /// #         ["periods"].get(index).copied()
+    /// #     }
+    /// #     fn signals(&self, values: &mut [f64]) {
+    /// #         values[0] = f64::from(self.0);
+    /// #     }
+    /// # }
+    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
+    /// let mut values = [0.0];
+    /// policy.signals(&mut values);
+    /// assert_eq!(values, [1.0]);
+    /// ```
     fn signals(&self, _values: &mut [R]) {}
-}
-
-/// omni-core's loops as a [`Policy`]: a vehicle's limits, then [`Controller::step`].
-///
-/// ```
-/// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-/// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// # let [vx, vy, wz] = [AxisLimits::symmetric(0.4, f64::INFINITY, f64::INFINITY, f64::INFINITY); 3];
-/// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-/// let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller); // 0.4 m/s at most
-/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO }, [0.0; 4]);
-/// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
-/// assert_eq!(torques_n_m, [0.25 * 0.4 / 0.1; 4]);
-/// assert_eq!(policy.sample().command.vx_m_s, 0.4);
-/// # Ok::<(), omni_core::ConfigError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControllerPolicy<R, const N: usize> {
-    limiter: TwistLimiter<R>,
-    controller: Controller<R, N>,
-    state: (TwistLimiterState<R>, ControlState<R, N>),
-    sample: ControlSample<R, N>,
-}
-
-impl<R: Real, const N: usize> ControllerPolicy<R, N> {
-    /// Freshly started.
-    ///
-    /// ```
-    /// use omni_core::{Controller, ControllerPolicy, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller);
-    /// assert_eq!(policy.sample().wheels.applied.n_m, [0.0; 4]);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn new(limiter: TwistLimiter<R>, controller: Controller<R, N>) -> Self {
-        Self {
-            limiter,
-            controller,
-            state: (TwistLimiterState::default(), ControlState::default()),
-            sample: ControlSample::zero(),
-        }
-    }
-
-    /// The loops.
-    #[must_use]
-    pub fn controller(&self) -> &Controller<R, N> {
-        &self.controller
-    }
-
-    /// Everything that the last step did.
-    #[must_use]
-    pub fn sample(&self) -> &ControlSample<R, N> {
-        &self.sample
-    }
-
-    /// What it remembers.
-    #[must_use]
-    pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
-        &self.state
-    }
-
-    /// Goes on from what another one of the same kind remembered.
-    pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
-        self.state = state;
-    }
-}
-
-/// Velocities of `N` wheels; those beyond what there is count as not heard.
-fn of_wheels<R: Real, const N: usize>(rad_s: &[R]) -> WheelVelocities<R, N> {
-    let mut velocities = WheelVelocities {
-        rad_s: [R::of(f64::NAN); N],
-    };
-    for (velocity, rad_s) in velocities.rad_s.iter_mut().zip(rad_s) {
-        *velocity = *rad_s;
-    }
-    velocities
-}
-
-impl<R: Real, const N: usize> Policy<R> for ControllerPolicy<R, N> {
-    fn reset(&mut self) {
-        *self = Self::new(self.limiter, self.controller);
-    }
-
-    fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
-        let (limited, state) = &mut self.state;
-        let command = self.limiter.step(limited, &readings.command);
-        let measured = of_wheels(readings.wheels_rad_s);
-        self.controller
-            .step_into(state, &command, &measured, &mut self.sample);
-        for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
-            *torque = applied;
-        }
-    }
-}
-
-/// A [`Drive`] as a [`Policy`]: everything that firmware does in a period.
-///
-/// ```
-/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?);
-/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO }, [0.0; 4]);
-/// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: let go
-/// assert_eq!(torques_n_m, [1.0, 0.0, 1.0, 1.0]); // 0.25 N.m a rad/s, 4 rad/s
-/// assert_eq!(policy.sample().map(|sample| sample.mode), Some(DriveMode::Degraded));
-/// # Ok::<(), omni_core::ConfigError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DrivePolicy<R, const N: usize> {
-    drive: Drive<R, N>,
-    state: DriveState<R, N>,
-    sample: Option<DriveSample<R, N>>,
-}
-
-impl<R: Real, const N: usize> DrivePolicy<R, N> {
-    /// Freshly started.
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, DrivePolicy, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut policy = DrivePolicy::new(drive);
-    /// policy.state_mut().emergency_stop();
-    /// assert!(policy.sample().is_none()); // no step yet
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn new(drive: Drive<R, N>) -> Self {
-        Self {
-            state: DriveState::new(&drive),
-            drive,
-            sample: None,
-        }
-    }
-
-    /// The drive.
-    #[must_use]
-    pub fn drive(&self) -> &Drive<R, N> {
-        &self.drive
-    }
-
-    /// Everything that the last step did; none before the first.
-    #[must_use]
-    pub fn sample(&self) -> Option<&DriveSample<R, N>> {
-        self.sample.as_ref()
-    }
-
-    /// What it remembers.
-    #[must_use]
-    pub fn state(&self) -> &DriveState<R, N> {
-        &self.state
-    }
-
-    /// What it remembers, to stop and release it.
-    pub fn state_mut(&mut self) -> &mut DriveState<R, N> {
-        &mut self.state
-    }
-}
-
-impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
-    fn reset(&mut self) {
-        *self = Self::new(self.drive);
-    }
-
-    fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
-        let measured = of_wheels::<R, N>(readings.wheels_rad_s);
-        let mut input = DriveInput::measured(&measured);
-        for (heard, velocity) in input.readings_rad_s.iter_mut().zip(measured.rad_s) {
-            // What is not a number did not arrive; what is no velocity is for the monitor to judge.
-            *heard = (velocity == velocity).then_some(velocity);
-        }
-        input.command = readings.new_command.then_some(readings.command);
-        let sample = self.drive.step(&mut self.state, &input);
-        for (torque, applied) in torques_n_m.iter_mut().zip(sample.wheels.applied.n_m) {
-            *torque = applied;
-        }
-        self.sample = Some(sample);
-    }
 }

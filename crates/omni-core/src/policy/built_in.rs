@@ -1,0 +1,320 @@
+//! The built-in controllers behind the same face as anybody's.
+
+use super::{Policy, Readings};
+use crate::{
+    ControlSample, ControlState, Controller, Drive, DriveInput, DriveSample, DriveState, Real, TwistLimiter,
+    TwistLimiterState, WheelVelocities,
+};
+
+/// omni-core's loops as a [`Policy`]: a vehicle's limits, then [`Controller::step`].
+///
+/// ```
+/// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+/// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let [vx, vy, wz] = [AxisLimits::symmetric(0.4, f64::INFINITY, f64::INFINITY, f64::INFINITY); 3];
+/// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+/// let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller); // 0.4 m/s at most
+/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO }, [0.0; 4]);
+/// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
+/// assert_eq!(torques_n_m, [0.25 * 0.4 / 0.1; 4]);
+/// assert_eq!(policy.sample().command.vx_m_s, 0.4);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerPolicy<R, const N: usize> {
+    limiter: TwistLimiter<R>,
+    controller: Controller<R, N>,
+    state: (TwistLimiterState<R>, ControlState<R, N>),
+    sample: ControlSample<R, N>,
+}
+
+impl<R: Real, const N: usize> ControllerPolicy<R, N> {
+    /// Freshly started.
+    ///
+    /// ```
+    /// use omni_core::{Controller, ControllerPolicy, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller);
+    /// assert_eq!(policy.sample().wheels.applied.n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(limiter: TwistLimiter<R>, controller: Controller<R, N>) -> Self {
+        Self {
+            limiter,
+            controller,
+            state: (TwistLimiterState::default(), ControlState::default()),
+            sample: ControlSample::zero(),
+        }
+    }
+
+    /// The loops.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
+    /// assert!((policy.controller().kinematics().inverse_matrix()[0][0] - 1.0 / 0.1).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn controller(&self) -> &Controller<R, N> {
+        &self.controller
+    }
+
+    /// Everything that the last step did.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().wheels.p_n_m, [-0.25; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn sample(&self) -> &ControlSample<R, N> {
+        &self.sample
+    }
+
+    /// What it remembers.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.state().1.integral_n_m, [-0.002; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
+        &self.state
+    }
+
+    /// Goes on from what another one of the same kind remembered.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
+    /// let mut other = ControllerPolicy::new(limiter, controller);
+    /// other.restore(*policy.state());
+    /// assert_eq!(other.state().1.integral_n_m, [-0.002; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
+        self.state = state;
+    }
+}
+
+/// Velocities of `N` wheels; those beyond what there is count as not heard.
+fn of_wheels<R: Real, const N: usize>(rad_s: &[R]) -> WheelVelocities<R, N> {
+    let mut velocities = WheelVelocities {
+        rad_s: [R::of(f64::NAN); N],
+    };
+    for (velocity, rad_s) in velocities.rad_s.iter_mut().zip(rad_s) {
+        *velocity = *rad_s;
+    }
+    velocities
+}
+
+impl<R: Real, const N: usize> Policy<R> for ControllerPolicy<R, N> {
+    fn reset(&mut self) {
+        *self = Self::new(self.limiter, self.controller);
+    }
+
+    fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
+        let (limited, state) = &mut self.state;
+        let command = self.limiter.step(limited, &readings.command);
+        let measured = of_wheels(readings.wheels_rad_s);
+        self.controller
+            .step_into(state, &command, &measured, &mut self.sample);
+        for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
+            *torque = applied;
+        }
+    }
+}
+
+/// A [`Drive`] as a [`Policy`]: everything that firmware does in a period.
+///
+/// ```
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
+/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?);
+/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO }, [0.0; 4]);
+/// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: let go
+/// assert_eq!(torques_n_m, [1.0, 0.0, 1.0, 1.0]); // 0.25 N.m a rad/s, 4 rad/s
+/// assert_eq!(policy.sample().map(|sample| sample.mode), Some(DriveMode::Degraded));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrivePolicy<R, const N: usize> {
+    drive: Drive<R, N>,
+    state: DriveState<R, N>,
+    sample: Option<DriveSample<R, N>>,
+}
+
+impl<R: Real, const N: usize> DrivePolicy<R, N> {
+    /// Freshly started.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, DrivePolicy, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut policy = DrivePolicy::new(drive);
+    /// policy.state_mut().emergency_stop();
+    /// assert!(policy.sample().is_none()); // no step yet
+    /// assert_eq!(policy.state().odometry.pose().x_m, 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(drive: Drive<R, N>) -> Self {
+        Self {
+            state: DriveState::new(&drive),
+            drive,
+            sample: None,
+        }
+    }
+
+    /// The drive.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut policy = DrivePolicy::new(drive);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// assert!((policy.drive().kinematics().inverse_matrix()[0][0] - 1.0 / 0.1).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn drive(&self) -> &Drive<R, N> {
+        &self.drive
+    }
+
+    /// Everything that the last step did; none before the first.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut policy = DrivePolicy::new(drive);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// assert_eq!(policy.sample().map(|sample| sample.wheels.applied.n_m), Some([-1.25; 4]));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn sample(&self) -> Option<&DriveSample<R, N>> {
+        self.sample.as_ref()
+    }
+
+    /// What it remembers.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut policy = DrivePolicy::new(drive);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// assert!((policy.state().odometry.pose().x_m - 0.5e-3).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn state(&self) -> &DriveState<R, N> {
+        &self.state
+    }
+
+    /// What it remembers, to stop and release it.
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let mut policy = DrivePolicy::new(drive);
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// policy.state_mut().emergency_stop();
+    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().map(|sample| sample.shaped.twist.vx_m_s), Some(0.0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn state_mut(&mut self) -> &mut DriveState<R, N> {
+        &mut self.state
+    }
+}
+
+impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
+    fn reset(&mut self) {
+        *self = Self::new(self.drive);
+    }
+
+    fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
+        let measured = of_wheels::<R, N>(readings.wheels_rad_s);
+        let mut input = DriveInput::measured(&measured);
+        for (heard, velocity) in input.readings_rad_s.iter_mut().zip(measured.rad_s) {
+            // What is not a number did not arrive; what is no velocity is for the monitor to judge.
+            *heard = (velocity == velocity).then_some(velocity);
+        }
+        input.command = readings.new_command.then_some(readings.command);
+        let sample = self.drive.step(&mut self.state, &input);
+        for (torque, applied) in torques_n_m.iter_mut().zip(sample.wheels.applied.n_m) {
+            *torque = applied;
+        }
+        self.sample = Some(sample);
+    }
+}
