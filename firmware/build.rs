@@ -58,7 +58,9 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
 /// The drive of a `[drive]` in which every key has its default: what it costs at least.
 fn defaults(name: &str) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     let scenario = Scenario::load(name, &[Override::parse("drive.discretize=false")?])?;
-    Ok(scenario.drive()?.ok_or("no [drive] although a key of it was set")?)
+    Ok(scenario
+        .drive()?
+        .ok_or("no [drive] although a key of it was set")?)
 }
 
 /// What a processor in the loop runs: the scenario's drive where it has one, else its loops.

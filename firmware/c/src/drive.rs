@@ -100,7 +100,11 @@ impl<const N: usize, const WORDS: usize> State<N, WORDS> {
             memory: [0; WORDS],
         });
         // SAFETY: the memory is as large and as aligned as `FITS` says; what was there needs no drop.
-        unsafe { ptr::from_mut(&mut state.memory).cast::<DriveState<f32, N>>().write(start) };
+        unsafe {
+            ptr::from_mut(&mut state.memory)
+                .cast::<DriveState<f32, N>>()
+                .write(start)
+        };
     }
 
     /// What is remembered; nothing where it was never made ready.
