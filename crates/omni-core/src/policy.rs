@@ -121,6 +121,26 @@ pub trait Policy<R> {
     /// within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
+    /// What traces, tables and logs call it.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// struct Coast;
+    /// impl Policy<f32> for Coast {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f32>, _: &mut [f32]) {}
+    /// }
+    /// assert_eq!(Coast.name(), "own");
+    /// ```
+    fn name(&self) -> &str {
+        "own"
+    }
+
+    /// Why the last step gave no torques, in one line: whoever calls it stops then. None where all is well.
+    fn failure(&self) -> Option<&str> {
+        None
+    }
+
     /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
     fn signal_name(&self, _index: usize) -> Option<&str> {
         None

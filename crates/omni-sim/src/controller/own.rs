@@ -3,8 +3,13 @@
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 
 use super::{ControlSample, Loop, WheelSignals, inverse, velocities};
-use crate::Error;
 use crate::config::{self, Scenario};
+use crate::{Error, TraceBuilder};
+
+/// Signals of a policy at most: a name costs at each message of a log.
+const MOST_SIGNALS: usize = 256;
+/// Columns that a log has beside a trace's.
+const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
 
 /// A policy for a vehicle of `N` wheels.
 pub(super) struct Own<const N: usize> {
@@ -26,7 +31,7 @@ impl<const N: usize> Own<N> {
         Ok(Self {
             here: scenario.controller()?,
             motors: scenario.wheel_control::<f64, N>()?.limits,
-            names: (0..)
+            names: (0..=MOST_SIGNALS)
                 .map_while(|index| policy.signal_name(index).map(str::to_owned))
                 .collect(),
             wheels: scenario
@@ -40,6 +45,38 @@ impl<const N: usize> Own<N> {
             policy,
         })
     }
+}
+
+/// Can these be columns of a trace and of a log, beside those that every one has?
+pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -> Result<(), Error> {
+    let refuse = |signal: &str, allowed| {
+        let (policy, signal) = (policy.into(), format!("{signal:?}"));
+        Err(Error::Signal {
+            policy,
+            signal,
+            allowed,
+        })
+    };
+    if let Some(one_more) = names.get(MOST_SIGNALS) {
+        return refuse(one_more, "256 signals at most");
+    }
+    let columns = TraceBuilder::new(scenario.vehicle());
+    for (i, name) in names.iter().enumerate() {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(plain) || name.len() > 64 {
+            return refuse(
+                name,
+                "lower case letters, digits and _, a letter first, 64 characters at most",
+            );
+        }
+        if names[..i].contains(name) {
+            return refuse(name, "each name once");
+        }
+        if columns.names().contains(name) || OF_LOGS.contains(&name.as_str()) {
+            return refuse(name, "a name that is no column of every trace or log");
+        }
+    }
+    Ok(())
 }
 
 impl<const N: usize> Loop for Own<N> {
@@ -83,9 +120,18 @@ impl<const N: usize> Loop for Own<N> {
         sample.own.clear();
         sample.own.resize(self.names.len(), f64::NAN);
         self.policy.signals(&mut sample.own);
+        if let Some(reason) = self.policy.failure() {
+            return Err(Error::PolicyFailed {
+                policy: self.policy.name().into(),
+                period,
+                time_s: period as f64 * self.period_s,
+                reason: reason.into(),
+            });
+        }
         match torques_n_m.iter().position(|torque| !torque.is_finite()) {
             None => Ok(()),
             Some(i) => Err(Error::Policy {
+                policy: self.policy.name().into(),
                 period,
                 time_s: period as f64 * self.period_s,
                 wheel: self.wheels[i].clone(),
