@@ -120,7 +120,11 @@ impl LoggedRun {
         own.fits(times, file.complete).map_err(damaged)?;
         let mut rows = Rows::new(
             file.scenario.vehicle(),
-            COMMON.map(String::from).into_iter().chain(own.names.clone()).collect(),
+            COMMON
+                .map(String::from)
+                .into_iter()
+                .chain(own.names.clone())
+                .collect(),
             WHEEL.iter().map(|(name, _)| *name).collect(),
         );
         for (i, (time_ns, state)) in states.iter().enumerate() {
@@ -188,7 +192,10 @@ impl Own {
             return Ok(());
         }
         let topics = [topic::CONTROLLER_SIGNALS, topic::VEHICLE_STATE];
-        Err(format!("{own} messages on {}, not one for each of the {states} on {}", topics[0], topics[1]))
+        Err(format!(
+            "{own} messages on {}, not one for each of the {states} on {}",
+            topics[0], topics[1]
+        ))
     }
 
     /// A number a name; NaN where the message is missing.
@@ -287,7 +294,10 @@ mod tests {
     }
 
     fn pushed(keys: &[&str]) -> (tempfile::TempDir, std::path::PathBuf, Trace) {
-        let keys: Vec<_> = keys.iter().map(|key| omni_config::Override::parse(key).expect("KEY=VALUE")).collect();
+        let keys: Vec<_> = keys
+            .iter()
+            .map(|key| omni_config::Override::parse(key).expect("KEY=VALUE"))
+            .collect();
         let scenario = Scenario::load("flat", &keys).expect("built-in");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.mcap");
@@ -309,9 +319,13 @@ mod tests {
         assert_eq!(logged.trace.column("missing_rad_s").map(|c| c[0]), Some(3.0)); // at rest
         assert_eq!(logged.file.run["policy"], "push");
         assert_eq!(logged.file.counts["/controller_signals"], 300);
-        let refused = crate::replay(&path, &[]).expect_err("its controller is not there").to_string();
+        let refused = crate::replay(&path, &[])
+            .expect_err("its controller is not there")
+            .to_string();
         assert!(
-            refused.ends_with("the controller, push, which is not in the log; allowed: logs of omnistep's own controllers"),
+            refused.ends_with(
+                "the controller, push, which is not in the log; allowed: logs of omnistep's own controllers"
+            ),
             "{refused}"
         );
     }
@@ -321,8 +335,12 @@ mod tests {
         let (_folder, path, _) = pushed(&["duration_s=0.3", "log.vehicle_state_hz=100"]);
         let logged = LoggedRun::read(&path).expect("a log");
         let counts = &logged.file.counts;
-        assert_eq!((counts["/vehicle_state"], counts["/controller_signals"]), (30, 30));
-        let scenario = Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
+        assert_eq!(
+            (counts["/vehicle_state"], counts["/controller_signals"]),
+            (30, 30)
+        );
+        let scenario =
+            Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
         let controller = AnyController::new(&scenario).expect("valid");
         let log = RunLog::create(&path, &scenario, &controller).expect("writable");
         run_logged::<Error>(&scenario, controller, log, |_, _| Ok(())).expect("runs");

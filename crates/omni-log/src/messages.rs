@@ -17,9 +17,9 @@ use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
 use crate::ros2::{
-    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose, PoseWithCovariance,
-    Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped,
-    TwistWithCovariance, Vector3, VehicleState, WheelState,
+    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose,
+    PoseWithCovariance, Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist,
+    TwistStamped, TwistWithCovariance, Vector3, VehicleState, WheelState,
 };
 use crate::rotation::about;
 use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};

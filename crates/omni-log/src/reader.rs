@@ -13,7 +13,8 @@ use omni_sim::Outcome;
 use serde::de::DeserializeOwned;
 
 use crate::ros2::{
-    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped,
+    VehicleState,
 };
 use crate::run_log::{OUTCOME, OWN_CONTROLLER, RUN, SCENARIO};
 use crate::{Error, LogError, size_limits, topic};

@@ -58,7 +58,11 @@ pub enum Error {
         value: f64,
     },
     /// A controller of one's own said that it failed.
-    #[error("policy {}: period {period}, t = {time_s:.3} s: {}", shortened(policy), shortened(reason))]
+    #[error(
+        "policy {}: period {period}, t = {time_s:.3} s: {}",
+        shortened(policy),
+        shortened(reason)
+    )]
     PolicyFailed {
         /// What it is called.
         policy: String,
@@ -70,7 +74,11 @@ pub enum Error {
         reason: String,
     },
     /// A signal of a controller of one's own cannot be a column.
-    #[error("policy {}: the signal {}, allowed: {allowed}", shortened(policy), shortened(signal))]
+    #[error(
+        "policy {}: the signal {}, allowed: {allowed}",
+        shortened(policy),
+        shortened(signal)
+    )]
     Signal {
         /// What the policy is called.
         policy: String,

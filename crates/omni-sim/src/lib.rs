@@ -4,8 +4,8 @@
 mod control_loop;
 pub mod controller;
 mod error;
-mod history;
 pub mod ground;
+mod history;
 pub mod learn;
 mod motors_on_dampers;
 pub mod observation;

@@ -92,6 +92,23 @@ impl Batch {
     ///
     /// # Errors
     /// [`Error::Study`] where it is another one.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario, Seeds};
+    /// use omni_study::{Batch, OwnPolicy, Plan};
+    /// let own = |identity: &str| {
+    ///     // What makes the controller does not travel either: here it is the scenario's own.
+    ///     OwnPolicy::new("mine", identity, |scenario: &Scenario| omni_sim::controller::AnyController::new(scenario))
+    /// };
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
+    /// let points = vec![(Vec::new(), scenario)];
+    /// let plan = Plan::of_scenarios_until("one", points, Seeds::Count(2), Some(own("1")), &false.into())?;
+    /// let text = Batch::new(&plan, plan.runs())?.to_text();
+    /// assert!(Batch::from_text(&text)?.with_policy(Some(own("1"))).is_ok());
+    /// assert!(Batch::from_text(&text)?.with_policy(Some(own("2"))).is_err());
+    /// assert!(Batch::from_text(&text)?.with_policy(None).is_err());
+    /// # Ok::<(), omni_study::Error>(())
+    /// ```
     pub fn with_policy(mut self, own: Option<OwnPolicy>) -> Result<Self, Error> {
         let given = own.as_ref().map(OwnPolicy::identity);
         if given != self.policy.as_deref() {

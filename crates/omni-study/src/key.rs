@@ -46,10 +46,7 @@ pub(crate) fn digest(text: &str, seed: u64) -> String {
 }
 
 /// Every plain value of a scenario by its dotted key, without the seed. A controller of one's own is a policy of that name.
-pub(crate) fn leaves(
-    scenario: &Scenario,
-    own: Option<&OwnPolicy>,
-) -> Result<BTreeMap<String, Value>, Error> {
+pub(crate) fn leaves(scenario: &Scenario, own: Option<&OwnPolicy>) -> Result<BTreeMap<String, Value>, Error> {
     let mut all = BTreeMap::new();
     let table = Table::try_from(scenario).map_err(|error| {
         Error::from(config::Error::Key {

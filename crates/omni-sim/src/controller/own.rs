@@ -63,7 +63,8 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
     let columns = TraceBuilder::new(scenario.vehicle());
     for (i, name) in names.iter().enumerate() {
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(plain) || name.len() > 64 {
+        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(plain) || name.len() > 64
+        {
             return refuse(
                 name,
                 "lower case letters, digits and _, a letter first, 64 characters at most",
@@ -159,5 +160,89 @@ impl<const N: usize> Loop for Own<N> {
             self.periods = periods;
             true
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controller::AnyController;
+    use crate::run_with_controller;
+
+    /// Does nothing, and fails in its sixth period.
+    struct Signals(Vec<String>, u32);
+
+    impl Policy<f64> for Signals {
+        fn reset(&mut self) {}
+
+        fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {
+            self.1 += 1;
+        }
+
+        fn name(&self) -> &str {
+            "mine"
+        }
+
+        fn failure(&self) -> Option<&str> {
+            (self.1 > 5).then_some("tired")
+        }
+
+        fn signal_name(&self, index: usize) -> Option<&str> {
+            self.0.get(index).map(String::as_str)
+        }
+    }
+
+    fn made(names: &[&str]) -> Result<AnyController, Error> {
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        AnyController::own(&scenario, Box::new(Signals(names, 0)))
+    }
+
+    #[test]
+    fn names_that_cannot_be_columns_are_refused_with_what_is_allowed() {
+        for (names, allowed) in [
+            (&["a", "b", "a"][..], "each name once"),
+            (&["Speed"], "lower case"),
+            (&["1st"], "a letter first"),
+            (&[""], "a letter first"),
+            (&["time_s"], "no column of every trace or log"),
+            (&["wheel_3_p_n_m"], "no column of every trace or log"),
+            (&["asked_vx_m_s"], "no column of every trace or log"),
+        ] {
+            let said = made(names).err().expect("refused").to_string();
+            assert!(said.starts_with("policy mine: the signal \""), "{said}");
+            assert!(said.contains(allowed), "{said}");
+        }
+        let controller = made(&["a", "b_2"]).expect("good names");
+        assert_eq!((controller.policy(), controller.is_own()), ("mine", true));
+        assert_eq!(controller.signal_names(), ["a", "b_2"]);
+    }
+
+    #[test]
+    fn names_without_end_are_cut_off() {
+        struct Endless;
+        impl Policy<f64> for Endless {
+            fn reset(&mut self) {}
+            fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+            fn signal_name(&self, _: usize) -> Option<&str> {
+                Some("more")
+            }
+        }
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let said = AnyController::own(&scenario, Box::new(Endless))
+            .err()
+            .expect("refused");
+        assert!(
+            said.to_string().ends_with("allowed: 256 signals at most"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_policy_that_says_it_failed_ends_the_run_with_what_it_says() {
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let run = run_with_controller::<Error>(&scenario, made(&[]).expect("good"), |_, _| Ok(()));
+        let said = run.expect_err("it failed").to_string();
+        assert_eq!(said, "policy mine: period 5, t = 0.005 s: tired");
     }
 }
