@@ -1394,8 +1394,8 @@ class Observation:
         ...     seen.append((observation.period, observation.command.copy(), observation.wheels_rad_s.shape))
         ...     return [0.0] * 7
         >>> seen = []
-        >>> trace = omnistep.run("flat", policy=kept, overrides={"duration_s": 0.002})
-        >>> [(period, command.shape, shape) for period, command, shape in seen]
+        >>> trace = omnistep.run("flat", policy=kept, overrides={"duration_s": 0.01})
+        >>> [(period, command.shape, shape) for period, command, shape in seen[:2]]
         [(0, (3,), (7,)), (1, (3,), (7,))]
     """
 

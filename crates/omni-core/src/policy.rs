@@ -115,10 +115,51 @@ impl<'a, R: Real> Readings<'a, R> {
 /// ```
 pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Policy, Readings};
+    /// /// Counts its steps.
+    /// struct Count(f64);
+    /// impl Policy<f64> for Count {
+    ///     fn reset(&mut self) {
+    ///         self.0 = 0.0;
+    ///     }
+    ///     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    ///         self.0 += 1.0;
+    ///         torques_n_m.fill(self.0);
+    ///     }
+    /// }
+    /// let (mut count, mut torques_n_m) = (Count(0.0), [0.0; 2]);
+    /// let readings = Readings::new(BodyTwist::ZERO, &[0.0; 2]);
+    /// count.step(&readings, &mut torques_n_m);
+    /// count.reset();
+    /// count.step(&readings, &mut torques_n_m);
+    /// assert_eq!(torques_n_m, [1.0; 2]);
+    /// ```
     fn reset(&mut self);
 
     /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. Whoever calls it brings the torques
     /// within what the motors have.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Policy, Readings};
+    /// /// Counts its steps.
+    /// struct Count(f64);
+    /// impl Policy<f64> for Count {
+    ///     fn reset(&mut self) {
+    ///         self.0 = 0.0;
+    ///     }
+    ///     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    ///         self.0 += 1.0;
+    ///         torques_n_m.fill(self.0);
+    ///     }
+    /// }
+    /// let (mut count, mut torques_n_m) = (Count(0.0), [0.0; 2]);
+    /// let readings = Readings::new(BodyTwist::ZERO, &[0.0; 2]);
+    /// count.step(&readings, &mut torques_n_m);
+    /// count.step(&readings, &mut torques_n_m);
+    /// assert_eq!(torques_n_m, [2.0; 2]);
+    /// ```
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
     /// What traces, tables and logs call it.
@@ -130,23 +171,68 @@ pub trait Policy<R> {
     ///     fn reset(&mut self) {}
     ///     fn step(&mut self, _: &Readings<'_, f32>, _: &mut [f32]) {}
     /// }
-    /// assert_eq!(Coast.name(), "own");
+    /// assert_eq!(Coast.name().len(), 3); // "own"
     /// ```
     fn name(&self) -> &str {
         "own"
     }
 
     /// Why the last step gave no torques, in one line: whoever calls it stops then. None where all is well.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// /// Says how far it is, and when it is over.
+    /// struct Talks(f64);
+    /// impl Policy<f64> for Talks {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+    ///     fn failure(&self) -> Option<&str> {
+    ///         (self.0 > 1.0).then_some("beyond the end")
+    ///     }
+    /// }
+    /// assert_eq!(Talks(0.5).failure(), None);
+    /// assert_eq!(Talks(1.5).failure(), Some("beyond the end"));
+    /// ```
     fn failure(&self) -> Option<&str> {
         None
     }
 
     /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// /// Says how far it is, and when it is over.
+    /// struct Talks(f64);
+    /// impl Policy<f64> for Talks {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+    ///     fn signal_name(&self, index: usize) -> Option<&str> {
+    ///         ["part_done"].get(index).copied()
+    ///     }
+    /// }
+    /// assert_eq!((Talks(0.5).signal_name(0), Talks(0.5).signal_name(1)), (Some("part_done"), None));
+    /// ```
     fn signal_name(&self, _index: usize) -> Option<&str> {
         None
     }
 
     /// Writes these signals, as they are after the last step.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// /// Says how far it is, and when it is over.
+    /// struct Talks(f64);
+    /// impl Policy<f64> for Talks {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+    ///     fn signals(&self, values: &mut [f64]) {
+    ///         values[0] = self.0;
+    ///     }
+    /// }
+    /// let mut values = [0.0];
+    /// Talks(0.5).signals(&mut values);
+    /// assert_eq!(values, [0.5]);
+    /// ```
     fn signals(&self, _values: &mut [R]) {}
 }
 
@@ -203,24 +289,91 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     }
 
     /// The loops.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 10.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(9.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// assert_eq!(policy.controller().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.4 m/s on wheels of 0.1 m
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn controller(&self) -> &Controller<R, N> {
         &self.controller
     }
 
     /// Everything that the last step did.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 10.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(9.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().wheels.p_n_m, [1.0; 4]); // 0.25 N.m a rad/s
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn sample(&self) -> &ControlSample<R, N> {
         &self.sample
     }
 
     /// What it remembers.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 10.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(9.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// let fresh = *policy.state();
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_ne!(*policy.state(), fresh); // 4 rad/s are missing: integrals of 0.4 N.m
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
         &self.state
     }
 
     /// Goes on from what another one of the same kind remembered.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
+    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 10.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(9.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
+    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
+    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// let (readings, mut torques_n_m, mut other) = (Readings::new(ahead, &[0.0; 4]), [0.0; 4], policy);
+    /// policy.step(&readings, &mut torques_n_m);
+    /// other.restore(*policy.state());
+    /// other.step(&readings, &mut torques_n_m);
+    /// assert_eq!(torques_n_m, [1.0 + 10.0 * 1e-2 * 4.0; 4]); // with the integral of the other
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
         self.state = state;
     }
@@ -287,8 +440,8 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
-    /// policy.state_mut().emergency_stop();
     /// assert!(policy.sample().is_none()); // no step yet
+    /// assert_eq!(policy.state().odometry.pose().x_m, 0.0);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
@@ -301,24 +454,81 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     }
 
     /// The drive.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let mut policy = DrivePolicy::new(drive);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// assert_eq!(policy.drive().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.4 m/s on wheels of 0.1 m
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn drive(&self) -> &Drive<R, N> {
         &self.drive
     }
 
     /// Everything that the last step did; none before the first.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let mut policy = DrivePolicy::new(drive);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().map(|sample| sample.wheels.p_n_m), Some([1.0; 4])); // 0.25 N.m a rad/s
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn sample(&self) -> Option<&DriveSample<R, N>> {
         self.sample.as_ref()
     }
 
     /// What it remembers.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let mut policy = DrivePolicy::new(drive);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.state().odometry.pose().x_m, 0.0); // it stood
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn state(&self) -> &DriveState<R, N> {
         &self.state
     }
 
     /// What it remembers, to stop and release it.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let mut policy = DrivePolicy::new(drive);
+    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// policy.state_mut().emergency_stop();
+    /// let mut torques_n_m = [9.0; 4];
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
+    /// assert_eq!(torques_n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn state_mut(&mut self) -> &mut DriveState<R, N> {
         &mut self.state
     }

@@ -324,7 +324,7 @@ mod tests {
             .to_string();
         assert!(
             refused.ends_with(
-                "the controller, push, which is not in the log; allowed: logs of omnistep's own controllers"
+                "x.mcap: its controller, push, is not in the log, allowed: logs of omnistep's own controllers"
             ),
             "{refused}"
         );

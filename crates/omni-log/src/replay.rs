@@ -81,7 +81,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
     if file.own_controller {
         let policy = file.run.get("policy").map_or("one of its own", String::as_str);
         let what = format!(
-            "the controller, {}, which is not in the log; allowed: logs of omnistep's own controllers",
+            "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
             omni_config::shortened(policy)
         );
         return Err(LogError::Lacks {

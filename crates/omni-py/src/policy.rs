@@ -18,7 +18,7 @@ use crate::error::{exception, refused};
 use crate::policy_observation::Observation;
 use crate::scenario::{Scenario, ScenarioArg, load};
 
-const ALLOWED: &str = "a name of omnistep.policies(), an object with reset(info) and step(observation), or a function of the observation";
+const ALLOWED: &str = "a name, an object with reset(info) and step(observation), or a function";
 /// Characters of a policy's name at most: it stands in tables and logs.
 const LONGEST_NAME: usize = 80;
 
@@ -76,12 +76,12 @@ impl OwnPolicy {
         };
         let class = given.get_type();
         if let Ok(class) = given.cast::<PyType>() {
-            return refuse(format!("{class}, which is a class and no object of it"));
+            return refuse(format!("the class {} and no object of it", class.name()?));
         }
         let callable = |name: &str| given.getattr(name).is_ok_and(|method| method.is_callable());
         let is_object = given.hasattr("step")?;
         if is_object && !(callable("step") && callable("reset")) {
-            return refuse(format!("{class} with step and without reset(info)"));
+            return refuse(format!("{} with step and without reset(info)", class.name()?));
         }
         if !is_object && !given.is_callable() {
             return refuse(class.to_string());
@@ -89,7 +89,7 @@ impl OwnPolicy {
         let name = match given.getattr_opt("name")? {
             Some(name) => match name.extract::<String>() {
                 Ok(name) => name,
-                Err(_) => return refuse(format!("{class} whose name is no string")),
+                Err(_) => return refuse(format!("{} whose name is no string", class.name()?)),
             },
             // Of a function its own.
             None => match given.getattr_opt("__name__")? {
