@@ -64,6 +64,31 @@ def threads() -> None:
     print(f"two runs: {serial:.2f} s in turn, {parallel:.2f} s on two threads: {parallel / serial:.2f} of the time")
 
 
+def own_policy() -> None:
+    """What the seam of a controller of one's own costs a period, beyond that controller itself."""
+    torques = np.zeros(7)
+    still = {"duration_s": 4.0, "command.vx_m_s": 0.0, "physics.engine": "articulated", "physics.step_us": 1000}
+    scenario = omnistep.Scenario("flat", overrides=still)
+
+    def own(observation: omnistep.Observation) -> np.ndarray:
+        return torques
+
+    def alone() -> None:
+        for _ in range(4000):
+            own(torques)  # type: ignore[arg-type]
+
+    def run(policy: omnistep.own_policy.PolicyLike) -> float:
+        return seconds(lambda: omnistep.run(scenario, policy=policy, progress=False))
+
+    # The vehicle stands: both controllers do next to nothing, and the physics do the same. What else the machine does
+    # only adds to a time: the shortest count.
+    rounds = [(run(own), run("independent"), seconds(alone)) for _ in range(4 * REPEATS)]
+    with_own, built_in, call = (min(times) for times in zip(*rounds, strict=True))
+    micros = (with_own - built_in - call) / 4000 * 1e6
+    total = built_in / 4000 * 1e6
+    print(f"a controller of one's own: {micros:.2f} us a period (at most 3); all of a built-in one's is {total:.1f} us")
+
+
 def ctrl_c(folder: Path) -> None:
     """How long a call goes on after Ctrl-C."""
     log = folder / "flat.mcap"
@@ -105,6 +130,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         reading(Path(folder))
         threads()
+        own_policy()
         ctrl_c(Path(folder))
 
 

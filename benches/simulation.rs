@@ -76,8 +76,8 @@ fn engines(folder: &std::path::Path) {
     ]
     .map(|(e, m)| step(e, m, 3.0));
     let log = |scenario: &Scenario| {
-        let mut log = RunLog::create(folder.join("engine.mcap"), scenario).expect("writable");
         let controller = AnyController::new(scenario).expect("a controller");
+        let mut log = RunLog::create(folder.join("engine.mcap"), scenario, &controller).expect("writable");
         let run = record::<Error>(scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
@@ -124,8 +124,8 @@ fn main() {
     let torques = torques(&trace);
     let folder = tempfile::tempdir().expect("a folder");
     let log = || {
-        let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario).expect("writable");
         let controller = AnyController::new(&scenario).expect("a controller");
+        let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario, &controller).expect("writable");
         let run = record::<Error>(&scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };

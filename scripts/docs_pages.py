@@ -27,7 +27,7 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare wheels read_mcap Trace Outcome Log WheelsTrace Simulation Sample",
+        "run compare wheels read_mcap Trace Outcome Log WheelsTrace Simulation Sample Policy PolicyInfo Observation",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario vehicles scenarios policies"),
     "control": (
@@ -38,6 +38,8 @@ PAGES = {
     "learning": ("Environments for learning", "gym"),
     "pictures": ("Figures, films, reports", "plot film report meshes"),
 }
+# Modules whose names the package exports itself.
+WHOSE_NAMES = ("errors", "runs", "ensembles", "own_policy", "tuning")
 # Tags that make a browser fetch something, and the attribute that says from where.
 FETCHED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "object": "data"}
 FETCHING_LINKS = {"stylesheet", "icon", "preconnect", "preload", "prefetch", "modulepreload", "manifest"}
@@ -47,7 +49,7 @@ def public() -> list[str]:
     """Every public name: what the package exports, and its modules, but those whose names it exports itself."""
     modules = [found.name for found in pkgutil.iter_modules(omnistep.__path__) if not found.name.startswith("_")]
     exported = [name for name in omnistep.__all__ if not name.startswith("_")]
-    return exported + [name for name in modules if name not in (*exported, "errors", "runs", "ensembles", "tuning")]
+    return exported + [name for name in modules if name not in (*exported, *WHOSE_NAMES)]
 
 
 def python_pages() -> dict[str, str]:
@@ -62,7 +64,8 @@ def python_pages() -> dict[str, str]:
             members = ", ".join(f'"{each}"' for each in module_names(name)) if is_module(name) else ""
             options = f"    options:\n      members: [{members}]\n" if members else ""
             if name == "gym":  # its classes share what they do with the others by way of a private module
-                options += "      inherited_members: [reset, step, render, ranges, action_s]\n      show_bases: false\n"
+                options += "      inherited_members: [reset, step, render, ranges, action_s, engine]\n"
+                options += "      show_bases: false\n"
             body.append(f"::: omnistep.{name}\n" + options)
         texts[page] = f"# {title}\n\n" + "\n".join(body)
     return texts

@@ -14,6 +14,7 @@ from omnistep._omnistep import (
     Kinematics,
     Layout,
     Log,
+    Observation,
     Odometry,
     Outcome,
     Pid,
@@ -35,6 +36,7 @@ from omnistep._omnistep import (
 )
 from omnistep.ensembles import StudyResult, study, sweep
 from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError, StudyError
+from omnistep.own_policy import Policy, PolicyInfo
 from omnistep.runs import compare, read_mcap, run
 from omnistep.tuning import TuneResult, tune
 
@@ -48,11 +50,14 @@ __all__ = [
     "Layout",
     "Log",
     "LogError",
+    "Observation",
     "Odometry",
     "OmnistepError",
     "Outcome",
     "Pid",
     "PidSample",
+    "Policy",
+    "PolicyInfo",
     "Sample",
     "Scenario",
     "Simulation",

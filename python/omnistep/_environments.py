@@ -83,6 +83,11 @@ class Task:
         """Time that an action is held [s]."""
         return self._episodes.action_s
 
+    @property
+    def engine(self) -> str:
+        """Name of the physics engine, as ``physics.engine`` has it."""
+        return self._episodes.engine
+
 
 class Single(Task, gymnasium.Env):
     """One environment: an `Episodes` of one."""
@@ -125,7 +130,7 @@ class Single(Task, gymnasium.Env):
         observations, infos = self._episodes.reset(seeds, _fixed(options), [True])
         super().reset(seed=seed)
         self._seeded = True
-        return observations[0], _single(infos)
+        return observations[0], self._told(infos)
 
     def step(self, action: _Numbers) -> tuple[_Numbers, float, bool, bool, _Info]:
         """Hold an action, clipped to -1 to 1, for :attr:`action_s`.
@@ -137,7 +142,11 @@ class Single(Task, gymnasium.Env):
             ConfigError: a number is not finite, their count is wrong, or the episode is over; nothing happened then.
         """
         seen, reward, terminated, truncated, infos, _ = self._episodes.step(_actions(action), "Disabled")
-        return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), _single(infos)
+        return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._told(infos)
+
+    def _told(self, infos: _Info) -> _Info:
+        """Figures for people, and what they were computed with."""
+        return {**_single(infos), "engine": self.engine}
 
     def render(self) -> Any:
         """Draw the vehicle: (H, W, 3) uint8; None unless ``render_mode="rgb_array"``, which needs matplotlib."""

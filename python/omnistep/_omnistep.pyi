@@ -8,6 +8,8 @@ from typing import Any, Final, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from omnistep.own_policy import Packed, PolicyLike
+
 _Floats: TypeAlias = NDArray[np.float64]
 _Bools: TypeAlias = NDArray[np.bool_]
 _Integers: TypeAlias = NDArray[np.int64]
@@ -22,6 +24,7 @@ __all__ = [
     "Kinematics",
     "Layout",
     "Log",
+    "Observation",
     "Odometry",
     "Outcome",
     "Pid",
@@ -58,7 +61,7 @@ __version__: str
 def run(
     scenario: str | PathLike[str] | Scenario = ...,
     *,
-    policy: str | None = None,
+    policy: PolicyLike | None = None,
     overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     mcap: str | PathLike[str] | None = None,
@@ -690,7 +693,7 @@ class Controller:
         """What it was made for."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy."""
+        """Name of the coordination policy, with what is chosen instead of its parts."""
     @property
     def period_s(self) -> float:
         """Control period [s]."""
@@ -909,7 +912,7 @@ class Scenario:
         """Its name."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy."""
+        """Name of the coordination policy, with what is chosen instead of its parts."""
     @property
     def seed(self) -> int:
         """Seed of perturbation and noise."""
@@ -1025,7 +1028,7 @@ class Trace:
         """Name of the vehicle."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy."""
+        """Name of the coordination policy, with what is chosen instead of its parts, or of a controller of your own."""
     @property
     def seed(self) -> int:
         """Seed of the perturbation."""
@@ -1072,9 +1075,9 @@ class Trace:
     def __contains__(self, name: object, /) -> bool: ...
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[str]: ...
-    def __reduce__(self) -> tuple[Any, tuple[str, bytes]]: ...
+    def __reduce__(self) -> tuple[Any, tuple[str, str, bytes]]: ...
     @staticmethod
-    def _of_state(scenario: str, state: bytes) -> Trace: ...
+    def _of_state(scenario: str, policy: str, state: bytes) -> Trace: ...
 
 @final
 class Outcome:
@@ -1185,16 +1188,20 @@ class Outcome:
 class Simulation:
     """A scenario being simulated, one control period at a time.
 
-    Several threads may use one: their calls wait for each other, outside the interpreter's lock.
+    Several threads may use one: their calls wait for each other, outside the interpreter's lock. It pickles, a
+    controller of your own and what was recorded included: what comes out goes on bit for bit.
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
-        policy: coordination policy instead of the scenario's.
+        policy: coordination policy instead of the scenario's, or a controller of your own, as :func:`omnistep.run`
+            takes it.
         overrides: keys to replace, as in :func:`omnistep.run`.
         seed: seed of the scenario's perturbation.
+        record: keep every period, some 4 kB each, for ``trace``, ``outcome`` and ``finish``.
 
     Raises:
         ConfigError: a name, key or value is wrong.
+        TypeError: a policy is none.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -1206,15 +1213,18 @@ class Simulation:
         ...     sample = simulation.step((0.2, 0.0, 0.0))
         >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
         (1.0, True)
+        >>> len(simulation.trace), simulation.outcome.verdict
+        (1000, 'driven')
     """
 
     def __new__(
         cls,
         scenario: str | PathLike[str] | Scenario = ...,
         *,
-        policy: str | None = None,
+        policy: PolicyLike | None = None,
         overrides: Mapping[str, Any] | None = None,
         seed: int | None = None,
+        record: bool = True,
     ) -> Simulation: ...
     def step(self, command: Sequence[float] | _Floats) -> Sample:
         """Measure, control, and hold the torques for one control period.
@@ -1225,7 +1235,8 @@ class Simulation:
         Raises:
             ConfigError: not three components, or one is not finite; nothing happened then.
             TypeError: not a sequence of numbers; nothing happened then.
-            SimulationError: the physics left the finite numbers.
+            SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that
+                raises itself is raised as it is. There was a period without torque then, which is not recorded.
         """
     def step_torques(self, torques_n_m: Sequence[float] | _Floats) -> Sample:
         """Hold actuator torques for one control period, past the controller.
@@ -1244,6 +1255,30 @@ class Simulation:
     def command_at(self, time_s: float) -> tuple[float, float, float]:
         """The scenario's own command at a time [s], as a body twist for the present heading."""
     @property
+    def trace(self) -> Trace:
+        """Every signal of every period so far, those past the controller too.
+
+        Raises:
+            ConfigError: nothing was recorded.
+        """
+    @property
+    def outcome(self) -> Outcome:
+        """The figures so far.
+
+        Raises:
+            ConfigError: nothing was recorded.
+        """
+    def finish(self, *, mcap: str | PathLike[str] | None = None) -> Trace:
+        """What was run so far, as a trace and as a log; the simulation can go on.
+
+        Args:
+            mcap: path of an MCAP log to write.
+
+        Raises:
+            ConfigError: nothing was recorded.
+            LogError: the log could not be written.
+        """
+    @property
     def time_s(self) -> float:
         """Simulated time since the start [s]."""
     @property
@@ -1260,7 +1295,10 @@ class Simulation:
         """What is being simulated."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy."""
+        """Name of the coordination policy, or of a controller of your own."""
+    def __reduce__(self) -> tuple[Any, tuple[str, Any, bytes, bytes | None]]: ...
+    @staticmethod
+    def _of_state(scenario: str, policy: Any, state: bytes, kept: bytes | None) -> Simulation: ...
 
 @final
 class Episodes:
@@ -1333,6 +1371,9 @@ class Episodes:
     def action_s(self) -> float:
         """Time that an action is held [s]."""
     @property
+    def engine(self) -> str:
+        """The physics engine."""
+    @property
     def ranges(self) -> list[tuple[str, tuple[float, float]]]:
         """What differs between episodes, and its range."""
     def wheels_m(self, index: int) -> tuple[_Floats, _Floats]:
@@ -1347,6 +1388,64 @@ class Episodes:
         Raises:
             IndexError: there is no such environment.
         """
+
+@final
+class Observation:
+    """What a controller of your own sees in a control period: sensors, its own torques, its command. Nothing else.
+
+    There is one a run. It and its arrays are written anew before every step: copy what you keep. Arrays cannot be
+    written to. N wheels and H hinges are in the order of :class:`omnistep.PolicyInfo`.
+
+    Example:
+        >>> import omnistep
+        >>> def kept(observation):
+        ...     seen.append((observation.period, observation.command.copy(), observation.wheels_rad_s.shape))
+        ...     return [0.0] * 7
+        >>> seen = []
+        >>> trace = omnistep.run("flat", policy=kept, overrides={"duration_s": 0.01})
+        >>> [(period, command.shape, shape) for period, command, shape in seen[:2]]
+        [(0, (3,), (7,)), (1, (3,), (7,))]
+    """
+
+    @property
+    def period(self) -> int:
+        """Control periods before this one."""
+    @property
+    def time_s(self) -> float:
+        """Time since the start [s]."""
+    @property
+    def command(self) -> _Floats:
+        """The last command that arrived, (3,): vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise.
+
+        Behind the scenario's heading hold, before any limit of the vehicle.
+        """
+    @property
+    def new_command(self) -> bool:
+        """The command arrived since the period before."""
+    @property
+    def wheels_rad_s(self) -> _Floats:
+        """Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived."""
+    @property
+    def torques_n_m(self) -> _Floats:
+        """Torques that were applied in the period before [N.m], (N,); 0 in the first."""
+    @property
+    def hinges_rad(self) -> _Floats:
+        """Angles of the hinges [rad], (H,)."""
+    @property
+    def hinges_rad_s(self) -> _Floats:
+        """Rates of the hinges [rad/s], (H,)."""
+    @property
+    def rate_rad_s(self) -> _Floats:
+        """Turning rates of the base about its x, y and z axes by the gyro [rad/s], (3,)."""
+    @property
+    def specific_force_m_s2(self) -> _Floats:
+        """Acceleration of the base less gravity along its axes [m/s^2], (3,): 9.81 upwards at rest."""
+    @property
+    def roll_rad(self) -> float:
+        """Angle of the base's y axis above the horizon [rad]: left side up is positive."""
+    @property
+    def pitch_rad(self) -> float:
+        """Angle of the base's x axis above the horizon [rad]: nose up is positive."""
 
 @final
 class Sample:
@@ -1491,8 +1590,17 @@ class Plan:
         policy: str | None = None,
         overrides: Mapping[str, Any] | None = None,
         seeds: int | Sequence[int],
+        own: Packed | None = None,
     ) -> Plan:
         """The runs of a scenario with the keys of each point replaced, all seeds of a point together.
+
+        Args:
+            points: the keys of each.
+            scenario: as in :func:`omnistep.sweep`.
+            policy: a coordination policy instead of the scenario's.
+            overrides: keys to replace in every run.
+            seeds: how many, or which.
+            own: a controller of your own instead: its name, what tells it from others, its pickle.
 
         Raises:
             ConfigError: a name, key or value is wrong; the message names the point.
@@ -1600,13 +1708,16 @@ def damage(path: str | PathLike[str]) -> str | None:
         StudyError: it cannot be read.
     """
 
-def compute_batch(batch: str, folder: str | PathLike[str], *, jobs: int | None = None) -> tuple[int, int]:
+def compute_batch(
+    batch: str, folder: str | PathLike[str], *, jobs: int | None = None, own: Packed | None = None
+) -> tuple[int, int]:
     """Compute what a batch's part in the folder lacks, each row written as soon as it is done.
 
     Args:
         batch: of :meth:`Rows.batches`.
         folder: the folder of results, which some :class:`Store` holds.
         jobs: threads; as many as there are cores by default.
+        own: the controller of your own that its plan had.
 
     Returns:
         How many rows were computed, and how many of them failed.

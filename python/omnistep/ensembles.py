@@ -17,6 +17,7 @@ from tqdm import tqdm
 
 from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch, shortened
 from omnistep.errors import ConfigError, StudyError
+from omnistep.own_policy import Packed, PolicyLike, packed
 from omnistep.runs import SHORT_S
 
 #: Tasks that a sweep is cut into at least, as far as there are runs: so that no worker waits long for the last one.
@@ -224,7 +225,7 @@ def sweep(
     points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
     *,
     scenario: str | PathLike[str] | Scenario = "step",
-    policy: str | None = None,
+    policy: PolicyLike | None = None,
     overrides: Mapping[str, Any] | None = None,
     seeds: int | Sequence[int] = 1,
     out: str | PathLike[str],
@@ -249,7 +250,10 @@ def sweep(
             then every combination is a point, the last key fastest. Keys and values as in ``overrides`` of
             :func:`omnistep.run`. At most 100000.
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
-        policy: coordination policy instead of the scenario's.
+        policy: coordination policy instead of the scenario's, or a controller of your own (see :class:`Policy`). Every
+            run gets its own out of a pickle; rows then have the column ``control_policy`` with its name. Rows of
+            another law are never taken for its own: where it has a string ``version``, that tells laws apart, else its
+            pickle and the source of its class. Threads share one interpreter: processes are quicker.
         overrides: keys to replace in every run; none that a point replaces, and no seed.
         seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
             noise.
@@ -265,10 +269,10 @@ def sweep(
         A row for each point and seed; a run that failed is a row with an ``error``.
 
     Raises:
-        ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or the folder is another
-            study's.
+        ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or a policy cannot be
+            pickled; or the folder is another study's.
         StudyError: the folder cannot be read or written, or workers do not share it.
-        TypeError: points are neither.
+        TypeError: points are neither, or a policy is none.
         KeyboardInterrupt: Ctrl-C was pressed. Batches under way on an executor are computed to their end.
 
     >>> import omnistep, tempfile
@@ -283,9 +287,17 @@ def sweep(
         if twice := sorted({key for point in every for key in point} & set(given)):
             raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
     batch = positive("batch", batch)
-    plan = Plan.of_points(every, scenario=scenario, policy=policy, overrides=overrides, seeds=listed(seeds))
+    preset, own = (policy, None) if policy is None or isinstance(policy, str) else (None, packed(policy))
+    plan = Plan.of_points(every, scenario=scenario, policy=preset, overrides=overrides, seeds=listed(seeds), own=own)
     return complete(
-        plan, Path(out), jobs=jobs, retry_errors=retry_errors, progress=progress, executor=executor, batch=batch
+        plan,
+        Path(out),
+        jobs=jobs,
+        retry_errors=retry_errors,
+        progress=progress,
+        executor=executor,
+        batch=batch,
+        own=own,
     )
 
 
@@ -298,6 +310,7 @@ def complete(
     progress: bool,
     executor: Executor | None = None,
     batch: int | None = None,
+    own: Packed | None = None,
 ) -> StudyResult:
     """Compute what a folder lacks of a plan. See :func:`sweep`."""
     jobs = positive("jobs", jobs)
@@ -317,7 +330,7 @@ def complete(
             else:
                 threads = jobs or 1
                 size = batch or threads * max(1, min(_RUNS_PER_THREAD, missing // (_TASKS * threads)))
-                _compute_on(executor, found.batches(size), folder, threads, bar)
+                _compute_on(executor, found.batches(size), folder, threads, own, bar)
         rows = store.read()
     if rows.missing:
         raise StudyError(
@@ -391,19 +404,19 @@ def _bar(runs: int, shown: bool) -> Iterator[_Bar]:
         yield _Bar(bar)
 
 
-def _work(batch: str, folder: str, jobs: int) -> tuple[int, int]:
+def _work(batch: str, folder: str, jobs: int, own: Packed | None) -> tuple[int, int]:
     """Compute a batch where a worker is."""
-    return compute_batch(batch, folder, jobs=jobs)
+    return compute_batch(batch, folder, jobs=jobs, own=own)
 
 
-def _compute_on(executor: Executor, batches: list[str], folder: Path, jobs: int, bar: _Bar) -> None:
+def _compute_on(executor: Executor, batches: list[str], folder: Path, jobs: int, own: Packed | None, bar: _Bar) -> None:
     """Have every batch computed; stop handing them out when one fails."""
     ended: queue.SimpleQueue[Future[tuple[int, int]]] = queue.SimpleQueue()
     futures: list[Future[tuple[int, int]]] = []
     rows = failed = 0
     try:
         for batch in batches:
-            futures.append(executor.submit(_work, batch, str(folder.absolute()), jobs))
+            futures.append(executor.submit(_work, batch, str(folder.absolute()), jobs, own))
             futures[-1].add_done_callback(ended.put)
         for _ in batches:
             of_batch = _next(ended).result()

@@ -25,7 +25,7 @@ class ConfigError(OmnistepError, ValueError):
 
 
 class SimulationError(OmnistepError):
-    """The physics left the finite numbers."""
+    """The physics left the finite numbers, or a controller of your own gave no torques."""
 
 
 class LogError(OmnistepError, OSError):

@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
-from typing import Any
+from typing import Any, overload
 
 from tqdm import tqdm
 
@@ -12,6 +12,7 @@ from omnistep._omnistep import Log, Scenario, Trace, policies, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
+from omnistep.own_policy import PolicyLike, name_of
 
 #: A call that is done by then shows no bar.
 SHORT_S = 1.0
@@ -39,7 +40,7 @@ def _warn(trace: Trace) -> None:
 def run(
     scenario: str | PathLike[str] | Scenario = "step",
     *,
-    policy: str | None = None,
+    policy: PolicyLike | None = None,
     overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     mcap: str | PathLike[str] | None = None,
@@ -52,7 +53,9 @@ def run(
     Args:
         scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
             default.
-        policy: coordination policy instead of the scenario's (see :func:`policies`).
+        policy: coordination policy instead of the scenario's (see :func:`policies`), or a controller of your own: an
+            object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
+            :class:`Policy`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and the values to put there:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
             ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists, arrays
@@ -70,8 +73,9 @@ def run(
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
-        TypeError: a value is none of what a key can hold.
-        SimulationError: the physics left the finite numbers.
+        TypeError: a value is none of what a key can hold, or a policy is none.
+        SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that raises
+            itself is raised as it is, with a note of when.
         LogError: the log could not be written, or another run writes it.
         KeyboardInterrupt: Ctrl-C was pressed; no log is left.
 
@@ -88,53 +92,104 @@ def run(
     return trace
 
 
+@overload
+def compare(
+    scenario: str | PathLike[str] | Scenario = ...,
+    *,
+    policies: Iterable[PolicyLike] | None = ...,
+    engines: None = ...,
+    overrides: Mapping[str, Any] | None = ...,
+    seed: int | None = ...,
+    progress: bool = ...,
+) -> dict[str, Trace]: ...
+@overload
+def compare(
+    scenario: str | PathLike[str] | Scenario = ...,
+    *,
+    policies: Iterable[PolicyLike] | None = ...,
+    engines: Iterable[str],
+    overrides: Mapping[str, Any] | None = ...,
+    seed: int | None = ...,
+    progress: bool = ...,
+) -> dict[tuple[str, str], Trace]: ...
 def compare(
     scenario: str | PathLike[str] | Scenario = "step",
     *,
-    policies: Iterable[str] | None = None,
+    policies: Iterable[PolicyLike] | None = None,
+    engines: Iterable[str] | None = None,
     overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     progress: bool = True,
-) -> dict[str, Trace]:
-    """Run a scenario under several coordination policies.
+) -> dict[str, Trace] | dict[tuple[str, str], Trace]:
+    """Run a scenario under several policies, and on several engines.
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
-        policies: names of policies; all of them by default.
+        policies: names of coordination policies and controllers of your own, as :func:`run` takes them, mixed; all
+            coordination policies by default.
+        engines: ``"rapier"``, ``"articulated"`` or both; the scenario's by default.
         overrides: keys to replace, as in :func:`run`.
         seed: seed of the scenario's perturbation.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
-        The trace of each policy by name, in the order given.
+        The trace of each policy by name, in the order given; with ``engines`` by name and engine.
 
     Raises:
         ConfigError: a name, key or value is wrong, or no policy is named, or one twice.
-        TypeError: ``policies`` is one string.
-        SimulationError: the physics left the finite numbers.
+        TypeError: ``policies`` or ``engines`` is one string, or a policy is none.
+        SimulationError: as in :func:`run`.
 
     Example:
         >>> import omnistep
         >>> traces = omnistep.compare("flat", policies=["paper", "load_sharing"], overrides={"duration_s": 0.1})
         >>> [trace.policy for trace in traces.values()]
         ['paper', 'load_sharing']
+        >>> def coast(observation):
+        ...     return 0.0 * observation.wheels_rad_s
+        >>> both = ["rapier", "articulated"]
+        >>> traces = omnistep.compare("flat", policies=["paper", coast], engines=both, overrides={"duration_s": 0.1})
+        >>> list(traces)
+        [('paper', 'rapier'), ('paper', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
-    if isinstance(policies, str) or not (policies is None or isinstance(policies, Iterable)):
-        raise TypeError(shortened(f"policies: {policies!r}, allowed: a list of names"))
-    names = list(policies) if policies is not None else _all_policies()
-    if not names or len(set(names)) < len(names) or None in names:
+    listed = _listed("policies", policies, "a list of names and controllers")
+    given = _all_policies() if listed is None else listed
+    names = [name_of(each) for each in given]
+    if not _each_once(given, names):
         raise ConfigError(f"policies: {names}, allowed: one name or more, each once", key="policies")
-    traces: dict[str, Trace] = {}
+    on = _listed("engines", engines, "a list of names")
+    if on is not None:
+        if not _each_once(on, on):
+            raise ConfigError(f"engines: {on}, allowed: one name or more, each once", key="engines")
+        if "physics.engine" in (overrides or {}):
+            message = "overrides: physics.engine is given by engines too, allowed: one of the two"
+            raise ConfigError(message, key="physics.engine")
+    runs = [(policy, name, engine) for policy, name in zip(given, names, strict=True) for engine in on or [None]]
+    traces: dict[Any, Trace] = {}
     with _bar("compare", shown=progress) as told:
 
         def told_of_all(part: float) -> None:
-            told((len(traces) + part) / len(names))
+            told((len(traces) + part) / len(runs))
 
         on_progress = told_of_all if progress else None
-        for name in names:
-            traces[name] = _run(scenario, policy=name, overrides=overrides, seed=seed, on_progress=on_progress)
-            _warn(traces[name])
+        for policy, name, engine in runs:
+            keys = overrides if engine is None else {**(overrides or {}), "physics.engine": engine}
+            trace = _run(scenario, policy=policy, overrides=keys, seed=seed, on_progress=on_progress)
+            _warn(trace)
+            traces[name if engine is None else (name, engine)] = trace
     return traces
+
+
+def _listed(name: str, given: Iterable[Any] | None, allowed: str) -> list[Any] | None:
+    if given is None:
+        return None
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise TypeError(shortened(f"{name}: {given!r}, allowed: {allowed}"))
+    return list(given)
+
+
+def _each_once(given: list[Any], names: list[str]) -> bool:
+    return bool(given) and None not in given and len(set(names)) == len(names)
 
 
 _all_policies = policies

@@ -183,8 +183,8 @@ def test_a_vehicle_that_a_point_does_not_replace_is_a_column_with_its_name(tmp_p
 
 def test_workers_that_do_not_see_the_folder_are_noticed(tmp_path):
     class Elsewhere(Here):
-        def changed(self, batch, folder, jobs):
-            return batch, str(tmp_path / "elsewhere"), jobs
+        def changed(self, batch, folder, jobs, own):
+            return batch, str(tmp_path / "elsewhere"), jobs, own
 
     class Idle(Here):
         def submit(self, fn, /, *args):

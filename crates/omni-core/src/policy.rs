@@ -168,6 +168,41 @@ pub trait Policy<R> {
     /// ```
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
+    /// What traces, tables and logs call it.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// struct Coast;
+    /// impl Policy<f32> for Coast {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f32>, _: &mut [f32]) {}
+    /// }
+    /// assert_eq!(Coast.name().len(), 3); // "own"
+    /// ```
+    fn name(&self) -> &str {
+        "own"
+    }
+
+    /// Why the last step gave no torques, in one line: whoever calls it stops then. None where all is well.
+    ///
+    /// ```
+    /// # use omni_core::{Policy, Readings};
+    /// /// Says how far it is, and when it is over.
+    /// struct Talks(f64);
+    /// impl Policy<f64> for Talks {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+    ///     fn failure(&self) -> Option<&str> {
+    ///         (self.0 > 1.0).then_some("beyond the end")
+    ///     }
+    /// }
+    /// assert_eq!(Talks(0.5).failure(), None);
+    /// assert_eq!(Talks(1.5).failure(), Some("beyond the end"));
+    /// ```
+    fn failure(&self) -> Option<&str> {
+        None
+    }
+
     /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
     ///
     /// ```

@@ -137,7 +137,7 @@ pub fn run_live<E: From<Error>>(
         port: live.port,
         reason: error.to_string(),
     })?;
-    let messages = Messages::new(scenario);
+    let messages = Messages::new(scenario, &controller);
     let mut served = Served {
         hub: server.hub.clone(),
         buffer: Vec::new(),
@@ -196,7 +196,7 @@ fn refused<E: From<Error>>(error: omni_sim::Error) -> E {
     Error::from(error).into()
 }
 
-/// Everything that is served, in the order of the channels.
+/// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
 const TOPICS: [fn() -> Topic; 8] = [
     || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
     || topic_of::<StringMessage>(topic::TERRAIN),

@@ -9,8 +9,8 @@ use omni_sim::{Outcome, Rows, Trace};
 
 use crate::frames::Frames;
 use crate::reader::read_log_watched;
-use crate::ros2::{Twist, VehicleState, WheelState};
-use crate::{Error, LogError, LogFile, LogMessage};
+use crate::ros2::{ControllerSignals, Twist, VehicleState, WheelState};
+use crate::{Error, LogError, LogFile, LogMessage, topic};
 
 /// Columns of a log that every vehicle has, named as in [`Trace`].
 const COMMON: [&str; 9] = [
@@ -52,8 +52,8 @@ const WHEEL: [WheelColumn; 15] = [
 pub struct LoggedRun {
     /// What the log says of itself.
     pub file: LogFile,
-    /// `/vehicle_state` as columns, one row a message, named as in the run's own [`Trace`]; with what was asked for and the gyro,
-    /// without what the log does not hold at that rate: poses, hinges, energies.
+    /// `/vehicle_state` and `/controller_signals` as columns, one row a message, named as in the run's own [`Trace`]; with what was
+    /// asked for and the gyro, without what the log does not hold at that rate: poses, hinges, energies.
     pub trace: Trace,
     /// Times of the messages on `/tf` \[s\].
     pub frame_time_s: Vec<f64>,
@@ -71,10 +71,12 @@ impl LoggedRun {
     ///
     /// ```
     /// use omni_log::{Error, LoggedRun, RunLog, run_logged};
-    /// use omni_sim::config::{Override, Scenario};
+    /// use omni_sim::{config::{Override, Scenario}, controller::AnyController};
     /// let path = std::env::temp_dir().join("omnistep-logged-run-example.mcap");
     /// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
-    /// let trace = run_logged::<Error>(&scenario, RunLog::create(&path, &scenario)?, |_, _| Ok(()))?;
+    /// let controller = AnyController::new(&scenario)?;
+    /// let log = RunLog::create(&path, &scenario, &controller)?;
+    /// let trace = run_logged::<Error>(&scenario, controller, log, |_, _| Ok(()))?;
     /// let logged = LoggedRun::read(&path)?;
     /// assert_eq!(logged.trace.wheels("applied_n_m"), trace.wheels("applied_n_m"));
     /// assert_eq!(logged.frames["wheel_4"].len(), logged.frame_time_s.len());
@@ -95,6 +97,7 @@ impl LoggedRun {
     pub fn read_watched(path: impl AsRef<Path>, mut watch: impl FnMut(f64) -> bool) -> Result<Self, Error> {
         // The columns need the vehicle, which a finished log names at its end too, but messages come before.
         let mut states = Vec::new();
+        let mut own = Own::default();
         let mut frames = Frames::default();
         let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
         let path = path.as_ref();
@@ -105,6 +108,7 @@ impl LoggedRun {
         let file = read_log_watched(path, &mut watch, |time_ns, message| {
             match message {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),
+                LogMessage::ControllerSignals(signals) => own.add(time_ns, signals).map_err(damaged)?,
                 LogMessage::Tf(message) => frames.add(time_ns, message).map_err(damaged)?,
                 LogMessage::RobotDescription(text) => urdf = text.data,
                 LogMessage::Terrain(text) => terrain_urdf = text.data,
@@ -112,16 +116,22 @@ impl LoggedRun {
             }
             Ok(())
         })?;
+        let times = states.iter().map(|(time_ns, _)| *time_ns);
+        own.fits(times, file.complete).map_err(damaged)?;
         let mut rows = Rows::new(
             file.scenario.vehicle(),
-            COMMON.map(String::from).into(),
+            COMMON
+                .map(String::from)
+                .into_iter()
+                .chain(own.names.clone())
+                .collect(),
             WHEEL.iter().map(|(name, _)| *name).collect(),
         );
         for (i, (time_ns, state)) in states.iter().enumerate() {
             if i % ROWS_PER_LOOK == 0 && !watch(1.0) {
                 return Err(LogError::Stopped { path: file.path }.into());
             }
-            push(&mut rows, *time_ns, state, file.scenario.vehicle());
+            push(&mut rows, *time_ns, state, own.row(i), file.scenario.vehicle());
         }
         let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
         // A run that was killed has none.
@@ -148,7 +158,60 @@ impl LoggedRun {
 /// Rows between two looks at whether to go on.
 const ROWS_PER_LOOK: usize = 4096;
 
-fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, vehicle: &Vehicle) {
+/// What only the run's controller said.
+#[derive(Default)]
+struct Own {
+    names: Vec<String>,
+    times_ns: Vec<u64>,
+    /// Row after row, each with a number a name.
+    values: Vec<f64>,
+}
+
+impl Own {
+    fn add(&mut self, time_ns: u64, message: ControllerSignals) -> Result<(), String> {
+        let topic = topic::CONTROLLER_SIGNALS;
+        if self.times_ns.is_empty() {
+            self.names = message.name;
+        } else if self.names != message.name {
+            return Err(format!("{topic}: a message of other signals than the first"));
+        }
+        if self.names.len() != message.value.len() {
+            let (names, values) = (self.names.len(), message.value.len());
+            return Err(format!("{topic}: a message of {names} names and {values} values"));
+        }
+        self.times_ns.push(time_ns);
+        self.values.extend(message.value);
+        Ok(())
+    }
+
+    /// One message a state, or none at all: else there would be columns out of nothing. Of a run that was killed the last may be missing.
+    fn fits(&self, states_ns: impl ExactSizeIterator<Item = u64>, complete: bool) -> Result<(), String> {
+        let (own, states) = (self.times_ns.len(), states_ns.len());
+        let all = own == states || (!complete && own + 1 == states);
+        if own == 0 || all && self.times_ns.iter().copied().eq(states_ns.take(own)) {
+            return Ok(());
+        }
+        let topics = [topic::CONTROLLER_SIGNALS, topic::VEHICLE_STATE];
+        Err(format!(
+            "{own} messages on {}, not one for each of the {states} on {}",
+            topics[0], topics[1]
+        ))
+    }
+
+    /// A number a name; NaN where the message is missing.
+    fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
+        let count = self.names.len();
+        (0..count).map(move |k| self.values.get(i * count + k).copied().unwrap_or(f64::NAN))
+    }
+}
+
+fn push(
+    rows: &mut Rows,
+    time_ns: u64,
+    state: &VehicleState,
+    own: impl Iterator<Item = f64>,
+    vehicle: &Vehicle,
+) {
     let planar = |t: &Twist| {
         let (vx_m_s, vy_m_s, wz_rad_s) = (t.linear.x, t.linear.y, t.angular.z);
         BodyTwist {
@@ -163,6 +226,7 @@ fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, vehicle: &Vehicle) 
     rows.push([state.gyro_rad_s]);
     rows.push(planar(&state.estimated_twist));
     rows.push([state.common_factor]);
+    rows.push(own);
     for (_, signal) in &WHEEL {
         // As many as the vehicle has, whatever a message holds.
         rows.push((0..vehicle.wheel.len()).map(|i| state.wheels.get(i).map_or(f64::NAN, signal)));
@@ -173,7 +237,9 @@ fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, vehicle: &Vehicle) 
 mod tests {
     use super::*;
     use crate::{RunLog, run_logged};
+    use omni_core::{Policy, Readings};
     use omni_sim::Simulation;
+    use omni_sim::controller::AnyController;
 
     #[test]
     fn frames_and_columns_are_those_of_the_run() {
@@ -181,9 +247,10 @@ mod tests {
         let path = folder.path().join("x.mcap");
         let shorter = omni_config::Override::new("duration_s", 2.0);
         let scenario = Scenario::load("step", &[shorter]).expect("built-in");
-        let log = RunLog::create(&path, &scenario).expect("writable");
+        let controller = AnyController::new(&scenario).expect("valid");
+        let log = RunLog::create(&path, &scenario, &controller).expect("writable");
         let mut seen = Vec::new();
-        run_logged::<Error>(&scenario, log, |simulation: &Simulation, _| {
+        run_logged::<Error>(&scenario, controller, log, |simulation: &Simulation, _| {
             seen.push(simulation.observation().clone());
             Ok(())
         })
@@ -200,5 +267,104 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Pushes with what is missing of 3 rad/s, and says what that was.
+    struct Push(f64);
+
+    impl Policy<f64> for Push {
+        fn reset(&mut self) {}
+
+        fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+            self.0 = 3.0 - readings.wheels_rad_s[0];
+            torques_n_m[0] = 0.1 * self.0;
+        }
+
+        fn name(&self) -> &str {
+            "push"
+        }
+
+        fn signal_name(&self, index: usize) -> Option<&str> {
+            ["missing_rad_s", "third"].get(index).copied()
+        }
+
+        fn signals(&self, values: &mut [f64]) {
+            values.copy_from_slice(&[self.0, self.0 / 3.0]);
+        }
+    }
+
+    fn pushed(keys: &[&str]) -> (tempfile::TempDir, std::path::PathBuf, Trace) {
+        let keys: Vec<_> = keys
+            .iter()
+            .map(|key| omni_config::Override::parse(key).expect("KEY=VALUE"))
+            .collect();
+        let scenario = Scenario::load("flat", &keys).expect("built-in");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        let controller = AnyController::own(&scenario, Box::new(Push(0.0))).expect("valid");
+        let log = RunLog::create(&path, &scenario, &controller).expect("writable");
+        let trace = run_logged::<Error>(&scenario, controller, log, |_, _| Ok(())).expect("runs");
+        (folder, path, trace)
+    }
+
+    #[test]
+    fn own_signals_come_back_in_every_bit_and_the_log_names_the_policy() {
+        let (_folder, path, trace) = pushed(&["duration_s=0.3"]);
+        let logged = LoggedRun::read(&path).expect("a log");
+        for name in ["missing_rad_s", "third"] {
+            let (read, run) = (logged.trace.column(name), trace.column(name));
+            assert_eq!(read.map(<[f64]>::len), Some(300));
+            assert_eq!(read, run);
+        }
+        assert_eq!(logged.trace.column("missing_rad_s").map(|c| c[0]), Some(3.0)); // at rest
+        assert_eq!(logged.file.run["policy"], "push");
+        assert_eq!(logged.file.counts["/controller_signals"], 300);
+        let refused = crate::replay(&path, &[])
+            .expect_err("its controller is not there")
+            .to_string();
+        assert!(
+            refused.ends_with(
+                "x.mcap: its controller, push, is not in the log, allowed: logs of omnistep's own controllers"
+            ),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn own_signals_are_as_rare_as_the_states_and_no_topic_where_there_are_none() {
+        let (_folder, path, _) = pushed(&["duration_s=0.3", "log.vehicle_state_hz=100"]);
+        let logged = LoggedRun::read(&path).expect("a log");
+        let counts = &logged.file.counts;
+        assert_eq!(
+            (counts["/vehicle_state"], counts["/controller_signals"]),
+            (30, 30)
+        );
+        let scenario =
+            Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
+        let controller = AnyController::new(&scenario).expect("valid");
+        let log = RunLog::create(&path, &scenario, &controller).expect("writable");
+        run_logged::<Error>(&scenario, controller, log, |_, _| Ok(())).expect("runs");
+        let counts = LoggedRun::read(&path).expect("a log").file.counts;
+        assert!(!counts.contains_key("/controller_signals") && counts["/vehicle_state"] == 100);
+    }
+
+    #[test]
+    fn own_signals_that_do_not_fit_the_states_are_damage() {
+        let message = |names: &[&str], values: &[f64]| {
+            let mut message = ControllerSignals::default();
+            message.name = names.iter().map(|name| (*name).to_owned()).collect();
+            message.value = values.to_vec();
+            message
+        };
+        let mut own = Own::default();
+        own.add(1, message(&["a", "b"], &[1.0, 2.0])).expect("the first");
+        assert!(own.add(2, message(&["a"], &[1.0])).is_err());
+        assert!(own.add(2, message(&["a", "b"], &[1.0])).is_err());
+        assert!(own.fits([1].into_iter(), true).is_ok());
+        assert!(own.fits([2].into_iter(), true).is_err()); // another time
+        assert!(own.fits([1, 2].into_iter(), true).is_err());
+        assert!(own.fits([1, 2].into_iter(), false).is_ok()); // killed between the two
+        assert!(own.fits([1, 2, 3].into_iter(), false).is_err());
+        assert!(own.row(1).all(f64::is_nan) && own.row(0).eq([1.0, 2.0]));
     }
 }

@@ -3,6 +3,7 @@
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
 //! | `/vehicle_state` | `omni_msgs/msg/VehicleState` | every control period |
+//! | `/controller_signals` | `omni_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
 //! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: the true pose and twist, no estimate |
@@ -12,13 +13,13 @@
 
 use omni_config::{Scenario, WheelSpec};
 use omni_core::BodyTwist;
-use omni_sim::controller::ControlSample;
+use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
 use crate::ros2::{
-    ColorRgba, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose, PoseWithCovariance,
-    Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped,
-    TwistWithCovariance, Vector3, VehicleState, WheelState,
+    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose,
+    PoseWithCovariance, Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist,
+    TwistStamped, TwistWithCovariance, Vector3, VehicleState, WheelState,
 };
 use crate::rotation::about;
 use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};
@@ -27,6 +28,8 @@ use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, v
 pub mod topic {
     /// What the controller saw and did.
     pub const VEHICLE_STATE: &str = "/vehicle_state";
+    /// What only this run's controller says.
+    pub const CONTROLLER_SIGNALS: &str = "/controller_signals";
     /// Frames.
     pub const TF: &str = "/tf";
     /// Hinges and wheels.
@@ -100,6 +103,9 @@ impl Pace {
 /// Makes the messages of a scenario's run while it goes on.
 pub(crate) struct Messages {
     scenario: Scenario,
+    policy: String,
+    /// Names of the controller's own signals.
+    signals: Vec<String>,
     period_s: f64,
     wheel_angles: Vec<f64>,
     vehicle_state: Pace,
@@ -111,7 +117,7 @@ pub(crate) struct Messages {
 }
 
 impl Messages {
-    pub(crate) fn new(scenario: &Scenario) -> Self {
+    pub(crate) fn new(scenario: &Scenario, controller: &AnyController) -> Self {
         let rates = &scenario.log;
         Self {
             wheel_angles: vec![0.0; scenario.vehicle().wheel.len()],
@@ -124,6 +130,8 @@ impl Messages {
             odom: Pace::hz(rates.odom_hz),
             cmd_vel: Pace::hz(rates.cmd_vel_hz),
             markers: Pace::hz(rates.markers_hz),
+            policy: controller.policy().into(),
+            signals: controller.signal_names().to_vec(),
             scenario: scenario.clone(),
         }
     }
@@ -131,6 +139,7 @@ impl Messages {
     /// Another scenario of the same vehicle from now on: another policy or torque limit.
     #[cfg(feature = "live")]
     pub(crate) fn describes(&mut self, scenario: &Scenario) {
+        self.policy = scenario.control.law();
         self.scenario = scenario.clone();
     }
 
@@ -150,11 +159,17 @@ impl Messages {
         sink: &mut S,
     ) -> Result<(), S::Error> {
         for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
-            *angle += wheel.measured_rad_s * self.period_s;
+            // A wheel that nobody measured is shown where it was: NaN would stay.
+            if wheel.measured_rad_s.is_finite() {
+                *angle += wheel.measured_rad_s * self.period_s;
+            }
         }
         let time = seen.time_ns;
         if self.vehicle_state.due(time) {
             sink.send(topic::VEHICLE_STATE, time, &self.vehicle_state(sample, seen))?;
+            if !self.signals.is_empty() {
+                sink.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(sample, time))?;
+            }
         }
         if self.tf.due(time) {
             sink.send(topic::TF, time, &self.transforms(seen))?;
@@ -178,6 +193,16 @@ impl Messages {
         Ok(())
     }
 
+    /// As many values as names; none is known of a period that the controller had no part in.
+    fn own_signals(&self, sample: &ControlSample, time_ns: u64) -> ControllerSignals {
+        let value = (0..self.signals.len()).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN));
+        ControllerSignals {
+            header: Header::new(time_ns, ""),
+            name: self.signals.clone(),
+            value: value.collect(),
+        }
+    }
+
     fn vehicle_state(&self, sample: &ControlSample, seen: &Observation) -> VehicleState {
         let wheels = self
             .scenario
@@ -187,7 +212,7 @@ impl Messages {
             .zip(sample.wheels.iter().zip(&seen.wheels));
         VehicleState {
             header: Header::new(seen.time_ns, BASE_LINK),
-            policy: self.scenario.control.law(),
+            policy: self.policy.clone(),
             asked_twist: twist(&sample.asked),
             gyro_rad_s: sample.gyro_rad_s,
             common_factor: sample.common_factor,
@@ -382,7 +407,7 @@ mod tests {
             "the front row is on its way up: {:?}",
             seen.hinges
         );
-        let tf = Messages::new(&scenario).transforms(seen);
+        let tf = Messages::new(&scenario, simulation.controller()).transforms(seen);
         let place = |frame: &str| {
             let (mut at, mut frame) = ([0.0; 3], frame.to_owned());
             while frame != WORLD_LINK {

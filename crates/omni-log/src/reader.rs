@@ -13,9 +13,10 @@ use omni_sim::Outcome;
 use serde::de::DeserializeOwned;
 
 use crate::ros2::{
-    JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped,
+    VehicleState,
 };
-use crate::run_log::{OUTCOME, RUN, SCENARIO};
+use crate::run_log::{OUTCOME, OWN_CONTROLLER, RUN, SCENARIO};
 use crate::{Error, LogError, size_limits, topic};
 
 /// Bytes that are read at a time.
@@ -29,6 +30,8 @@ const FOOTER_BYTES: usize = 20;
 pub enum LogMessage {
     /// `/vehicle_state`.
     VehicleState(VehicleState),
+    /// `/controller_signals`.
+    ControllerSignals(ControllerSignals),
     /// `/tf`.
     Tf(TfMessage),
     /// `/joint_states`.
@@ -53,6 +56,8 @@ pub struct LogFile {
     pub path: PathBuf,
     /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
     pub run: BTreeMap<String, String>,
+    /// The controller was one of somebody's own, which is not in the log: the scenario does not say what it did.
+    pub own_controller: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
     /// The figures; none where the run was killed before its end.
@@ -71,12 +76,13 @@ pub struct LogFile {
 ///
 /// ```
 /// use omni_log::{Error, LogMessage, RunLog, read_log, run_logged};
-/// use omni_sim::config::{Override, Scenario};
+/// use omni_sim::{config::{Override, Scenario}, controller::AnyController};
 /// let folder = std::env::temp_dir().join("omnistep-read-log-example");
 /// std::fs::create_dir_all(&folder).expect("a folder");
 /// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
-/// let log = RunLog::create(folder.join("flat.mcap"), &scenario)?;
-/// run_logged::<Error>(&scenario, log, |_, _| Ok(()))?;
+/// let controller = AnyController::new(&scenario)?;
+/// let log = RunLog::create(folder.join("flat.mcap"), &scenario, &controller)?;
+/// run_logged::<Error>(&scenario, controller, log, |_, _| Ok(()))?;
 /// let mut speed = 0.0;
 /// let file = read_log(folder.join("flat.mcap"), |_, message| {
 ///     if let LogMessage::Odom(odom) = message {
@@ -222,7 +228,9 @@ pub(crate) fn read_log_watched(
     }
     // It follows from the scenario, also for logs that do not say it.
     let wheel_model_valid = scenario.beyond_balls().is_none();
+    let (key, own) = OWN_CONTROLLER;
     Ok(LogFile {
+        own_controller: seen.run.get(key).is_some_and(|value| value == own),
         run: seen.run,
         outcome: seen.outcome.map(|mut outcome| {
             outcome.wheel_model_valid = wheel_model_valid;
@@ -349,6 +357,7 @@ impl Seen {
                 self.wheels = Some(found);
                 LogMessage::VehicleState(state)
             }
+            topic::CONTROLLER_SIGNALS => LogMessage::ControllerSignals(decode(data)?),
             topic::TF => LogMessage::Tf(decode(data)?),
             topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
             topic::ODOM => LogMessage::Odom(Box::new(decode(data)?)),

@@ -32,8 +32,9 @@ pub struct Record {
 /// use omni_sim::{config::{Override, Scenario}, controller::AnyController};
 /// let path = std::env::temp_dir().join(format!("omnistep-record-{}.mcap", std::process::id()));
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
-/// let mut log = RunLog::create(&path, &scenario)?;
-/// let run = record(&scenario, AnyController::new(&scenario)?, &mut log, |_, _| Ok::<(), Error>(()))?;
+/// let controller = AnyController::new(&scenario)?;
+/// let mut log = RunLog::create(&path, &scenario, &controller)?;
+/// let run = record(&scenario, controller, &mut log, |_, _| Ok::<(), Error>(()))?;
 /// assert_eq!(log.finish(&run.outcome)?.path(), path);
 /// # std::fs::remove_file(path).unwrap();
 /// # Ok::<(), Error>(())
@@ -55,16 +56,17 @@ pub fn record<E: From<Error>>(
     Ok(Record { outcome, ended, link })
 }
 
-/// Runs a scenario from start to end into a log, finishes it, and returns every signal of the run too.
+/// Runs a scenario from start to end into a log, with a controller that was made for it and is freshly started, finishes it, and returns
+/// every signal of the run too.
 ///
 /// # Errors
 /// As [`record`] and [`RunLog::finish`]; a run that the physics ended has its log, and is an error.
 pub fn run_logged<E: From<Error>>(
     scenario: &Scenario,
+    controller: AnyController,
     mut log: RunLog,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    let controller = AnyController::new(scenario).map_err(Error::from)?;
     let mut trace = TraceBuilder::with_signals(scenario.vehicle(), controller.signal_names());
     let Record { outcome, ended, .. } = record(scenario, controller, &mut log, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());

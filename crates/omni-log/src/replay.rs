@@ -67,7 +67,8 @@ pub struct Replay {
 /// what the controller would have commanded.
 ///
 /// # Errors
-/// As [`read_log`]; [`LogError::Lacks`] where the log has no `/vehicle_state` every control period; as [`AnyController::new`].
+/// As [`read_log`]; [`LogError::Lacks`] where the log has no `/vehicle_state` every control period, or its controller was one of
+/// somebody's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
     let mut states = Vec::new();
@@ -77,6 +78,18 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         }
         Ok(())
     })?;
+    if file.own_controller {
+        let policy = file.run.get("policy").map_or("one of its own", String::as_str);
+        let what = format!(
+            "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
+            omni_config::shortened(policy)
+        );
+        return Err(LogError::Lacks {
+            path: path.to_path_buf(),
+            what,
+        }
+        .into());
+    }
     let period_ns = file.scenario.control.period_us * 1000;
     let missing = (1..)
         .map(|k| k * period_ns)

@@ -74,6 +74,7 @@ ros_messages! {
     StringMessage => "std_msgs/msg/String", "String.msg";
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
     VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
+    ControllerSignals => "omni_msgs/msg/ControllerSignals", "ControllerSignals.msg";
 }
 
 /// `builtin_interfaces/msg/Time`: simulated time since the start of the run.
@@ -390,6 +391,18 @@ pub struct VehicleState {
     pub estimated_twist: Twist,
     /// One entry a wheel, in the order of the vehicle file.
     pub wheels: Vec<WheelState>,
+}
+
+/// `omni_msgs/msg/ControllerSignals`: signals that only this run's controller has, in one control period.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ControllerSignals {
+    /// End of the control period; the frame is unused.
+    pub header: Header,
+    /// Names of the signals, the same in every message.
+    pub name: Vec<String>,
+    /// Their values, in the units that the names say; NaN where one is not known.
+    pub value: Vec<f64>,
 }
 
 #[cfg(test)]

@@ -1,14 +1,14 @@
 //! A run as an MCAP file: the messages of [`super::messages`].
 //!
 //! The scenario as resolved, its vehicle inside, is the attachment `scenario.toml`; policy, seed and version are the metadata
-//! `run`, the figures at the end the metadata `outcome`.
+//! `run`, which says `controller = own` too where that is one of somebody's own, the figures at the end the metadata `outcome`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use omni_config::Scenario;
 use omni_sim::Outcome;
-use omni_sim::controller::ControlSample;
+use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
 use crate::messages::{Messages, Sink};
@@ -17,6 +17,8 @@ use crate::{FinishedLog, LogError, LogWriter};
 
 /// Name of the attachment that holds the scenario.
 pub(crate) const SCENARIO: &str = "scenario.toml";
+/// Key and value of the metadata of a run whose controller is not the scenario's.
+pub(crate) const OWN_CONTROLLER: (&str, &str) = ("controller", "own");
 /// Names of the metadata records.
 pub(crate) const RUN: &str = "run";
 pub(crate) const OUTCOME: &str = "outcome";
@@ -42,28 +44,36 @@ impl Sink for LogWriter {
 }
 
 impl RunLog {
-    /// Starts the log of a scenario's run at `path`.
+    /// Starts the log of a scenario's run at `path`, with the controller that it will have.
     ///
     /// # Errors
     /// As [`LogWriter::create`] and [`LogWriter::metadata`].
-    pub fn create(path: impl AsRef<Path>, scenario: &Scenario) -> Result<Self, LogError> {
+    pub fn create(
+        path: impl AsRef<Path>,
+        scenario: &Scenario,
+        controller: &AnyController,
+    ) -> Result<Self, LogError> {
         let mut writer = LogWriter::create(&path)?;
-        let facts = [
+        let mut facts = vec![
             ("omnistep", omni_sim::VERSION.to_owned()),
             ("scenario", scenario.name.clone()),
             ("vehicle", scenario.vehicle().name.clone()),
-            ("policy", scenario.control.law()),
+            ("policy", controller.policy().to_owned()),
             ("engine", scenario.physics.engine.name().into()),
             ("seed", scenario.seed.to_string()),
         ];
-        writer.metadata(RUN, facts.map(|(k, v)| (k.to_owned(), v)).into())?;
+        if controller.is_own() {
+            let (key, value) = OWN_CONTROLLER;
+            facts.push((key, value.into()));
+        }
+        writer.metadata(RUN, facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())?;
         // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
         let text = toml::to_string(scenario).map_err(|error| LogError::Io {
             path: path.as_ref().to_path_buf(),
             source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),
         })?;
         writer.attachment(SCENARIO, "application/toml", text.as_bytes())?;
-        let messages = Messages::new(scenario);
+        let messages = Messages::new(scenario, controller);
         messages.describe(&mut writer)?;
         Ok(Self { writer, messages })
     }

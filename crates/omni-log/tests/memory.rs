@@ -37,10 +37,10 @@ fn five_minutes_more_of_a_logged_run_add_less_than_a_mebibyte() {
         .collect();
     let scenario = Scenario::load("flat", &keys).expect("valid");
     let folder = tempfile::tempdir().expect("a folder");
-    let mut log = RunLog::create(folder.path().join("long.mcap"), &scenario).expect("writable");
     let mut warm = None;
     let mut last = 0.0;
     let controller = AnyController::new(&scenario).expect("a controller");
+    let mut log = RunLog::create(folder.path().join("long.mcap"), &scenario, &controller).expect("writable");
     let run = record::<Error>(&scenario, controller, &mut log, |simulation, part| {
         if simulation.time_ns() == 60_000_000_000 {
             warm = Some(resident());

@@ -28,7 +28,7 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
 
 /// The class of exception for an error of the simulation, the key and the file concerned.
 fn of_simulation(error: &omni_sim::Error) -> (&'static str, Option<&str>, Option<&str>) {
-    use omni_sim::Error::{Argument, Config};
+    use omni_sim::Error::{Argument, Config, Signal};
     use omni_sim::config::Error as Bad;
     match error {
         Config(Bad::Key { file, key, .. }) => ("ConfigError", Some(key), Some(file)),
@@ -43,6 +43,7 @@ fn of_simulation(error: &omni_sim::Error) -> (&'static str, Option<&str>, Option
         Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
         Config(_) => ("ConfigError", None, None),
         Argument { name, .. } => ("ConfigError", Some(name), None),
+        Signal { .. } => ("ConfigError", Some("policy"), None),
         _ => ("SimulationError", None, None),
     }
 }

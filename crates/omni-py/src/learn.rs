@@ -26,6 +26,7 @@ use crate::scenario::{ScenarioArg, load};
 #[pyclass(module = "omnistep._omnistep")]
 pub(crate) struct Episodes {
     batch: learn::Episodes,
+    engine: &'static str,
 }
 
 /// Reads one of a few words.
@@ -81,6 +82,7 @@ impl Episodes {
             py.detach(|| learn::Episodes::new(task, &scenario, &ranges, frame_skip, num_envs, threads));
         Ok(Self {
             batch: batch.map_err(exception)?,
+            engine: scenario.physics.engine.name(),
         })
     }
 
@@ -191,6 +193,12 @@ impl Episodes {
     #[getter]
     fn action_s(&self) -> f64 {
         self.batch.episodes()[0].action_s()
+    }
+
+    /// The physics engine.
+    #[getter]
+    fn engine(&self) -> &'static str {
+        self.engine
     }
 
     /// What differs between episodes, and its range.

@@ -16,6 +16,8 @@ mod motion;
 mod odometry;
 mod outcome;
 mod pid;
+mod policy;
+mod policy_observation;
 mod run;
 mod sample;
 mod scenario;
@@ -53,6 +55,8 @@ mod _omnistep {
     use crate::outcome::Outcome;
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
+    #[pymodule_export]
+    use crate::policy_observation::Observation;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]

@@ -68,13 +68,15 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     let file = logged.file;
     // Plain data, which was read from such a text.
     let scenario = toml::to_string(&file.scenario).unwrap_or_default();
+    let policy = file.run.get("policy").filter(|_| file.own_controller);
+    let policy = policy.cloned().unwrap_or_else(|| file.scenario.control.law());
     Ok(Log {
         path: file.path,
         run: file.run,
         complete: file.complete,
         scenario,
         outcome: file.outcome.map(Outcome::new),
-        trace: Py::new(py, Trace::new(file.scenario, logged.trace))?,
+        trace: Py::new(py, Trace::new(file.scenario, policy, logged.trace))?,
         frame_time_s: logged.frame_time_s,
         frames: logged.frames,
         urdf: logged.urdf,

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use omni_log::RunLog;
+use omni_sim::controller::AnyController;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::error::{Stop, looked};
-use crate::scenario::{ScenarioArg, load, warn_of_coarse_encoder};
+use crate::error::{Stop, exception, looked};
+use crate::policy::{PolicyArg, Raised, load_with};
+use crate::scenario::{ScenarioArg, warn_of_coarse_encoder};
 use crate::trace::Trace;
 
 /// Control periods between two looks at Ctrl-C: some milliseconds.
@@ -28,15 +30,25 @@ const PERIODS_PER_LOOK: u32 = 64;
 pub(crate) fn run(
     py: Python<'_>,
     scenario: ScenarioArg,
-    policy: Option<&str>,
+    policy: Option<PolicyArg>,
     overrides: Option<&Bound<'_, PyMapping>>,
     seed: Option<&Bound<'_, PyAny>>,
     mcap: Option<PathBuf>,
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Trace> {
-    let scenario = load(scenario, policy, overrides, seed)?;
-    // Called by `omnistep.run` and `omnistep.compare`.
-    warn_of_coarse_encoder(py, &scenario, 2)?;
+    let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
+    let (controller, raised) = match &own {
+        Some(own) => own.start(py, &scenario)?,
+        None => {
+            // Called by `omnistep.run` and `omnistep.compare`.
+            warn_of_coarse_encoder(py, &scenario, 2)?;
+            (
+                AnyController::new(&scenario).map_err(exception)?,
+                Raised::default(),
+            )
+        }
+    };
+    let policy = controller.policy().to_owned();
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;
         let look = |_: &omni_sim::Simulation, part: f64| {
@@ -48,11 +60,14 @@ pub(crate) fn run(
         };
         match mcap {
             Some(path) => {
-                let log = RunLog::create(path, &scenario)?;
-                omni_log::run_logged(&scenario, log, look)
+                let log = RunLog::create(path, &scenario, &controller)?;
+                omni_log::run_logged(&scenario, controller, log, look)
             }
-            None => omni_sim::run_with_callback(&scenario, look),
+            None => omni_sim::run_with_controller(&scenario, controller, look),
         }
     });
-    Ok(Trace::new(scenario, trace?))
+    match (trace, raised.take()) {
+        (Err(_), Some(raised)) => Err(raised),
+        (trace, _) => Ok(Trace::new(scenario, policy, trace?)),
+    }
 }

@@ -1,5 +1,7 @@
 //! What one control period did and what came of it.
 
+use std::sync::Arc;
+
 use numpy::PyArray1;
 use omni_sim::config::Vehicle;
 use omni_sim::controller::{ControlSample, WheelSignals};
@@ -14,26 +16,27 @@ type Floats<'py> = Bound<'py, PyArray1<f64>>;
 pub(crate) struct Sample {
     body_names: Vec<String>,
     hinge_names: Vec<String>,
-    control: ControlSample,
-    seen: Observation,
+    period: Period,
 }
 
+/// What the controller did in a period, and what came of it.
+pub(crate) type Period = Arc<(ControlSample, Observation)>;
+
 impl Sample {
-    pub(crate) fn new(vehicle: &Vehicle, control: ControlSample, seen: Observation) -> Self {
+    pub(crate) fn new(vehicle: &Vehicle, period: Period) -> Self {
         Self {
             body_names: vehicle.body.iter().map(|body| body.name.clone()).collect(),
             hinge_names: vehicle.hinge.iter().map(|hinge| hinge.name.clone()).collect(),
-            control,
-            seen,
+            period,
         }
     }
 
     fn signal<'py>(&self, py: Python<'py>, get: impl Fn(&WheelSignals) -> f64) -> Floats<'py> {
-        PyArray1::from_iter(py, self.control.wheels.iter().map(get))
+        PyArray1::from_iter(py, self.period.0.wheels.iter().map(get))
     }
 
     fn wheel<'py>(&self, py: Python<'py>, get: impl Fn(&WheelObservation) -> f64) -> Floats<'py> {
-        PyArray1::from_iter(py, self.seen.wheels.iter().map(get))
+        PyArray1::from_iter(py, self.period.1.wheels.iter().map(get))
     }
 }
 
@@ -57,83 +60,83 @@ macro_rules! wheel_arrays {
             /// End of the control period [s].
             #[getter]
             fn time_s(&self) -> f64 {
-                self.seen.time_ns as f64 * 1e-9
+                self.period.1.time_ns as f64 * 1e-9
             }
 
             /// The command: vx [m/s], vy [m/s], wz [rad/s].
             #[getter]
             fn command(&self) -> (f64, f64, f64) {
-                self.control.command.to_array().into()
+                self.period.0.command.to_array().into()
             }
 
             /// The twist that the encoders amount to, at the start of the period.
             #[getter]
             fn estimated(&self) -> (f64, f64, f64) {
-                self.control.estimated.to_array().into()
+                self.period.0.estimated.to_array().into()
             }
 
             /// The true twist along the vehicle's heading, at the end of the period.
             #[getter]
             fn twist(&self) -> (f64, f64, f64) {
-                self.seen.twist.to_array().into()
+                self.period.1.twist.to_array().into()
             }
 
             /// Factor of the policy on all torques or all references, 0 to 1.
             #[getter]
             fn common_factor(&self) -> f64 {
-                self.control.common_factor
+                self.period.0.common_factor
             }
 
             /// Position of the base [m], (3,).
             #[getter]
             fn position_m<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                PyArray1::from_slice(py, &self.seen.pose.position_m)
+                PyArray1::from_slice(py, &self.period.1.pose.position_m)
             }
 
             /// Orientation of the base, a unit quaternion (4,).
             #[getter]
             fn rotation_xyzw<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                PyArray1::from_slice(py, &self.seen.pose.rotation_xyzw)
+                PyArray1::from_slice(py, &self.period.1.pose.rotation_xyzw)
             }
 
             /// Heading of the base [rad].
             #[getter]
             fn yaw_rad(&self) -> f64 {
-                self.seen.pose.yaw_rad()
+                self.period.1.pose.yaw_rad()
             }
 
             /// Nose-up angle of each body [rad].
             #[getter]
             fn body_nose_up_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.body_names, self.seen.body_nose_up_rad.iter().copied())
+                by_name(py, &self.body_names, self.period.1.body_nose_up_rad.iter().copied())
             }
 
             /// Angle of each hinge [rad].
             #[getter]
             fn hinge_angle_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.hinge_names, self.seen.hinges.iter().map(|hinge| hinge.angle_rad))
+                by_name(py, &self.hinge_names, self.period.1.hinges.iter().map(|hinge| hinge.angle_rad))
             }
 
             /// Rate of each hinge [rad/s].
             #[getter]
             fn hinge_rate_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.hinge_names, self.seen.hinges.iter().map(|hinge| hinge.rate_rad_s))
+                by_name(py, &self.hinge_names, self.period.1.hinges.iter().map(|hinge| hinge.rate_rad_s))
             }
 
             /// The request was outside the limits.
             #[getter]
             fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-                PyArray1::from_iter(py, self.control.wheels.iter().map(|wheel| wheel.saturated))
+                PyArray1::from_iter(py, self.period.0.wheels.iter().map(|wheel| wheel.saturated))
             }
 
             /// The wheel touched the ground during the period.
             #[getter]
             fn touches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-                PyArray1::from_iter(py, self.seen.wheels.iter().map(WheelObservation::touches))
+                PyArray1::from_iter(py, self.period.1.wheels.iter().map(WheelObservation::touches))
             }
 
             fn __repr__(&self) -> String {
-                let [vx, vy, wz] = self.seen.twist.to_array();
+                let [vx, vy, wz] = self.period.1.twist.to_array();
                 format!("<omnistep.Sample at {:.3} s: twist ({vx:.3}, {vy:.3}, {wz:.3})>", self.time_s())
             }
 

@@ -1,35 +1,48 @@
 //! A user's own loop: one control period at a time.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 use omni_core::BodyTwist;
-use omni_sim::Error;
-use omni_sim::config::Scenario;
-use omni_sim::controller::ControlSample;
+use omni_log::RunLog;
+use omni_sim::config::{Scenario, Source};
+use omni_sim::controller::{AnyController, ControlSample};
+use omni_sim::{Error, outcome_of, trace_of};
 use parking_lot::{Mutex, MutexGuard};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyMapping;
+use pyo3::types::{PyBytes, PyMapping};
 
 use crate::arrays::numbers;
-use crate::error::exception;
-use crate::sample::Sample;
-use crate::scenario::{Scenario as PyScenario, ScenarioArg, load, warn_of_coarse_encoder};
+use crate::error::{exception, refused};
+use crate::outcome::Outcome;
+use crate::policy::{OwnPolicy, PolicyArg, Raised, load_with};
+use crate::sample::{Period, Sample};
+use crate::scenario::{Scenario as PyScenario, ScenarioArg, warn_of_coarse_encoder};
+use crate::trace::Trace;
+use crate::values::Pickled;
 
 /// Time between two looks at Ctrl-C while another thread steps the simulation.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A scenario being simulated, one control period at a time.
 ///
-/// Several threads may use one: their calls wait for each other, outside the interpreter's lock.
+/// Several threads may use one: their calls wait for each other, outside the interpreter's lock. It pickles, a
+/// controller of your own and what was recorded included: what comes out goes on bit for bit.
 ///
 /// Args:
 ///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
-///     policy: coordination policy instead of the scenario's.
+///     policy: coordination policy instead of the scenario's, or a controller of your own, as :func:`omnistep.run`
+///         takes it.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///     seed: seed of the scenario's perturbation.
+///     record: keep every period, some 4 kB each, for ``trace``, ``outcome`` and ``finish``.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
+///     TypeError: a policy is none.
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -41,29 +54,118 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 ///     ...     sample = simulation.step((0.2, 0.0, 0.0))
 ///     >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
 ///     (1.0, True)
+///     >>> len(simulation.trace), simulation.outcome.verdict
+///     (1000, 'driven')
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Simulation {
     scenario: Scenario,
-    /// Whoever holds it never asks for the interpreter's lock: nobody waits for both.
-    inner: Mutex<omni_sim::Simulation>,
+    own: Option<OwnPolicy>,
+    /// What the policy raises in a step.
+    raised: Raised,
+    /// Whoever waits for it does not have the interpreter's lock, which a policy of one's own asks for: nobody waits for both.
+    inner: Mutex<Inner>,
+    /// Who has it: a policy that asks for its own simulation would wait for itself.
+    user: Mutex<Option<ThreadId>>,
 }
+
+struct Inner {
+    simulation: omni_sim::Simulation,
+    /// Every period so far, where they are recorded.
+    kept: Option<Vec<Period>>,
+}
+
+impl Inner {
+    fn pairs(kept: &[Period]) -> impl Iterator<Item = (&ControlSample, &omni_sim::observation::Observation)> {
+        kept.iter().map(|period| (&period.0, &period.1))
+    }
+}
+
+/// What pickle keeps of a simulation: scenario, policy, snapshot, recorded periods.
+type State<'py> = (
+    String,
+    Option<Py<PyAny>>,
+    Bound<'py, PyBytes>,
+    Option<Bound<'py, PyBytes>>,
+);
 
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None))]
+    #[pyo3(signature = (
+        scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None, record = true
+    ))]
     fn new(
         py: Python<'_>,
         scenario: ScenarioArg,
-        policy: Option<&str>,
+        policy: Option<PolicyArg>,
         overrides: Option<&Bound<'_, PyMapping>>,
         seed: Option<&Bound<'_, PyAny>>,
+        record: bool,
     ) -> PyResult<Self> {
-        let scenario = load(scenario, policy, overrides, seed)?;
-        warn_of_coarse_encoder(py, &scenario, 1)?;
-        let inner = omni_sim::Simulation::new(&scenario).map_err(exception)?;
-        let inner = Mutex::new(inner);
-        Ok(Self { scenario, inner })
+        let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
+        let (controller, raised) = match &own {
+            Some(own) => own.start(py, &scenario)?,
+            None => {
+                warn_of_coarse_encoder(py, &scenario, 1)?;
+                (
+                    AnyController::new(&scenario).map_err(exception)?,
+                    Raised::default(),
+                )
+            }
+        };
+        let simulation = omni_sim::Simulation::with_controller(&scenario, controller).map_err(exception)?;
+        Ok(Self::of(scenario, own, raised, simulation, record.then(Vec::new)))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, State<'py>> {
+        let (bytes, kept) = self.with(py, |inner| {
+            let bytes = inner.simulation.save(&self.scenario);
+            (bytes, inner.kept.clone())
+        })?;
+        let kept = kept.map(|kept| {
+            let periods: Vec<&(ControlSample, _)> = kept.iter().map(|period| &**period).collect();
+            let bytes = postcard::to_allocvec(&periods);
+            bytes.map(|bytes| PyBytes::new(py, &bytes))
+        });
+        let kept = kept
+            .transpose()
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let text = self.scenario.to_toml().map_err(exception)?;
+        let policy = self.own.as_ref().map(|own| own.object(py));
+        let made_by = py.get_type::<Self>().getattr("_of_state")?;
+        Ok((
+            made_by,
+            (text, policy, PyBytes::new(py, &bytes.map_err(exception)?), kept),
+        ))
+    }
+
+    /// A simulation out of its pickle.
+    #[staticmethod]
+    #[pyo3(signature = (scenario, policy, state, kept))]
+    fn _of_state(
+        py: Python<'_>,
+        scenario: String,
+        policy: Option<&Bound<'_, PyAny>>,
+        state: &[u8],
+        kept: Option<&[u8]>,
+    ) -> PyResult<Self> {
+        let source = Source::embedded("pickle", scenario);
+        let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
+        let own = policy.map(OwnPolicy::of).transpose()?;
+        let (controller, raised) = match &own {
+            Some(own) => own.go_on(py, &scenario)?,
+            None => (
+                AnyController::new(&scenario).map_err(exception)?,
+                Raised::default(),
+            ),
+        };
+        let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
+        let kept = kept
+            .map(postcard::from_bytes::<Vec<(ControlSample, _)>>)
+            .transpose();
+        let kept = kept.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        let kept = kept.map(|kept| kept.into_iter().map(Arc::new).collect());
+        Ok(Self::of(scenario, own, raised, resumed.map_err(exception)?, kept))
     }
 
     /// Measure, control, and hold the torques for one control period.
@@ -74,7 +176,8 @@ impl Simulation {
     /// Raises:
     ///     ConfigError: not three components, or one is not finite; nothing happened then.
     ///     TypeError: not a sequence of numbers; nothing happened then.
-    ///     SimulationError: the physics left the finite numbers.
+    ///     SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that
+    ///         raises itself is raised as it is. There was a period without torque then, which is not recorded.
     fn step(&self, py: Python<'_>, command: &Bound<'_, PyAny>) -> PyResult<Sample> {
         const ALLOWED: &str = "three finite numbers, vx [m/s], vy [m/s], wz [rad/s]";
         let components = numbers("command", command, ALLOWED)?;
@@ -86,7 +189,10 @@ impl Simulation {
             })
         })?;
         let command = BodyTwist::from_array(components);
+        let period_ns = self.scenario.control.period_us * 1000;
         self.stepped(py, |simulation| {
+            // It had no part in periods past the controller.
+            self.raised.set_period(simulation.time_ns() / period_ns);
             simulation.step(&command)?;
             Ok(simulation.sample().clone())
         })
@@ -112,9 +218,56 @@ impl Simulation {
         })
     }
 
+    /// Every signal of every period so far, those past the controller too.
+    ///
+    /// Raises:
+    ///     ConfigError: nothing was recorded.
+    #[getter]
+    fn trace(&self, py: Python<'_>) -> PyResult<Trace> {
+        let (signals, policy, kept) = self.recorded(py)?;
+        let trace = py.detach(|| trace_of(&self.scenario, &signals, Inner::pairs(&kept)));
+        Ok(Trace::new(self.scenario.clone(), policy, trace))
+    }
+
+    /// The figures so far.
+    ///
+    /// Raises:
+    ///     ConfigError: nothing was recorded.
+    #[getter]
+    fn outcome(&self, py: Python<'_>) -> PyResult<Outcome> {
+        let (_, _, kept) = self.recorded(py)?;
+        let outcome = py.detach(|| outcome_of(&self.scenario, Inner::pairs(&kept)));
+        Ok(Outcome::new(outcome))
+    }
+
+    /// What was run so far, as a trace and as a log; the simulation can go on.
+    ///
+    /// Args:
+    ///     mcap: path of an MCAP log to write.
+    ///
+    /// Raises:
+    ///     ConfigError: nothing was recorded.
+    ///     LogError: the log could not be written.
+    #[pyo3(signature = (*, mcap = None))]
+    fn finish(&self, py: Python<'_>, mcap: Option<PathBuf>) -> PyResult<Trace> {
+        let trace = self.trace(py)?;
+        let Some(path) = mcap else { return Ok(trace) };
+        let (_, _, kept) = self.recorded(py)?;
+        let written = self.with(py, |inner| -> Result<(), omni_log::Error> {
+            let mut log = RunLog::create(path, &self.scenario, inner.simulation.controller())?;
+            for (sample, seen) in Inner::pairs(&kept) {
+                log.push(sample, seen)?;
+            }
+            log.finish(&outcome_of(&self.scenario, Inner::pairs(&kept)))?;
+            Ok(())
+        })?;
+        written.map_err(exception)?;
+        Ok(trace)
+    }
+
     /// The scenario's own command at a time [s], as a body twist for the present heading.
     fn command_at(&self, py: Python<'_>, time_s: f64) -> PyResult<(f64, f64, f64)> {
-        let heading_rad = self.with(py, |simulation| simulation.observation().pose.yaw_rad())?;
+        let heading_rad = self.with(py, |inner| inner.simulation.observation().pose.yaw_rad())?;
         let command = self.scenario.command.for_heading(time_s, heading_rad);
         Ok(command.to_array().into())
     }
@@ -122,7 +275,7 @@ impl Simulation {
     /// Simulated time since the start [s].
     #[getter]
     fn time_s(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |simulation| simulation.time_ns() as f64 * 1e-9)
+        self.with(py, |inner| inner.simulation.time_ns() as f64 * 1e-9)
     }
 
     /// Control period [s].
@@ -134,7 +287,7 @@ impl Simulation {
     /// Actuator velocities as the encoders see them now [rad/s], (N,): what a loop on `step_torques` measures.
     #[getter]
     fn measured_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
-        let measured = self.with(py, |simulation| simulation.measured_rad_s().to_vec())?;
+        let measured = self.with(py, |inner| inner.simulation.measured_rad_s().to_vec())?;
         Ok(numpy::PyArray1::from_vec(py, measured))
     }
 
@@ -155,14 +308,14 @@ impl Simulation {
         PyScenario::of(self.scenario.clone())
     }
 
-    /// Name of the coordination policy, with what is chosen instead of its parts.
+    /// Name of the coordination policy, or of a controller of your own.
     #[getter]
-    fn policy(&self) -> String {
-        self.scenario.control.law()
+    fn policy(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |inner| inner.simulation.controller().policy().to_owned())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (name, policy) = (&self.scenario.name, self.scenario.control.law());
+        let (name, policy) = (&self.scenario.name, self.policy(py)?);
         let time_s = self.time_s(py)?;
         Ok(format!(
             "<omnistep.Simulation of {name}, {policy}, at {time_s:.3} s>"
@@ -171,20 +324,40 @@ impl Simulation {
 }
 
 impl Simulation {
+    fn of(
+        scenario: Scenario,
+        own: Option<OwnPolicy>,
+        raised: Raised,
+        simulation: omni_sim::Simulation,
+        kept: Option<Vec<Period>>,
+    ) -> Self {
+        Self {
+            scenario,
+            own,
+            raised,
+            inner: Mutex::new(Inner { simulation, kept }),
+            user: Mutex::new(None),
+        }
+    }
+
     /// Does something with the simulation as soon as no other thread has it, outside the interpreter's lock; Ctrl-C ends the waiting.
-    fn with<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce(&mut omni_sim::Simulation) -> T + Send,
-    ) -> PyResult<T> {
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Inner) -> T + Send) -> PyResult<T> {
+        let here = thread::current().id();
+        if *self.user.lock() == Some(here) {
+            return Err(PyRuntimeError::new_err(
+                "a policy asks for the simulation that it controls, allowed: what its observation says",
+            ));
+        }
         let mut work = Some(work);
         loop {
             let done = py.detach(|| {
-                let mut simulation = self.inner.try_lock_for(LOOK_EVERY)?;
-                let done = work.take()?(&mut simulation);
+                let mut inner = self.inner.try_lock_for(LOOK_EVERY)?;
+                *self.user.lock() = Some(here);
+                let done = work.take().map(|work| work(&mut inner));
+                *self.user.lock() = None;
                 // To whoever has waited longest: a thread in a loop would take it again and again.
-                MutexGuard::unlock_fair(simulation);
-                Some(done)
+                MutexGuard::unlock_fair(inner);
+                done
             });
             if let Some(done) = done {
                 return Ok(done);
@@ -199,11 +372,31 @@ impl Simulation {
         py: Python<'_>,
         step: impl FnOnce(&mut omni_sim::Simulation) -> Result<ControlSample, Error> + Send,
     ) -> PyResult<Sample> {
-        let work = |simulation: &mut omni_sim::Simulation| -> Result<_, Error> {
-            let control = step(simulation)?;
-            Ok((control, simulation.observation().clone()))
+        let work = |inner: &mut Inner| -> Result<Period, Error> {
+            let control = step(&mut inner.simulation)?;
+            let period = Arc::new((control, inner.simulation.observation().clone()));
+            if let Some(kept) = &mut inner.kept {
+                kept.push(period.clone());
+            }
+            Ok(period)
         };
-        let (control, observation) = self.with(py, work)?.map_err(exception)?;
-        Ok(Sample::new(self.scenario.vehicle(), control, observation))
+        let period = self.with(py, work)?;
+        let period = period.map_err(|error| self.raised.take().unwrap_or_else(|| exception(error)))?;
+        Ok(Sample::new(self.scenario.vehicle(), period))
+    }
+
+    /// Names of the controller's own signals, its name, and every period so far.
+    fn recorded(&self, py: Python<'_>) -> PyResult<(Vec<String>, String, Vec<Period>)> {
+        let recorded = self.with(py, |inner| {
+            let controller = inner.simulation.controller();
+            let names = controller.signal_names().to_vec();
+            inner
+                .kept
+                .clone()
+                .map(|kept| (names, controller.policy().to_owned(), kept))
+        })?;
+        let message =
+            "record = False: no period was kept, allowed: record=True for trace, outcome and finish";
+        recorded.ok_or_else(|| refused("record", message))
     }
 }

@@ -14,6 +14,7 @@ use pyo3::types::{PyCapsule, PyDict, PyList, PyMapping};
 
 use crate::error::{about, exception, refused};
 use crate::interruptible::{interruptible, with_progress};
+use crate::policy::{Packed, of_study};
 use crate::scenario::{ScenarioArg, load};
 use crate::values;
 
@@ -53,18 +54,30 @@ impl Plan {
 
     /// The runs of a scenario with the keys of each point replaced, all seeds of a point together.
     ///
+    /// Args:
+    ///     points: the keys of each.
+    ///     scenario: as in :func:`omnistep.sweep`.
+    ///     policy: a coordination policy instead of the scenario's.
+    ///     overrides: keys to replace in every run.
+    ///     seeds: how many, or which.
+    ///     own: a controller of your own instead: its name, what tells it from others, its pickle.
+    ///
     /// Raises:
     ///     ConfigError: a name, key or value is wrong; the message names the point.
     #[staticmethod]
-    #[pyo3(signature = (points, *, scenario = ScenarioArg::default(), policy = None, overrides = None, seeds))]
+    #[pyo3(signature = (
+        points, *, scenario = ScenarioArg::default(), policy = None, overrides = None, seeds, own = None
+    ))]
     fn of_points(
         points: Vec<Bound<'_, PyMapping>>,
         scenario: ScenarioArg,
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
         seeds: &Bound<'_, PyAny>,
+        own: Option<Packed<'_>>,
     ) -> PyResult<Self> {
         let py = seeds.py();
+        let own = own.map(of_study).transpose()?;
         let seeds = checked_seeds(seeds)?;
         without_seed(overrides)?;
         omni_study::Plan::check_size("sweep", points.len(), &seeds).map_err(exception)?;
@@ -84,7 +97,8 @@ impl Plan {
             py.detach(|| ());
             py.check_signals()?;
         }
-        let plan = |stop: &AtomicBool| omni_study::Plan::of_scenarios_until("sweep", scenarios, seeds, stop);
+        let plan =
+            |stop: &AtomicBool| omni_study::Plan::of_scenarios_until("sweep", scenarios, seeds, own, stop);
         let inner = interruptible(py, plan)?;
         Ok(Self { inner })
     }
@@ -231,6 +245,7 @@ pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static 
 ///     batch: of :meth:`Rows.batches`.
 ///     folder: the folder of results, which some :class:`Store` holds.
 ///     jobs: threads; as many as there are cores by default.
+///     own: the controller of your own that its plan had.
 ///
 /// Returns:
 ///     How many rows were computed, and how many of them failed.
@@ -240,14 +255,17 @@ pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static 
 ///     StudyError: the folder cannot be written.
 ///     KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
 #[pyfunction]
-#[pyo3(signature = (batch, folder, *, jobs = None))]
+#[pyo3(signature = (batch, folder, *, jobs = None, own = None))]
 pub(crate) fn compute_batch(
     py: Python<'_>,
     batch: &str,
     folder: PathBuf,
     jobs: Option<NonZeroUsize>,
+    own: Option<Packed<'_>>,
 ) -> PyResult<(usize, usize)> {
-    let batch = Batch::from_text(batch).map_err(exception)?;
+    let own = own.map(of_study).transpose()?;
+    let batch = Batch::from_text(batch).and_then(|batch| batch.with_policy(own));
+    let batch = batch.map_err(exception)?;
     let computed = interruptible(py, |stop| batch.compute(folder, jobs, stop, |_| ()))?;
     Ok((computed.rows, computed.errors))
 }

@@ -21,14 +21,17 @@ use crate::values::Pickled;
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Trace {
     scenario: Scenario,
+    policy: String,
     trace: Arc<omni_sim::Trace>,
     outcome: Outcome,
 }
 
 impl Trace {
-    pub(crate) fn new(scenario: Scenario, trace: omni_sim::Trace) -> Self {
+    /// `policy` is what its controller is called.
+    pub(crate) fn new(scenario: Scenario, policy: String, trace: omni_sim::Trace) -> Self {
         Self {
             scenario,
+            policy,
             outcome: Outcome::new(*trace.outcome()),
             trace: Arc::new(trace),
         }
@@ -50,23 +53,23 @@ fn borrow<'py, D: Dimension>(
 
 #[pymethods]
 impl Trace {
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String, Bound<'py, PyBytes>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String, String, Bound<'py, PyBytes>)> {
         let text = self.scenario.to_toml().unwrap_or_default(); // a scenario that ran has a seed that TOML can hold
         let state = postcard::to_allocvec(&*self.trace);
         let state = state.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let made_by = py.get_type::<Self>().getattr("_of_state")?;
-        Ok((made_by, (text, PyBytes::new(py, &state))))
+        Ok((made_by, (text, self.policy.clone(), PyBytes::new(py, &state))))
     }
 
     /// A trace out of its pickle.
     #[staticmethod]
-    fn _of_state(scenario: String, state: &[u8]) -> PyResult<Self> {
+    fn _of_state(scenario: String, policy: String, state: &[u8]) -> PyResult<Self> {
         let source = Source::embedded("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
         let trace = postcard::from_bytes(state);
         let trace =
             trace.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
-        Ok(Self::new(scenario, trace))
+        Ok(Self::new(scenario, policy, trace))
     }
 
     /// Names of the columns.
@@ -140,10 +143,10 @@ impl Trace {
         &self.scenario.vehicle().name
     }
 
-    /// Name of the coordination policy, with what is chosen instead of its parts.
+    /// Name of the coordination policy, with what is chosen instead of its parts, or of a controller of your own.
     #[getter]
-    fn policy(&self) -> String {
-        self.scenario.control.law()
+    fn policy(&self) -> &str {
+        &self.policy
     }
 
     /// Seed of the perturbation.

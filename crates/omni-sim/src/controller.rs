@@ -250,7 +250,11 @@ fn inverse<R: Real, const N: usize>(controller: &Controller<R, N>, twist: &BodyT
 
 /// A controller for as many wheels as the vehicle has: here in the precision the scenario names, or in `f32` at the other
 /// end of a link.
-pub struct AnyController(Box<dyn Loop>);
+pub struct AnyController {
+    control: Box<dyn Loop>,
+    policy: String,
+    own: bool,
+}
 
 impl AnyController {
     /// The controller of a scenario, freshly started.
@@ -265,14 +269,23 @@ impl AnyController {
             Precision::F64 => for_wheel_count!(count, sized[f64](scenario), refuse),
             _ => Err(unknown(scenario, "control.precision", "")),
         };
-        Ok(Self(built?))
+        Ok(Self::of_scenario(scenario, built?))
+    }
+
+    fn of_scenario(scenario: &Scenario, control: Box<dyn Loop>) -> Self {
+        Self {
+            control,
+            policy: scenario.control.law(),
+            own: false,
+        }
     }
 
     /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what the motors give; vehicle limits of
     /// the command are its own affair. A snapshot does not hold what it remembers.
     ///
     /// # Errors
-    /// As [`AnyController::new`].
+    /// As [`AnyController::new`]; [`Error::Signal`] where the name of a signal of its own is none, is there twice, or is that of a column
+    /// that every trace has.
     ///
     /// ```
     /// use omni_core::{Policy, Readings};
@@ -305,7 +318,14 @@ impl AnyController {
     pub fn own(scenario: &Scenario, policy: Box<dyn Policy<f64> + Send + Sync>) -> Result<Self, Error> {
         let refuse = |_| Err(wheel_count_refused(scenario));
         let count = scenario.vehicle().wheel.len();
-        Ok(Self(for_wheel_count!(count, owned[](scenario, policy), refuse)?))
+        let name = policy.name().to_owned();
+        let control = for_wheel_count!(count, owned[](scenario, policy), refuse)?;
+        own::check_names(scenario, &name, control.signal_names())?;
+        Ok(Self {
+            control,
+            policy: name,
+            own: true,
+        })
     }
 
     /// A controller that somebody serves at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
@@ -316,7 +336,8 @@ impl AnyController {
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
-        Ok(Self(for_wheel_count!(count, linked[](scenario, link), refuse)?))
+        let control = for_wheel_count!(count, linked[](scenario, link), refuse)?;
+        Ok(Self::of_scenario(scenario, control))
     }
 
     /// A controller in an emulated Cortex-M4F, in lock-step: the physics wait for it, it waits for them.
@@ -345,13 +366,27 @@ impl AnyController {
     /// whatever is returned.
     ///
     /// # Errors
-    /// As [`AnyController::step`]; [`Error::Policy`] where a controller of one's own gives no torque that is a number.
+    /// As [`AnyController::step`]; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
+    /// where it says that it failed.
     pub fn step_readings(
         &mut self,
         readings: &Readings<'_, f64>,
         sample: &mut ControlSample,
     ) -> Result<(), Error> {
-        self.0.step(readings, sample)
+        self.control.step(readings, sample)
+    }
+
+    /// What traces, tables and logs call it: the scenario's coordination policy ([`config::Control::law`]), or the name of a policy of
+    /// one's own.
+    #[must_use]
+    pub fn policy(&self) -> &str {
+        &self.policy
+    }
+
+    /// Is it one of somebody's own ([`AnyController::own`])? What it does then does not follow from the scenario.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        self.own
     }
 
     /// Presses the emergency stop of a `[drive]`, or releases it. A controller without one goes on.
@@ -374,27 +409,27 @@ impl AnyController {
     /// Names of signals that only this controller has: columns of the trace beside those that every one has.
     #[must_use]
     pub fn signal_names(&self) -> &[String] {
-        self.0.signal_names()
+        self.control.signal_names()
     }
 
     /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
     #[must_use]
     pub fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        self.0.inverse(twist)
+        self.control.inverse(twist)
     }
 
     pub(crate) fn save(&self) -> Option<Vec<u8>> {
-        self.0.save()
+        self.control.save()
     }
 
     pub(crate) fn restore(&mut self, state: &[u8]) -> bool {
-        self.0.restore(state)
+        self.control.restore(state)
     }
 
     /// What was lost on the link so far; none where the controller runs here.
     #[must_use]
     pub fn link(&self) -> Option<LinkCounters> {
-        self.0.link()
+        self.control.link()
     }
 }
 

@@ -42,9 +42,12 @@ pub enum Error {
     },
     /// A controller of one's own gave something that is no torque.
     #[error(
-        "the policy gave {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques"
+        "policy {}: it gave {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques",
+        shortened(policy)
     )]
     Policy {
+        /// What it is called.
+        policy: String,
         /// Control period, from 0.
         period: u64,
         /// Simulated time at its start \[s\].
@@ -53,6 +56,36 @@ pub enum Error {
         wheel: String,
         /// What it gave.
         value: f64,
+    },
+    /// A controller of one's own said that it failed.
+    #[error(
+        "policy {}: period {period}, t = {time_s:.3} s: {}",
+        shortened(policy),
+        shortened(reason)
+    )]
+    PolicyFailed {
+        /// What it is called.
+        policy: String,
+        /// Control period, from 0.
+        period: u64,
+        /// Simulated time at its start \[s\].
+        time_s: f64,
+        /// What it said.
+        reason: String,
+    },
+    /// A signal of a controller of one's own cannot be a column.
+    #[error(
+        "policy {}: the signal {}, allowed: {allowed}",
+        shortened(policy),
+        shortened(signal)
+    )]
+    Signal {
+        /// What the policy is called.
+        policy: String,
+        /// The name, in quotation marks.
+        signal: String,
+        /// What is allowed.
+        allowed: &'static str,
     },
     /// The physics left the finite numbers.
     #[error("the simulation diverged at t = {time_s:.3} s: body {body} has no finite state")]
@@ -124,6 +157,7 @@ impl Error {
                 | Self::GainedEnergy { .. }
                 | Self::OutOfTime { .. }
                 | Self::Link { .. }
+                | Self::PolicyFailed { .. }
         )
     }
 }

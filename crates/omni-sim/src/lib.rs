@@ -5,6 +5,7 @@ mod control_loop;
 pub mod controller;
 mod error;
 pub mod ground;
+mod history;
 pub mod learn;
 mod motors_on_dampers;
 pub mod observation;
@@ -25,6 +26,7 @@ pub use omni_config as config;
 
 pub use control_loop::ControlLoop;
 pub use error::Error;
+pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use outcome::{Outcome, Verdict};
 pub use run::{control_periods, drive, measure, own_command, run, run_with_callback, run_with_controller};

@@ -113,7 +113,8 @@ impl Simulation {
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
     /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
-    /// vehicle runs on without torque; [`Error::Policy`] where a controller of one's own gives no torque that is a number.
+    /// vehicle runs on without torque; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
+    /// where it says that it failed.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),

@@ -99,6 +99,43 @@ impl Simulation {
     /// # Errors
     /// [`Error::Snapshot`] where they are damaged, or of another scenario or version.
     pub fn resume(scenario: &Scenario, bytes: &[u8]) -> Result<Self, Error> {
+        Self::resume_with_controller(scenario, AnyController::new(scenario)?, bytes)
+    }
+
+    /// [`Simulation::resume`] with a controller that was made for the scenario. One of one's own ([`AnyController::own`]) comes with
+    /// what it remembers: the bytes do not hold it.
+    ///
+    /// # Errors
+    /// As [`Simulation::resume`].
+    ///
+    /// ```
+    /// use omni_core::{Policy, Readings};
+    /// use omni_sim::{Simulation, config::Scenario, controller::AnyController};
+    /// /// Pushes ahead more and more.
+    /// #[derive(Clone)]
+    /// struct Ramp(f64);
+    /// impl Policy<f64> for Ramp {
+    ///     fn reset(&mut self) {}
+    ///     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+    ///         self.0 += 0.01;
+    ///         torques_n_m[0] = self.0;
+    ///     }
+    /// }
+    /// let scenario = Scenario::load("flat", &[])?;
+    /// let started = AnyController::own(&scenario, Box::new(Ramp(0.0)))?;
+    /// let mut simulation = Simulation::with_controller(&scenario, started)?;
+    /// simulation.step(&simulation.scenario_command())?;
+    /// let (bytes, again) = (simulation.save(&scenario)?, AnyController::own(&scenario, Box::new(Ramp(0.01)))?);
+    /// let mut resumed = Simulation::resume_with_controller(&scenario, again, &bytes)?;
+    /// resumed.step(&resumed.scenario_command())?;
+    /// assert_eq!(resumed.sample().wheels[0].applied_n_m, 0.02);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn resume_with_controller(
+        scenario: &Scenario,
+        controller: AnyController,
+        bytes: &[u8],
+    ) -> Result<Self, Error> {
         let (header, rest): (Header, _) =
             postcard::take_from_bytes(bytes).map_err(|_| refuse("it is no snapshot"))?;
         let own = Header::of(scenario)?;
@@ -113,7 +150,7 @@ impl Simulation {
         }
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
-        let mut simulation = Self::with_controller(scenario, AnyController::new(scenario)?)?;
+        let mut simulation = Self::with_controller(scenario, controller)?;
         if !simulation.control.restore(resumed.control) {
             return Err(refuse("its controller's state is damaged"));
         }

@@ -303,7 +303,11 @@ impl Rows {
 /// assert_eq!(trace.finish(outcome), omni_sim::run(&scenario)?);
 /// # Ok::<(), Error>(())
 /// ```
-pub struct TraceBuilder(Rows);
+pub struct TraceBuilder {
+    rows: Rows,
+    /// Signals that only its controller has.
+    own: usize,
+}
 
 impl TraceBuilder {
     /// No rows yet; of a controller without signals of its own.
@@ -332,7 +336,15 @@ impl TraceBuilder {
         }
         names.extend_from_slice(own);
         let signals = WHEEL.iter().map(|(name, _)| *name).collect();
-        Self(Rows::new(vehicle, names, signals))
+        Self {
+            rows: Rows::new(vehicle, names, signals),
+            own: own.len(),
+        }
+    }
+
+    /// Names of the columns, in order.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.rows.names
     }
 
     /// Adds what the controller did and what came of it.
@@ -343,7 +355,7 @@ impl TraceBuilder {
                 force[k] += wheel.force_n[k];
             }
         }
-        let rows = &mut self.0.rows;
+        let rows = &mut self.rows.rows;
         rows.push(seen.time_ns as f64 * 1e-9);
         rows.extend(sample.command.to_array());
         rows.extend(sample.estimated.to_array());
@@ -363,7 +375,8 @@ impl TraceBuilder {
         for hinge in &seen.hinges {
             rows.extend([hinge.angle_rad, hinge.rate_rad_s]);
         }
-        rows.extend(&sample.own);
+        // None of them is known of a period that the controller had no part in.
+        rows.extend((0..self.own).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN)));
         for (_, signal) in &WHEEL {
             rows.extend(sample.wheels.iter().zip(&seen.wheels).map(|(s, o)| signal(s, o)));
         }
@@ -372,7 +385,7 @@ impl TraceBuilder {
     /// All rows as columns.
     #[must_use]
     pub fn finish(self, outcome: Outcome) -> Trace {
-        self.0.finish(outcome)
+        self.rows.finish(outcome)
     }
 }
 

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use omni_config::{Scenario, Source};
 use serde::{Deserialize, Serialize};
 
-use crate::key::{Lines, VERSION};
+use crate::key::{Lines, VERSION, key_with};
 use crate::part_names::named;
 use crate::part_writer::PartWriter;
 use crate::run::compute_into;
-use crate::{Cell, Columns, Computed, Error, Plan, Row, Run, Store, key};
+use crate::{Cell, Columns, Computed, Error, OwnPolicy, Plan, Row, Run, Store};
 
 /// Some runs of a plan as plain text, for a worker that sees the folder of results.
 ///
@@ -38,6 +38,11 @@ pub struct Batch {
     /// As TOML, whole.
     scenarios: Vec<String>,
     runs: Vec<Packed>,
+    /// Identity of the controller, where it is one of somebody's own: that does not travel with the text.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    policy: Option<String>,
+    #[serde(skip)]
+    own: Option<OwnPolicy>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,7 +83,43 @@ impl Batch {
             shared: plan.shared().clone(),
             scenarios,
             runs: packed,
+            policy: plan.own_policy().map(|own| own.identity().to_owned()),
+            own: plan.own_policy().cloned(),
         })
+    }
+
+    /// The batch with the controller of somebody's own that its plan had; none where it had none.
+    ///
+    /// # Errors
+    /// [`Error::Study`] where it is another one.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario, Seeds};
+    /// use omni_study::{Batch, OwnPolicy, Plan};
+    /// let own = |identity: &str| {
+    ///     // What makes the controller does not travel either: here it is the scenario's own.
+    ///     OwnPolicy::new("mine", identity, |scenario: &Scenario| omni_sim::controller::AnyController::new(scenario))
+    /// };
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
+    /// let points = vec![(Vec::new(), scenario)];
+    /// let plan = Plan::of_scenarios_until("one", points, Seeds::Count(2), Some(own("1")), &false.into())?;
+    /// let text = Batch::new(&plan, plan.runs())?.to_text();
+    /// assert!(Batch::from_text(&text)?.with_policy(Some(own("1"))).is_ok());
+    /// assert!(Batch::from_text(&text)?.with_policy(Some(own("2"))).is_err());
+    /// assert!(Batch::from_text(&text)?.with_policy(None).is_err());
+    /// # Ok::<(), omni_study::Error>(())
+    /// ```
+    pub fn with_policy(mut self, own: Option<OwnPolicy>) -> Result<Self, Error> {
+        let given = own.as_ref().map(OwnPolicy::identity);
+        if given != self.policy.as_deref() {
+            return Err(refuse(format!(
+                "of the policy {:?}, here is {:?}; allowed: the same, with the same version",
+                self.policy.as_deref().unwrap_or("of the scenario"),
+                given.unwrap_or("none")
+            )));
+        }
+        self.own = own;
+        Ok(self)
     }
 
     /// The batch as text.
@@ -148,12 +189,13 @@ impl Batch {
                 seed: packed.seed,
                 axes: packed.axes.clone().into(),
                 columns: columns.clone(),
+                own: self.own.clone(),
                 scenario: scenarios
                     .get(packed.scenario)
                     .cloned()
                     .ok_or_else(|| refuse("cut short".into()))?,
             };
-            if key(&run.scenario())? != run.key {
+            if key_with(&run.scenario(), self.own.as_ref())? != run.key {
                 return Err(refuse(format!("the scenario of run {} is another", run.key)));
             }
             Ok(run)

@@ -6,10 +6,13 @@ use omni_config::{self as config, Scenario};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
-use crate::Error;
+use crate::{Error, OwnPolicy};
 
 /// Rows of another version of the simulation are rows of another program.
 pub(crate) use omni_sim::VERSION;
+
+/// Key of the coordination policy.
+pub(crate) const POLICY: &str = "control.policy";
 
 /// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
 pub(crate) type Lines = BTreeMap<String, String>;
@@ -29,7 +32,12 @@ pub(crate) type Lines = BTreeMap<String, String>;
 /// # Ok::<(), omni_study::Error>(())
 /// ```
 pub fn key(scenario: &Scenario) -> Result<String, Error> {
-    Ok(digest(&text(&leaves(scenario)?), scenario.seed))
+    key_with(scenario, None)
+}
+
+/// [`key`] of a run with that controller.
+pub(crate) fn key_with(scenario: &Scenario, own: Option<&OwnPolicy>) -> Result<String, Error> {
+    Ok(digest(&text(&leaves(scenario, own)?), scenario.seed))
 }
 
 pub(crate) fn digest(text: &str, seed: u64) -> String {
@@ -37,8 +45,8 @@ pub(crate) fn digest(text: &str, seed: u64) -> String {
     hex(&Sha256::digest(text), 16)
 }
 
-/// Every plain value of a scenario by its dotted key, without the seed.
-pub(crate) fn leaves(scenario: &Scenario) -> Result<BTreeMap<String, Value>, Error> {
+/// Every plain value of a scenario by its dotted key, without the seed. A controller of one's own is a policy of that name.
+pub(crate) fn leaves(scenario: &Scenario, own: Option<&OwnPolicy>) -> Result<BTreeMap<String, Value>, Error> {
     let mut all = BTreeMap::new();
     let table = Table::try_from(scenario).map_err(|error| {
         Error::from(config::Error::Key {
@@ -49,6 +57,10 @@ pub(crate) fn leaves(scenario: &Scenario) -> Result<BTreeMap<String, Value>, Err
     })?;
     flatten("", Value::Table(table), &mut all);
     all.remove("seed");
+    if let Some(own) = own {
+        all.insert(POLICY.into(), Value::String(own.name().into()));
+        all.insert("own_policy".into(), Value::String(own.identity().into()));
+    }
     Ok(all)
 }
 

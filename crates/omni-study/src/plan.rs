@@ -10,8 +10,8 @@ use omni_sim::controller::AnyController;
 use toml::Value;
 
 use crate::columns::columns;
-use crate::key::{Lines, digest, leaves, lines, short, text};
-use crate::{Cell, Columns, Error, Kind};
+use crate::key::{Lines, POLICY, digest, leaves, lines, short, text};
+use crate::{Cell, Columns, Error, Kind, OwnPolicy};
 
 /// Runs of a study at most: each has a key in memory.
 const MOST_RUNS: usize = 1_000_000;
@@ -27,6 +27,7 @@ pub struct Run {
     pub axes: Arc<[Cell]>,
     pub(crate) columns: Arc<Columns>,
     pub(crate) scenario: Arc<Scenario>,
+    pub(crate) own: Option<OwnPolicy>,
 }
 
 /// A scenario, and the value of each axis where it has one.
@@ -42,6 +43,12 @@ impl Run {
         let mut scenario = Scenario::clone(&self.scenario);
         scenario.seed = self.seed;
         scenario
+    }
+
+    /// A controller of somebody's own, where it has one.
+    #[must_use]
+    pub fn own_policy(&self) -> Option<&OwnPolicy> {
+        self.own.as_ref()
     }
 
     /// Why its vehicle cannot be across in time, where that is so ([`Scenario::too_short`]).
@@ -67,6 +74,7 @@ pub struct Plan {
     columns: Arc<Columns>,
     runs: Vec<Run>,
     shared: Lines,
+    own: Option<OwnPolicy>,
 }
 
 impl Plan {
@@ -94,7 +102,7 @@ impl Plan {
                 scenario: point.scenario,
             })
         });
-        Self::of(study, points, stop)
+        Self::of(study, points, None, stop)
     }
 
     /// How many combinations a study has, each value of each axis checked alone and its scenario shown to `watch`:
@@ -123,7 +131,7 @@ impl Plan {
             let named = |values: &[Value]| study.named(values);
             AnyController::new(&point.scenario)
                 .map_err(|error| refuse(study, &named(&point.values), error.to_string()))?;
-            let leaves = leaves(&point.scenario)?;
+            let leaves = leaves(&point.scenario, None)?;
             for (i, axis) in study.axis.iter().enumerate() {
                 values[i].push(typed(Some(&point.values[i]), leaves.get(&axis.key)));
             }
@@ -192,10 +200,11 @@ impl Plan {
         points: Vec<(Vec<Override>, Scenario)>,
         seeds: Seeds,
     ) -> Result<Self, Error> {
-        Self::of_scenarios_until(name, points, seeds, &AtomicBool::new(false))
+        Self::of_scenarios_until(name, points, seeds, None, &AtomicBool::new(false))
     }
 
-    /// [`Plan::of_scenarios`], until `stop` is set.
+    /// [`Plan::of_scenarios`], until `stop` is set, perhaps with a controller of one's own: then `control.policy` is a column, with its
+    /// name.
     ///
     /// # Errors
     /// As [`Plan::of_scenarios`]; [`Error::Stopped`].
@@ -203,10 +212,11 @@ impl Plan {
         name: &str,
         points: Vec<(Vec<Override>, Scenario)>,
         seeds: Seeds,
+        own: Option<OwnPolicy>,
         stop: &AtomicBool,
     ) -> Result<Self, Error> {
         Self::check_size(name, points.len(), &seeds)?;
-        let mut keys: Vec<String> = Vec::new();
+        let mut keys: Vec<String> = own.iter().map(|_| POLICY.into()).collect();
         for key in points
             .iter()
             .flat_map(|(replaced, _)| replaced)
@@ -229,9 +239,10 @@ impl Plan {
         let mut planned = Vec::with_capacity(points.len());
         for (replaced, scenario) in points {
             going(stop)?;
-            let leaves = leaves(&scenario)?;
+            let leaves = leaves(&scenario, own.as_ref())?;
             let value = |key: &String| {
-                let given = replaced.iter().rev().find(|each| each.key() == key);
+                let given = replaced.iter().filter(|_| own.is_none() || key != POLICY);
+                let given = given.rev().find(|each| each.key() == key);
                 let own = if key == "vehicle" { "vehicle.name" } else { key };
                 given.map(Override::value).or_else(|| leaves.get(own)).cloned()
             };
@@ -250,12 +261,13 @@ impl Plan {
             Axis::new(key.as_str(), values)
         });
         let study = Study::of_points(name, scenario, axes.collect(), seeds)?;
-        Self::of(&study, planned.into_iter().map(Ok), stop)
+        Self::of(&study, planned.into_iter().map(Ok), own, stop)
     }
 
     fn of(
         study: &Study,
         points: impl Iterator<Item = Result<Planned, Error>>,
+        policy: Option<OwnPolicy>,
         stop: &AtomicBool,
     ) -> Result<Self, Error> {
         let named = |i: usize, values: &[Option<Value>]| {
@@ -280,7 +292,7 @@ impl Plan {
             } = point?;
             AnyController::new(&scenario)
                 .map_err(|error| refuse(study, &named(p, &own), error.to_string()))?;
-            let leaves = leaves(&scenario)?;
+            let leaves = leaves(&scenario, policy.as_ref())?;
             for (i, axis) in study.axis.iter().enumerate() {
                 values[i].push(typed(own[i].as_ref(), leaves.get(&axis.key)));
             }
@@ -315,6 +327,7 @@ impl Plan {
                 axes: axes.clone(),
                 columns: columns.clone(),
                 scenario: scenario.clone(),
+                own: policy.clone(),
             }));
         }
         let varies = |key: &str| {
@@ -339,6 +352,7 @@ impl Plan {
                 .filter(|(key, _)| !varies(key))
                 .map(|(key, value)| (key, short(value)))
                 .collect(),
+            own: policy,
         })
     }
 
@@ -358,6 +372,12 @@ impl Plan {
     #[must_use]
     pub fn runs(&self) -> &[Run] {
         &self.runs
+    }
+
+    /// The controller of somebody's own that its runs have, if they have one.
+    #[must_use]
+    pub fn own_policy(&self) -> Option<&OwnPolicy> {
+        self.own.as_ref()
     }
 
     /// What all its runs share: the scenario without axes and seed.

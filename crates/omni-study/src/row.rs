@@ -5,7 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use omni_config::Scenario;
-use omni_sim::{Outcome, measure};
+use omni_sim::controller::AnyController;
+use omni_sim::{Outcome, drive, own_command};
 use rayon::prelude::*;
 
 use crate::columns::fields;
@@ -65,7 +66,7 @@ impl Row {
 /// ```
 #[must_use]
 pub fn row(run: &Run, stop: &AtomicBool) -> Option<Row> {
-    row_with(run, |scenario| simulate(scenario, stop))
+    row_with(run, |scenario| simulate(run, scenario, stop))
 }
 
 /// The rows of some runs, on the cores of rayon's current pool; those of runs that `stop` ended are not among them.
@@ -161,7 +162,7 @@ impl From<omni_sim::Error> for End {
 }
 
 /// The outcome; none if `stop` was set before the end.
-fn simulate(scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, omni_sim::Error> {
+fn simulate(run: &Run, scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, omni_sim::Error> {
     let look = || {
         if stop.load(Ordering::Relaxed) {
             Err(End::Stopped)
@@ -169,7 +170,11 @@ fn simulate(scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, omn
             Ok(())
         }
     };
-    match look().and_then(|()| measure(scenario, |_, _| look())) {
+    let controller = || match run.own_policy() {
+        Some(own) => own.controller(scenario),
+        None => AnyController::new(scenario),
+    };
+    match look().and_then(|()| drive(scenario, controller()?, own_command, |_, _| look())) {
         Ok(ended) => Ok(Some(ended)),
         Err(End::Failed(error)) => Err(error),
         Err(End::Stopped) => Ok(None),

@@ -248,7 +248,7 @@ fn one(
         None => AnyController::new(scenario)?,
     };
     let start = Instant::now();
-    let mut log = RunLog::create(path, scenario)?;
+    let mut log = RunLog::create(path, scenario, &controller)?;
     let mut simulated = 0.0;
     let interrupted = |time_s, part| Error::RunInterrupted {
         time_s,

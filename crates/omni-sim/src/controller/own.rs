@@ -3,8 +3,13 @@
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 
 use super::{ControlSample, Loop, WheelSignals, inverse, velocities};
-use crate::Error;
 use crate::config::{self, Scenario};
+use crate::{Error, TraceBuilder};
+
+/// Signals of a policy at most: a name costs at each message of a log.
+const MOST_SIGNALS: usize = 256;
+/// Columns that a log has beside a trace's.
+const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
 
 /// A policy for a vehicle of `N` wheels.
 pub(super) struct Own<const N: usize> {
@@ -26,7 +31,7 @@ impl<const N: usize> Own<N> {
         Ok(Self {
             here: scenario.controller()?,
             motors: scenario.wheel_control::<f64, N>()?.limits,
-            names: (0..)
+            names: (0..=MOST_SIGNALS)
                 .map_while(|index| policy.signal_name(index).map(str::to_owned))
                 .collect(),
             wheels: scenario
@@ -40,6 +45,39 @@ impl<const N: usize> Own<N> {
             policy,
         })
     }
+}
+
+/// Can these be columns of a trace and of a log, beside those that every one has?
+pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -> Result<(), Error> {
+    let refuse = |signal: &str, allowed| {
+        let (policy, signal) = (policy.into(), format!("{signal:?}"));
+        Err(Error::Signal {
+            policy,
+            signal,
+            allowed,
+        })
+    };
+    if let Some(one_more) = names.get(MOST_SIGNALS) {
+        return refuse(one_more, "256 signals at most");
+    }
+    let columns = TraceBuilder::new(scenario.vehicle());
+    for (i, name) in names.iter().enumerate() {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(plain) || name.len() > 64
+        {
+            return refuse(
+                name,
+                "lower case letters, digits and _, a letter first, 64 characters at most",
+            );
+        }
+        if names[..i].contains(name) {
+            return refuse(name, "each name once");
+        }
+        if columns.names().contains(name) || OF_LOGS.contains(&name.as_str()) {
+            return refuse(name, "a name that is no column of every trace or log");
+        }
+    }
+    Ok(())
 }
 
 impl<const N: usize> Loop for Own<N> {
@@ -83,9 +121,18 @@ impl<const N: usize> Loop for Own<N> {
         sample.own.clear();
         sample.own.resize(self.names.len(), f64::NAN);
         self.policy.signals(&mut sample.own);
+        if let Some(reason) = self.policy.failure() {
+            return Err(Error::PolicyFailed {
+                policy: self.policy.name().into(),
+                period,
+                time_s: period as f64 * self.period_s,
+                reason: reason.into(),
+            });
+        }
         match torques_n_m.iter().position(|torque| !torque.is_finite()) {
             None => Ok(()),
             Some(i) => Err(Error::Policy {
+                policy: self.policy.name().into(),
                 period,
                 time_s: period as f64 * self.period_s,
                 wheel: self.wheels[i].clone(),
@@ -113,5 +160,89 @@ impl<const N: usize> Loop for Own<N> {
             self.periods = periods;
             true
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controller::AnyController;
+    use crate::run_with_controller;
+
+    /// Does nothing, and fails in its sixth period.
+    struct Signals(Vec<String>, u32);
+
+    impl Policy<f64> for Signals {
+        fn reset(&mut self) {}
+
+        fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {
+            self.1 += 1;
+        }
+
+        fn name(&self) -> &str {
+            "mine"
+        }
+
+        fn failure(&self) -> Option<&str> {
+            (self.1 > 5).then_some("tired")
+        }
+
+        fn signal_name(&self, index: usize) -> Option<&str> {
+            self.0.get(index).map(String::as_str)
+        }
+    }
+
+    fn made(names: &[&str]) -> Result<AnyController, Error> {
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        AnyController::own(&scenario, Box::new(Signals(names, 0)))
+    }
+
+    #[test]
+    fn names_that_cannot_be_columns_are_refused_with_what_is_allowed() {
+        for (names, allowed) in [
+            (&["a", "b", "a"][..], "each name once"),
+            (&["Speed"], "lower case"),
+            (&["1st"], "a letter first"),
+            (&[""], "a letter first"),
+            (&["time_s"], "no column of every trace or log"),
+            (&["wheel_3_p_n_m"], "no column of every trace or log"),
+            (&["asked_vx_m_s"], "no column of every trace or log"),
+        ] {
+            let said = made(names).err().expect("refused").to_string();
+            assert!(said.starts_with("policy mine: the signal \""), "{said}");
+            assert!(said.contains(allowed), "{said}");
+        }
+        let controller = made(&["a", "b_2"]).expect("good names");
+        assert_eq!((controller.policy(), controller.is_own()), ("mine", true));
+        assert_eq!(controller.signal_names(), ["a", "b_2"]);
+    }
+
+    #[test]
+    fn names_without_end_are_cut_off() {
+        struct Endless;
+        impl Policy<f64> for Endless {
+            fn reset(&mut self) {}
+            fn step(&mut self, _: &Readings<'_, f64>, _: &mut [f64]) {}
+            fn signal_name(&self, _: usize) -> Option<&str> {
+                Some("more")
+            }
+        }
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let said = AnyController::own(&scenario, Box::new(Endless))
+            .err()
+            .expect("refused");
+        assert!(
+            said.to_string().ends_with("allowed: 256 signals at most"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_policy_that_says_it_failed_ends_the_run_with_what_it_says() {
+        let scenario = Scenario::load("flat", &[]).expect("built-in");
+        let run = run_with_controller::<Error>(&scenario, made(&[]).expect("good"), |_, _| Ok(()));
+        let said = run.expect_err("it failed").to_string();
+        assert_eq!(said, "policy mine: period 5, t = 0.005 s: tired");
     }
 }
