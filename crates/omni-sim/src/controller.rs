@@ -403,7 +403,7 @@ impl AnyController {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn emergency_stop(&mut self, pressed: bool) {
-        self.0.emergency_stop(pressed);
+        self.control.emergency_stop(pressed);
     }
 
     /// Names of signals that only this controller has: columns of the trace beside those that every one has.
