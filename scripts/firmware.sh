@@ -84,7 +84,7 @@ cd ..
 # The processor in the loop: the whole climb, and faults of every kind in both directions.
 ran=$(cargo test --locked --quiet -p omni-sim --test links -- --ignored)
 echo "$ran"
-grep -q "7 passed; 0 failed" <<<"$ran"
+grep -q "8 passed; 0 failed" <<<"$ran"
 [ -x .venv/bin/python ] || scripts/venv.sh
 .venv/bin/python scripts/firmware_report.py --self-test
 .venv/bin/python scripts/firmware_report.py

@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::sync::atomic::Ordering;
 
-use omni_config::{Override, Scenario};
+use omni_config::Scenario;
 use omni_log::{Live, run_live};
 use omni_sim::Simulation;
 
 use crate::Error;
 use crate::args::{LiveArgs, RunArgs};
-use crate::compare::{FIGURES, figures, headline};
+use crate::compare::{FIGURES, figures, headline, policy_key};
 use crate::notices::announce;
 use crate::output::{BEYOND_BALLS, aligned, print, say};
 use crate::signals::stop_flag;
@@ -22,7 +22,9 @@ pub(super) fn live(
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let mut overrides = args.overrides()?;
-    overrides.extend(policy.map(|policy| Override::new("control.policy", policy)));
+    if let Some(policy) = policy {
+        overrides.push(policy_key(policy)?);
+    }
     let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);
     let asked = live;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
+use omni_core::{BodyTwist, Controller, DriveMode, Fault, Readings, TorqueLimit, WheelTorques};
 use omni_link::{
     Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
 };
@@ -16,6 +16,9 @@ use crate::config::Scenario;
 /// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were late are no more than the
 /// greetings and the periods of a hold.
 const MOST_UNDUE: u32 = 100;
+/// The largest numbers of a mode and of a fault.
+const MOST_MODE: u8 = DriveMode::EmergencyStop.number();
+const MOST_FAULT: u8 = Fault::Lost.number();
 /// How far beyond the motor's range a torque may be, as a part of it: another processor's rounding in `f32`, and far below what
 /// any motor's data sheet promises.
 const ROUNDING: f64 = 1e-5;
@@ -150,7 +153,12 @@ impl<const N: usize> Linked<N> {
             return Ok(()); // its torques are not used
         }
         let torques = answer.sample.wheels.applied.n_m;
-        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(measured_rad_s).zip(&self.motors) {
+        let velocities = if self.names.is_empty() {
+            measured_rad_s
+        } else {
+            &answer.sample.wheels.measured.rad_s // as the drive took them, which are finite
+        };
+        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(velocities).zip(&self.motors) {
             let range = motor.range(*velocity);
             let (lower, upper) = (f64::from(range.lower_n_m), f64::from(range.upper_n_m));
             let room = ROUNDING * (upper - lower);
@@ -279,11 +287,24 @@ fn plausible<const N: usize>(
             "the firmware answers {value} as a twist or common factor, allowed: finite"
         ));
     }
+    let report = &answer.drive;
+    if report.mode > MOST_MODE || report.faults.iter().any(|fault| *fault > MOST_FAULT) {
+        return Err(format!(
+            "the firmware answers mode {} and faults {:?}, allowed: 0 to {MOST_MODE} and 0 to {MOST_FAULT}",
+            report.mode, report.faults
+        ));
+    }
+    if let Some(value) = report.pose.iter().find(|value| !value.is_finite()) {
+        return Err(format!(
+            "the firmware answers {value} as a part of its pose, allowed: finite"
+        ));
+    }
     // A controller that has stopped repeats its last period; a wheel that is let go has 0.
     let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
     for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
         // A drive goes on with the last reading for a while where none arrives.
-        if said != sent && *said != 0.0 && !(drives && sent.is_nan()) {
+        // A drive judges readings: what it does not believe it replaces.
+        if said != sent && *said != 0.0 && !drives {
             return Err(format!(
                 "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent}, which was sent, or 0",
                 i + 1

@@ -1,17 +1,85 @@
-//! The image of a scenario with a `[drive]`: its answers are the drive's own steps.
+//! A drive at the other end of a link: in this process, and as the image of a scenario with a `[drive]`.
 
-use std::io::{Read as _, Write as _};
+use std::io::{PipeReader, PipeWriter, Read as _, Write as _, pipe};
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
 use omni_core::{BodyTwist, DriveInput, DriveState, Fault};
 use omni_link::{
     Action, Answer, DriveReport, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
-    Receiver, Request, ToController, decode, encode,
+    Receiver, Request, Server, ToController, answer_frame, decode, encode, request_frame,
 };
-use omni_sim::config::Scenario;
-use omni_sim::controller::emulator;
+use omni_sim::config::{Override, Scenario};
+use omni_sim::controller::{AnyController, Firmware, Link, emulator};
+use omni_sim::{Error, Trace, run, run_with_controller};
 
 const N: usize = 7;
+
+/// The scenario of the image, with an encoder that falls silent and commands that stop on the way.
+fn troubled() -> Scenario {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
+    let faults = "fault=[{kind='encoder_silent',wheel='2',from_s=0.8,until_s=1.5},{kind='command_lost',from_s=1.8,until_s=2.6}]";
+    Scenario::load(&file.display().to_string(), &[Override::parse(faults).unwrap()]).unwrap()
+}
+
+/// Is every column that an answer tells the host's, in every bit? Returns the modes that there were.
+fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
+    let host = run(scenario).unwrap();
+    assert_eq!(linked.names(), host.names());
+    for name in host.names() {
+        // Why the command is what it is, and how sure the pose is, are not in an answer.
+        if name == "drive_command_status" || name.starts_with("drive_std_") {
+            continue;
+        }
+        let bits =
+            |trace: &Trace| -> Vec<u64> { trace.column(name).unwrap().iter().map(|v| v.to_bits()).collect() };
+        assert!(bits(linked) == bits(&host), "{name} differs");
+    }
+    let mode = host.column("drive_mode").unwrap();
+    std::array::from_fn(|k| mode.iter().filter(|mode| **mode == k as f64).count())
+}
+
+/// Serves the scenario's drive until nobody asks any more.
+fn serve(mut from: PipeReader, mut to: PipeWriter, scenario: &Scenario) {
+    let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
+    let mut server = Server::new(
+        scenario.constants_digest().unwrap(),
+        scenario.control.period_us as u32,
+    );
+    let mut receiver = Receiver::<{ request_frame(N) }>::new();
+    let (mut out, mut byte) = ([0; answer_frame(N)], [0]);
+    while from.read_exact(&mut byte).is_ok() {
+        if let Some(frame) = receiver.push(byte[0])
+            && to.write_all(server.answer(&drive, frame, &mut out)).is_err()
+        {
+            return;
+        }
+    }
+}
+
+#[test]
+fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_while_readings_and_commands_are_lost() {
+    let scenario = troubled();
+    let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
+    let served = scenario.clone();
+    thread::spawn(move || serve(server_in, server_out, &served));
+    let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
+    let controller = AnyController::over_link(&scenario, link).unwrap();
+    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    let modes = assert_the_hosts(&scenario, &linked);
+    assert!(modes[0] > 3000 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+}
+
+#[test]
+#[ignore = "needs QEMU and the image of firmware/; make firmware runs it"]
+fn a_run_with_the_image_of_a_drive_is_the_hosts_bit_for_bit() {
+    let scenario = troubled();
+    let image = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/target/drive_loop");
+    let controller = AnyController::in_qemu(&scenario, &Firmware::new(image)).unwrap();
+    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    assert_the_hosts(&scenario, &linked);
+}
 
 #[test]
 #[ignore = "needs QEMU and the image of firmware/; make firmware runs it"]

@@ -72,5 +72,10 @@ fn list_says_what_each_of_a_kind_is_in_a_line() {
             "{text}"
         );
     }
-    assert!(refused(folder.path(), &["list", "wheels"]).contains("policies"));
+    let output = omnistep(folder.path(), &["list", "wheels"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(2) && said.contains("policies"),
+        "{said}"
+    );
 }
