@@ -130,7 +130,7 @@ class Single(Task, gymnasium.Env):
         observations, infos = self._episodes.reset(seeds, _fixed(options), [True])
         super().reset(seed=seed)
         self._seeded = True
-        return observations[0], self._told(infos)
+        return observations[0], _single(infos)
 
     def step(self, action: _Numbers) -> tuple[_Numbers, float, bool, bool, _Info]:
         """Hold an action, clipped to -1 to 1, for :attr:`action_s`.
@@ -142,11 +142,7 @@ class Single(Task, gymnasium.Env):
             ConfigError: a number is not finite, their count is wrong, or the episode is over; nothing happened then.
         """
         seen, reward, terminated, truncated, infos, _ = self._episodes.step(_actions(action), "Disabled")
-        return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._told(infos)
-
-    def _told(self, infos: _Info) -> _Info:
-        """Figures for people, and what they were computed with."""
-        return {**_single(infos), "engine": self.engine}
+        return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), _single(infos)
 
     def render(self) -> Any:
         """Draw the vehicle: (H, W, 3) uint8; None unless ``render_mode="rgb_array"``, which needs matplotlib."""

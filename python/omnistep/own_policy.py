@@ -35,7 +35,7 @@ class PolicyInfo:
         >>> import omnistep
         >>> info = omnistep.PolicyInfo.of(omnistep.Scenario("step", seed=3))
         >>> info.wheel_count, info.hinge_names, info.stall_torque_n_m, info.seed
-        (7, ('front_pitch', 'rear_roll'), 2.0, 3)
+        (7, ('pitch', 'roll'), 2.0, 3)
         >>> info.kinematics.inverse_matrix.shape
         (7, 3)
     """

@@ -192,7 +192,7 @@ def test_what_a_run_gives_and_what_kinematics_are_made_of_survive_pickle():
     weights[:] = 1.0  # the caller's own from here on
     assert (pickle.loads(pickle.dumps(kinematics)).forward_matrix == expected).all()
     with pytest.raises(ValueError, match="the pickle is damaged"):
-        omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), b"")
+        omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), "paper", b"")
 
 
 @pytest.mark.parametrize("name", ["/dev/zero", "v.toml", "chugo7"])
@@ -208,7 +208,7 @@ def test_a_pickle_names_no_file_of_this_machine(tmp_path, monkeypatch, name):
         ("terrain.image", keys | {"terrain": keys["terrain"] | {"image": name}}),
     ):
         table = toml_of(bad)
-        for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, b"")):
+        for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, "paper", b"")):
             with pytest.raises(
                 omnistep.ConfigError, match="a scenario in a log or a pickle names no other file"
             ) as caught:

@@ -335,9 +335,10 @@ mod tests {
         let (_folder, path, _) = pushed(&["duration_s=0.3", "log.vehicle_state_hz=100"]);
         let logged = LoggedRun::read(&path).expect("a log");
         let counts = &logged.file.counts;
+        // The first period, and then one in ten.
         assert_eq!(
             (counts["/vehicle_state"], counts["/controller_signals"]),
-            (30, 30)
+            (31, 31)
         );
         let scenario =
             Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
