@@ -86,10 +86,10 @@ fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
 fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
     for (kind, number, within) in [("encoder_silent", 4.0, 25), ("encoder_stuck", 3.0, 400)] {
         // A stuck encoder shows when the motion changes: the vehicle slows down at 1.5 s.
-        let fault = format!("fault=[{{kind='{kind}',wheel='2',from_s=1.2}}]");
+        let fault = format!("fault=[{{kind='{kind}',wheel='1',from_s=1.2}}]");
         let then = "command.then=[{at_s=1.5,vx_m_s=0.1,vy_m_s=0.0,wz_rad_s=0.0}]";
         let trace = run(&scenario(&[&fault, then])).expect("runs");
-        let named = first(&trace, "drive_fault_2", number);
+        let named = first(&trace, "drive_fault_1", number);
         let from = if kind == "encoder_silent" { 1200 } else { 1500 };
         assert!(
             (from..from + within).contains(&named),
@@ -97,7 +97,7 @@ fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
         );
         assert_eq!(column(&trace, "drive_mode")[named], 1.0); // degraded
         assert!(
-            trace.wheel("applied_n_m", 1).expect("a signal")[named + 1..named + 200]
+            trace.wheel("applied_n_m", 0).expect("a signal")[named + 1..named + 200]
                 .iter()
                 .all(|t| *t == 0.0)
         );
@@ -108,7 +108,7 @@ fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
 
 fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared() {
     // Three wheels have no redundancy: with one silent nobody knows how the vehicle moves.
-    let fault = "fault=[{kind='encoder_silent',wheel='1',from_s=1.5,until_s=2.0}]";
+    let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=1.5,until_s=2.0}]";
     let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
     let stopped = first(&trace, "drive_mode", 2.0);
     // 20 periods of silence, 10 of being blind.
@@ -119,10 +119,10 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
             .all(|mode| *mode == 2.0),
         "latched"
     );
-    assert_eq!(column(&trace, "drive_brake_1")[stopped], 1.0);
-    assert_eq!(column(&trace, "drive_brake_2")[stopped], 0.0); // it is believed, and brakes by its loop
+    assert_eq!(column(&trace, "drive_brake_2")[stopped], 1.0);
+    assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // it is believed, and brakes by its loop
     // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor: 0.03 N.m.s/rad.
-    let rim = trace.wheel("rim_m_s", 0).expect("a signal");
+    let rim = trace.wheel("rim_m_s", 1).expect("a signal");
     let squares: f64 = rim[stopped..].iter().map(|rim| (rim / 0.05) * (rim / 0.05)).sum();
     let loss = column(&trace, "drag_loss_j");
     let taken = loss[trace.rows() - 1] - loss[stopped - 1];
@@ -138,8 +138,8 @@ fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_relea
     let trace = run(&scenario(&[pressed, "drive.stop_m_s2=1.0"])).expect("runs");
     assert_eq!(column(&trace, "drive_mode")[1500..2499], [3.0; 999]);
     let speed = column(&trace, "twist_vx_m_s");
-    // 0.3 m/s at 1 m/s^2: half of it is left after 0.15 s, nothing after 0.3 s; loops of some tens of milliseconds lag behind.
-    assert!((speed[1650] - 0.15).abs() < 0.03, "{}", speed[1650]);
+    // 0.3 m/s at 1 m/s^2: half of it is left after 0.15 s, nothing after 0.3 s; the loops lag some 40 ms behind, which is 0.04 m/s.
+    assert!((0.15..0.21).contains(&speed[1650]), "{}", speed[1650]);
     assert!(
         speed[2000..2500].iter().all(|speed| speed.abs() < 0.005),
         "{}",
