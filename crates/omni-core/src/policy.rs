@@ -244,14 +244,14 @@ pub trait Policy<R> {
 /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// # let [vx, vy, wz] = [AxisLimits::symmetric(0.4, f64::INFINITY, f64::INFINITY, f64::INFINITY); 3];
+/// # let [vx, vy, wz] = [AxisLimits::symmetric(0.5, f64::INFINITY, f64::INFINITY, f64::INFINITY); 3];
 /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-/// let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller); // 0.4 m/s at most
+/// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
+/// let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller); // 0.5 m/s at most
 /// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO }, [0.0; 4]);
 /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
-/// assert_eq!(torques_n_m, [0.25 * 0.4 / 0.1; 4]);
-/// assert_eq!(policy.sample().command.vx_m_s, 0.4);
+/// assert_eq!(torques_n_m, [0.25 * 0.5 / 0.125; 4]);
+/// assert_eq!(policy.sample().command.vx_m_s, 0.5);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -273,7 +273,7 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
     /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
     /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
     /// let policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller);
     /// assert_eq!(policy.sample().wheels.applied.n_m, [0.0; 4]);
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -298,10 +298,10 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
     /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
     /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
     /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
-    /// assert_eq!(policy.controller().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.4 m/s on wheels of 0.1 m
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// assert_eq!(policy.controller().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.5 m/s on wheels of 0.125 m
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
@@ -319,9 +319,9 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
     /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
     /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
     /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_eq!(policy.sample().wheels.p_n_m, [1.0; 4]); // 0.25 N.m a rad/s
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -341,9 +341,9 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
     /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
     /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
     /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// let fresh = *policy.state();
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_ne!(*policy.state(), fresh); // 4 rad/s are missing: integrals of 0.4 N.m
@@ -364,14 +364,14 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-2), limits, coordination };
     /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
     /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config)?;
     /// # let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-2)?, controller);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// let (readings, mut torques_n_m, mut other) = (Readings::new(ahead, &[0.0; 4]), [0.0; 4], policy);
     /// policy.step(&readings, &mut torques_n_m);
     /// other.restore(*policy.state());
     /// other.step(&readings, &mut torques_n_m);
-    /// assert_eq!(torques_n_m, [1.0 + 10.0 * 1e-2 * 4.0; 4]); // with the integral of the other
+    /// assert!((torques_n_m[0] - 1.8).abs() < 1e-12); // 1 N.m of the error, and two integrals of 0.4 N.m
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
@@ -415,8 +415,8 @@ impl<R: Real, const N: usize> Policy<R> for ControllerPolicy<R, N> {
 /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?);
-/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO }, [0.0; 4]);
+/// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config))?);
+/// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO }, [0.0; 4]);
 /// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: let go
 /// assert_eq!(torques_n_m, [1.0, 0.0, 1.0, 1.0]); // 0.25 N.m a rad/s, 4 rad/s
 /// assert_eq!(policy.sample().map(|sample| sample.mode), Some(DriveMode::Degraded));
@@ -438,7 +438,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.125)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
     /// assert!(policy.sample().is_none()); // no step yet
     /// assert_eq!(policy.state().odometry.pose().x_m, 0.0);
@@ -461,10 +461,10 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config))?;
     /// # let mut policy = DrivePolicy::new(drive);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
-    /// assert_eq!(policy.drive().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.4 m/s on wheels of 0.1 m
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+    /// assert_eq!(policy.drive().kinematics().inverse(&ahead).rad_s, [4.0; 4]); // 0.5 m/s on wheels of 0.125 m
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
@@ -480,9 +480,9 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config))?;
     /// # let mut policy = DrivePolicy::new(drive);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_eq!(policy.sample().map(|sample| sample.wheels.p_n_m), Some([1.0; 4])); // 0.25 N.m a rad/s
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -500,9 +500,9 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config))?;
     /// # let mut policy = DrivePolicy::new(drive);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_eq!(policy.state().odometry.pose().x_m, 0.0); // it stood
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -520,9 +520,9 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
     /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// # let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.125)?, config))?;
     /// # let mut policy = DrivePolicy::new(drive);
-    /// # let ahead = BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO };
+    /// # let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.state_mut().emergency_stop();
     /// let mut torques_n_m = [9.0; 4];
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
