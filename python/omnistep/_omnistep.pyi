@@ -1403,8 +1403,8 @@ class Observation:
         ...     return [0.0] * 7
         >>> seen = []
         >>> trace = omnistep.run("flat", policy=kept, overrides={"duration_s": 0.01})
-        >>> [(period, command.shape, shape) for period, command, shape in seen[:2]]
-        [(0, (3,), (7,)), (1, (3,), (7,))]
+        >>> [period for period, *_ in seen[:3]], seen[0][1].shape, seen[0][2]
+        ([0, 1, 2], (3,), (7,))
     """
 
     @property

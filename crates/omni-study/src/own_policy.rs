@@ -13,28 +13,18 @@ type Make = dyn Fn(&Scenario) -> Result<AnyController, omni_sim::Error> + Send +
 /// the other.
 ///
 /// ```
-/// use omni_core::{Policy, Readings};
 /// use omni_sim::{config::{Override, Scenario, Seeds}, controller::AnyController};
 /// use omni_study::{Cell, OwnPolicy, Plan, row};
-/// struct Push(f64);
-/// impl Policy<f64> for Push {
-///     fn reset(&mut self) {}
-///     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
-///         torques_n_m.fill(self.0);
-///     }
-/// }
-/// let push = |torque_n_m: f64| {
-///     let make = move |scenario: &Scenario| AnyController::own(scenario, Box::new(Push(torque_n_m)));
-///     OwnPolicy::new("push", format!("{torque_n_m} N.m"), make)
-/// };
-/// let plan = |policy| {
+/// // It stands for a law of one's own: `AnyController::own`.
+/// let own = |identity: &str| OwnPolicy::new("mine", identity, |scenario: &Scenario| AnyController::new(scenario));
+/// let plan = |own| {
 ///     let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
-///     Plan::of_scenarios_until("one", vec![(Vec::new(), scenario)], Seeds::Count(1), Some(policy), &false.into())
+///     Plan::of_scenarios_until("one", vec![(Vec::new(), scenario)], Seeds::Count(1), Some(own), &false.into())
 /// };
-/// let (weak, strong) = (plan(push(0.1))?, plan(push(0.2))?);
-/// assert_ne!(weak.runs()[0].key, strong.runs()[0].key);
-/// let row = row(&weak.runs()[0], &false.into()).expect("not stopped");
-/// assert_eq!((row.error, &row.axes[0]), (None, &Cell::Text("push".into())));
+/// let (one, other) = (plan(own("gain 0.1"))?, plan(own("gain 0.2"))?);
+/// assert_ne!(one.runs()[0].key, other.runs()[0].key);
+/// let row = row(&one.runs()[0], &false.into()).expect("not stopped");
+/// assert_eq!((row.error, &row.axes[0]), (None, &Cell::Text("mine".into())));
 /// # Ok::<(), omni_study::Error>(())
 /// ```
 #[derive(Clone)]
