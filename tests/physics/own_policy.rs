@@ -6,9 +6,9 @@ use omni_sim::controller::AnyController;
 use omni_sim::{Error, Trace, run, run_with_controller};
 
 #[path = "../../examples/own-policy/src/lib.rs"]
-#[expect(clippy::missing_panics_doc, unreachable_pub, reason = "a crate of its own")]
-mod own_policy;
-use own_policy::MotionControl;
+#[expect(unreachable_pub, reason = "a crate of its own")]
+mod example;
+use example::MotionControl;
 
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides

@@ -351,11 +351,10 @@ mod tests {
 
     #[test]
     fn own_signals_that_do_not_fit_the_states_are_damage() {
-        let message = |names: &[&str], values: &[f64]| {
-            let mut message = ControllerSignals::default();
-            message.name = names.iter().map(|name| (*name).to_owned()).collect();
-            message.value = values.to_vec();
-            message
+        let message = |names: &[&str], values: &[f64]| ControllerSignals {
+            name: names.iter().map(|name| (*name).to_owned()).collect(),
+            value: values.to_vec(),
+            ..ControllerSignals::default()
         };
         let mut own = Own::default();
         own.add(1, message(&["a", "b"], &[1.0, 2.0])).expect("the first");

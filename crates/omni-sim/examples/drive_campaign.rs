@@ -139,8 +139,8 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     let (mode, status) = (column("drive_mode"), column("drive_command_status"));
     let wheels = trace.wheel_names().len();
     let mut found = Found {
-        stopped: mode.iter().any(|mode| *mode == 2.0),
-        timed_out: status.iter().any(|status| *status == 3.0),
+        stopped: mode.contains(&2.0),
+        timed_out: status.contains(&3.0),
         faulty: trace.wheel_names().iter().any(|name| {
             column(&format!("drive_fault_{name}"))
                 .iter()

@@ -303,6 +303,10 @@ impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
         *self = Self::new(self.drive);
     }
 
+    #[expect(
+        clippy::eq_op,
+        reason = "what is not a number is not equal to itself, in any scalar"
+    )]
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
         let measured = of_wheels::<R, N>(readings.wheels_rad_s);
         let mut input = DriveInput::measured(&measured);
