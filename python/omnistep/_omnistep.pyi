@@ -1252,6 +1252,49 @@ class Simulation:
             TypeError: not a sequence of numbers; nothing happened then.
             SimulationError: the physics left the finite numbers.
         """
+    def save(self) -> bytes:
+        """Everything that :meth:`resume` needs to go on from here, bit for bit.
+
+        What was recorded, and what a policy of your own remembers, is not in it: pickle holds these too.
+
+        Raises:
+            SimulationError: the controller's state cannot be read.
+
+        Example:
+            >>> import omnistep
+            >>> simulation = omnistep.Simulation("flat")
+            >>> sample = simulation.step((0.2, 0.0, 0.0))
+            >>> again = omnistep.Simulation.resume("flat", simulation.save())
+            >>> simulation.step((0.2, 0.0, 0.0)).twist[0] == again.step((0.2, 0.0, 0.0)).twist[0]
+            True
+        """
+    @staticmethod
+    def resume(
+        scenario: str | PathLike[str] | Scenario,
+        state: bytes,
+        *,
+        policy: PolicyLike | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+    ) -> Simulation:
+        """A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
+
+        Args:
+            scenario: as it was: a built-in name, the path of a .toml file or a :class:`Scenario`.
+            state: what :meth:`save` gave.
+            policy: as it was; a controller of your own goes on from what the object remembers, it is not reset.
+            overrides: as they were.
+            seed: as it was.
+
+        Raises:
+            SimulationError: the state is damaged, or of another scenario or version.
+
+        Example:
+            >>> import omnistep
+            >>> state = omnistep.Simulation("flat").save()
+            >>> omnistep.Simulation.resume("flat", state).time_s
+            0.0
+        """
     def command_at(self, time_s: float) -> tuple[float, float, float]:
         """The scenario's own command at a time [s], as a body twist for the present heading."""
     @property

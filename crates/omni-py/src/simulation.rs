@@ -265,6 +265,70 @@ impl Simulation {
         Ok(trace)
     }
 
+    /// Everything that :meth:`resume` needs to go on from here, bit for bit.
+    ///
+    /// What was recorded, and what a policy of your own remembers, is not in it: pickle holds these too.
+    ///
+    /// Raises:
+    ///     SimulationError: the controller's state cannot be read.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> simulation = omnistep.Simulation("flat")
+    ///     >>> sample = simulation.step((0.2, 0.0, 0.0))
+    ///     >>> again = omnistep.Simulation.resume("flat", simulation.save())
+    ///     >>> simulation.step((0.2, 0.0, 0.0)).twist[0] == again.step((0.2, 0.0, 0.0)).twist[0]
+    ///     True
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.with(py, |inner| inner.simulation.save(&self.scenario))?;
+        Ok(PyBytes::new(py, &bytes.map_err(exception)?))
+    }
+
+    /// A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
+    ///
+    /// Args:
+    ///     scenario: as it was: a built-in name, the path of a .toml file or a :class:`Scenario`.
+    ///     state: what :meth:`save` gave.
+    ///     policy: as it was; a controller of your own goes on from what the object remembers, it is not reset.
+    ///     overrides: as they were.
+    ///     seed: as it was.
+    ///
+    /// Raises:
+    ///     SimulationError: the state is damaged, or of another scenario or version.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> state = omnistep.Simulation("flat").save()
+    ///     >>> omnistep.Simulation.resume("flat", state).time_s
+    ///     0.0
+    #[staticmethod]
+    #[pyo3(signature = (scenario, state, *, policy = None, overrides = None, seed = None))]
+    fn resume(
+        py: Python<'_>,
+        scenario: ScenarioArg,
+        state: &[u8],
+        policy: Option<PolicyArg>,
+        overrides: Option<&Bound<'_, PyMapping>>,
+        seed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
+        let (controller, raised) = match &own {
+            Some(own) => own.go_on(py, &scenario)?,
+            None => (
+                AnyController::new(&scenario).map_err(exception)?,
+                Raised::default(),
+            ),
+        };
+        let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
+        Ok(Self::of(
+            scenario,
+            own,
+            raised,
+            resumed.map_err(exception)?,
+            Some(Vec::new()),
+        ))
+    }
+
     /// The scenario's own command at a time [s], as a body twist for the present heading.
     fn command_at(&self, py: Python<'_>, time_s: f64) -> PyResult<(f64, f64, f64)> {
         let heading_rad = self.with(py, |inner| inner.simulation.observation().pose.yaw_rad())?;
