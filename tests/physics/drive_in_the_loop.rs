@@ -186,7 +186,7 @@ on_both_engines! {
     a_drive_goes_on_from_a_snapshot_bit_for_bit,
 }
 
-/// Three hundred of them are in `make test-full`, and their table in docs/physics.md.
+/// Three hundred of them are in `make test-full`, and their table in docs/drive.md.
 #[test]
 fn a_campaign_of_random_faults_breaks_no_law() {
     for seed in 0..24 {

@@ -236,11 +236,12 @@ impl<R: Real, const N: usize> Drive<R, N> {
         } else {
             DriveMode::Normal
         };
+        let faults = state.faults.faults();
         let stopped = matches!(mode, DriveMode::SafeStop | DriveMode::EmergencyStop);
         DriveSample {
-            brake: dropped.map(|dropped| dropped && stopped),
+            brake: faults.map(|fault| fault.is_some() && stopped),
             mode,
-            faults: state.faults.faults(),
+            faults,
             shaped,
             desaturated,
             wheels,

@@ -158,6 +158,23 @@ impl LoggedRun {
 /// Rows between two looks at whether to go on.
 const ROWS_PER_LOOK: usize = 4096;
 
+/// Signals that a controller has of its own, at most.
+const MOST_SIGNALS: usize = 256;
+
+/// What no controller would be allowed: a name that is there twice, or that of a column that every log has, would be read in its place.
+fn check_names(names: &[String]) -> Result<(), String> {
+    let twice = |(i, name): (usize, &String)| names[..i].contains(name);
+    let taken = |name: &String| COMMON.contains(&name.as_str()) || name.starts_with("wheel_");
+    if names.len() > MOST_SIGNALS || names.iter().enumerate().any(twice) || names.iter().any(taken) {
+        return Err(format!(
+            "{}: {} names, allowed: up to {MOST_SIGNALS}, each once, none of a column that every log has",
+            topic::CONTROLLER_SIGNALS,
+            names.len()
+        ));
+    }
+    Ok(())
+}
+
 /// What only the run's controller said.
 #[derive(Default)]
 struct Own {
@@ -171,6 +188,7 @@ impl Own {
     fn add(&mut self, time_ns: u64, message: ControllerSignals) -> Result<(), String> {
         let topic = topic::CONTROLLER_SIGNALS;
         if self.times_ns.is_empty() {
+            check_names(&message.name)?;
             self.names = message.name;
         } else if self.names != message.name {
             return Err(format!("{topic}: a message of other signals than the first"));
@@ -356,6 +374,14 @@ mod tests {
             value: values.to_vec(),
             ..ControllerSignals::default()
         };
+        for names in [&["a", "a"][..], &["time_s"], &["wheel_1_applied_n_m"]] {
+            assert!(
+                Own::default()
+                    .add(1, message(names, &[1.0; 2][..names.len()]))
+                    .is_err(),
+                "{names:?}"
+            );
+        }
         let mut own = Own::default();
         own.add(1, message(&["a", "b"], &[1.0, 2.0])).expect("the first");
         assert!(own.add(2, message(&["a"], &[1.0])).is_err());

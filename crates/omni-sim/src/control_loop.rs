@@ -120,6 +120,18 @@ impl ControlLoop {
         controlled
     }
 
+    /// The torques that the actuators were told in this period \[N.m\], where something was added to the controller's.
+    pub(crate) fn gave(&mut self, torques_n_m: &[f64]) {
+        self.memory.torques_n_m.clear();
+        self.memory.torques_n_m.extend_from_slice(torques_n_m);
+    }
+
+    /// A period in which somebody else told the actuators their torques \[N.m\].
+    pub(crate) fn passed_by(&mut self, torques_n_m: &[f64]) {
+        self.memory.periods += 1;
+        self.gave(torques_n_m);
+    }
+
     /// The controller.
     #[must_use]
     pub fn controller(&self) -> &AnyController {

@@ -185,6 +185,15 @@ fn velocities<R: Real, const N: usize>(measured: &[f64]) -> WheelVelocities<R, N
 }
 
 impl ControlSample {
+    /// The readings that did not arrive, as such: loops take them for 0, and who replays a log starts from what was read.
+    fn mark_silent(&mut self, measured: &[f64]) {
+        for (wheel, measured) in self.wheels.iter_mut().zip(measured) {
+            if measured.is_nan() {
+                wheel.measured_rad_s = f64::NAN;
+            }
+        }
+    }
+
     /// Overwrites everything with what a controller of omni-core says.
     fn take<R: Real, const N: usize>(
         &mut self,
@@ -223,6 +232,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
             &kinematics.forward(&s.wheels.measured),
             &kinematics.residual(&s.wheels.measured),
         );
+        sample.mark_silent(readings.wheels_rad_s);
         Ok(())
     }
 
@@ -281,10 +291,11 @@ impl AnyController {
     }
 
     /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what the motors give; vehicle limits of
-    /// the command are its own affair. A snapshot does not hold what it remembers.
+    /// the command are its own affair. It is taken as it is: who gives one that was used before resets it. A snapshot does not hold what it
+    /// remembers.
     ///
     /// # Errors
-    /// As [`AnyController::new`]; [`Error::Signal`] where the name of a signal of its own is none, is there twice, or is that of a column
+    /// As [`AnyController::new`]; [`Error::Config`] for a scenario with a `[drive]`; [`Error::Signal`] where the name of a signal of its own is none, is there twice, or is that of a column
     /// that every trace has.
     ///
     /// ```
@@ -316,6 +327,13 @@ impl AnyController {
     /// # Ok::<(), Error>(())
     /// ```
     pub fn own(scenario: &Scenario, policy: Box<dyn Policy<f64> + Send + Sync>) -> Result<Self, Error> {
+        if scenario.drive.is_some() {
+            return Err(refused(
+                scenario,
+                "drive".into(),
+                "[drive], allowed: not with a controller of one's own, which would stand in its place",
+            ));
+        }
         let refuse = |_| Err(wheel_count_refused(scenario));
         let count = scenario.vehicle().wheel.len();
         let name = policy.name().to_owned();
@@ -334,6 +352,14 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
+        let stops = |fault: &config::Fault| matches!(fault, config::Fault::EmergencyStop { .. });
+        if let Some(k) = scenario.fault.iter().position(stops) {
+            return Err(refused(
+                scenario,
+                format!("fault[{k}].kind"),
+                "\"emergency_stop\", allowed: not with a controller at the other end of a link, which is told of none",
+            ));
+        }
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
         let control = for_wheel_count!(count, linked[](scenario, link), refuse)?;
@@ -431,6 +457,13 @@ impl AnyController {
     pub fn link(&self) -> Option<LinkCounters> {
         self.control.link()
     }
+}
+
+/// A key of a scenario that its controller does not go with.
+fn refused(scenario: &Scenario, key: String, message: &str) -> Error {
+    let file = format!("scenario {}", scenario.name);
+    let message = message.into();
+    config::Error::Key { file, key, message }.into()
 }
 
 fn wheel_count_refused(scenario: &Scenario) -> config::Error {

@@ -147,6 +147,7 @@ impl Simulation {
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
+        self.control.gave(&self.torques);
         self.world.brake(&self.sample.brake);
         self.world.step(&self.torques, &mut self.observation)?;
         self.sense();
@@ -167,6 +168,7 @@ impl Simulation {
                 allowed: "one finite torque a wheel",
             });
         }
+        self.control.passed_by(torques_n_m);
         self.world.brake(&[]);
         self.world.step(torques_n_m, &mut self.observation)?;
         self.sense();

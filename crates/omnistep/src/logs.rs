@@ -57,7 +57,10 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
         let engine = file.scenario.physics.engine.name().into();
-        let mut row = vec![name.into_owned(), file.scenario.control.law(), engine];
+        // Of a controller of one's own the run says its name, the scenario does not.
+        let policy = file.run.get("policy").cloned();
+        let policy = policy.unwrap_or_else(|| file.scenario.control.law());
+        let mut row = vec![name.into_owned(), policy, engine];
         match &file.outcome {
             Some(outcome) => row.extend(figures(outcome)),
             None => row.push("ended early".into()),

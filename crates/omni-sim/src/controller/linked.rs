@@ -154,11 +154,11 @@ impl<const N: usize> Linked<N> {
         }
         let torques = answer.sample.wheels.applied.n_m;
         let velocities = if self.names.is_empty() {
-            measured_rad_s
+            *measured_rad_s
         } else {
-            &answer.sample.wheels.measured.rad_s // as the drive took them, which are finite
+            self.taken(answer, measured_rad_s)?
         };
-        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(velocities).zip(&self.motors) {
+        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(&velocities).zip(&self.motors) {
             let range = motor.range(*velocity);
             let (lower, upper) = (f64::from(range.lower_n_m), f64::from(range.upper_n_m));
             let room = ROUNDING * (upper - lower);
@@ -171,6 +171,29 @@ impl<const N: usize> Linked<N> {
             }
         }
         Ok(())
+    }
+
+    /// The velocities that a drive worked with: as sent, or as it took them in the period before. A wheel that it does not believe, whose
+    /// velocity it takes for 0, gets no torque.
+    fn taken(&self, answer: &Answer<N>, sent: &[f32; N]) -> Result<[f32; N], String> {
+        let wheels = &answer.sample.wheels;
+        for (i, (said, sent)) in wheels.measured.rad_s.iter().zip(sent).enumerate() {
+            let (wheel, _) = &self.motors[i];
+            let before = self.last.sample.wheels.measured.rad_s[i];
+            let let_go = wheels.applied.n_m[i] == 0.0;
+            if said != sent && *said != before && !(*said == 0.0 && let_go) {
+                return Err(format!(
+                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent}, which was sent, {before}, as \
+                     before, or 0 without torque"
+                ));
+            }
+            if answer.drive.faults[i] != 0 && !let_go {
+                return Err(format!(
+                    "the firmware answers a torque for wheel {wheel}, which it says it does not believe, allowed: 0"
+                ));
+            }
+        }
+        Ok(wheels.measured.rad_s)
     }
 
     fn take(&mut self, answer: Answer<N>) -> Action {
@@ -207,6 +230,7 @@ impl<const N: usize> Loop for Linked<N> {
             self.stopped = Some((time_s, reason));
         }
         sample.take(&self.last.sample, &self.last.estimated, &self.last.residual);
+        sample.mark_silent(readings.wheels_rad_s);
         if !self.names.is_empty() {
             let report = &self.last.drive;
             let told = Told::<N> {

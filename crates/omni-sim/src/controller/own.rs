@@ -8,6 +8,8 @@ use crate::{Error, TraceBuilder};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 const MOST_SIGNALS: usize = 256;
+/// What its snapshots begin with: those of another controller are not taken for its own.
+const OWN: &str = "a controller of one's own";
 /// Columns that a log has beside a trace's.
 const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
 
@@ -151,15 +153,17 @@ impl<const N: usize> Loop for Own<N> {
 
     /// The periods alone: what the policy remembers is its owner's to keep.
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(&self.periods).ok()
+        postcard::to_allocvec(&(OWN, self.policy.name(), self.periods)).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let periods = postcard::from_bytes(state);
-        periods.is_ok_and(|periods| {
-            self.periods = periods;
-            true
-        })
+        match postcard::take_from_bytes::<(&str, &str, u64)>(state) {
+            Ok(((OWN, name, periods), [])) if name == self.policy.name() => {
+                self.periods = periods;
+                true
+            }
+            _ => false,
+        }
     }
 }
 

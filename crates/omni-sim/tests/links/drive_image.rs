@@ -5,10 +5,10 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use omni_core::{BodyTwist, DriveInput, DriveState, Fault};
+use omni_core::{BodyTwist, Drive, DriveInput, DriveState, Fault};
 use omni_link::{
     Action, Answer, DriveReport, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
-    Receiver, Request, Server, ToController, answer_frame, decode, encode, request_frame,
+    Receiver, Request, Served, Server, ToController, answer_frame, decode, encode, request_frame,
 };
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::{AnyController, Firmware, Link, emulator};
@@ -40,9 +40,32 @@ fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
     std::array::from_fn(|k| mode.iter().filter(|mode| **mode == k as f64).count())
 }
 
+/// A drive that changes its answers from the hundredth on.
+struct Liar {
+    drive: Drive<f32, N>,
+    lie: fn(&mut Answer<N>),
+}
+
+impl Served<N> for Liar {
+    type State = DriveState<f32, N>;
+
+    fn start(&self) -> Self::State {
+        self.drive.start()
+    }
+
+    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+        Served::step(&self.drive, state, request, answer);
+        if request.sequence > 100 {
+            (self.lie)(answer);
+        }
+    }
+}
+
 /// Serves the scenario's drive until nobody asks any more.
-fn serve(mut from: PipeReader, mut to: PipeWriter, scenario: &Scenario) {
+fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: fn(&mut Answer<N>)) {
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
+    let served = Liar { drive, lie };
+    let (mut from, mut to) = (from, to);
     let mut server = Server::new(
         scenario.constants_digest().unwrap(),
         scenario.control.period_us as u32,
@@ -51,24 +74,62 @@ fn serve(mut from: PipeReader, mut to: PipeWriter, scenario: &Scenario) {
     let (mut out, mut byte) = ([0; answer_frame(N)], [0]);
     while from.read_exact(&mut byte).is_ok() {
         if let Some(frame) = receiver.push(byte[0])
-            && to.write_all(server.answer(&drive, frame, &mut out)).is_err()
+            && to.write_all(server.answer(&served, frame, &mut out)).is_err()
         {
             return;
         }
     }
 }
 
+/// The run of a scenario whose drive is served over a link.
+fn run_linked(scenario: &Scenario, lie: fn(&mut Answer<N>)) -> Result<Trace, Error> {
+    let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
+    let served = scenario.clone();
+    thread::spawn(move || serve(server_in, server_out, &served, lie));
+    let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
+    let controller = AnyController::over_link(scenario, link)?;
+    run_with_controller(scenario, controller, |_, _| Ok(()))
+}
+
 #[test]
 fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_while_readings_and_commands_are_lost() {
     let scenario = troubled();
-    let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
-    let served = scenario.clone();
-    thread::spawn(move || serve(server_in, server_out, &served));
-    let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
-    let controller = AnyController::over_link(&scenario, link).unwrap();
-    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    let linked = run_linked(&scenario, |_| {}).unwrap();
     let modes = assert_the_hosts(&scenario, &linked);
     assert!(modes[0] > 3000 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+}
+
+#[test]
+fn what_a_drive_cannot_say_stops_the_run() {
+    let lies: [(fn(&mut Answer<N>), &str); 5] = [
+        (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
+        (|answer| answer.drive.faults[3] = 6, "0 to 5"),
+        (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
+        (
+            |answer| answer.sample.wheels.measured.rad_s[0] = 77.0,
+            "which was sent",
+        ),
+        (
+            |answer| answer.drive.faults[0] = 3,
+            "which it says it does not believe",
+        ),
+    ];
+    for (lie, said) in lies {
+        let error = run_linked(&troubled(), lie).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+#[test]
+fn an_emergency_stop_that_a_link_cannot_tell_of_is_refused() {
+    let pressed = Override::parse("fault=[{kind='emergency_stop',from_s=1.0}]").unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
+    let scenario = Scenario::load(&file.display().to_string(), &[pressed]).unwrap();
+    let error = run_linked(&scenario, |_| {}).unwrap_err().to_string();
+    assert!(
+        error.contains("fault[0].kind: \"emergency_stop\", allowed: not with a controller"),
+        "{error}"
+    );
 }
 
 #[test]
