@@ -242,8 +242,8 @@ def test_what_is_no_policy_is_refused_before_anything_runs(policy, said):
     [
         (("e", "e"), "each name once"),
         (("Error",), "lower case letters"),
-        (("time_s",), "a name that is no column"),
-        (("gyro_rad_s",), "a name that is no column"),
+        (("time_s",), "another name: columns and signals"),
+        (("gyro_rad_s",), "another name: columns and signals"),
         (tuple(f"s{i}" for i in range(257)), "256 signals at most"),
     ],
 )

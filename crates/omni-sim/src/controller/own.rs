@@ -75,8 +75,17 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if names[..i].contains(name) {
             return refuse(name, "each name once");
         }
-        if columns.names().contains(name) || OF_LOGS.contains(&name.as_str()) {
-            return refuse(name, "a name that is no column of every trace or log");
+        let reserved = ["wheel_", "drive_"].iter().any(|prefix| name.starts_with(prefix));
+        let of_wheels = scenario.vehicle().wheel.first().is_some_and(|wheel| {
+            let column = format!("wheel_{}_{name}", wheel.name);
+            columns.names().contains(&column)
+        });
+        let taken = columns.names().contains(name) || OF_LOGS.contains(&name.as_str());
+        if taken || reserved || of_wheels {
+            return refuse(
+                name,
+                "another name: columns and signals of every trace or log are taken, and what begins with wheel_ or drive_",
+            );
         }
     }
     Ok(())
@@ -209,9 +218,11 @@ mod tests {
             (&["Speed"], "lower case"),
             (&["1st"], "a letter first"),
             (&[""], "a letter first"),
-            (&["time_s"], "no column of every trace or log"),
-            (&["wheel_3_p_n_m"], "no column of every trace or log"),
-            (&["asked_vx_m_s"], "no column of every trace or log"),
+            (&["time_s"], "are taken"),
+            (&["measured_rad_s"], "are taken"),
+            (&["drive_mode"], "wheel_ or drive_"),
+            (&["wheel_3_p_n_m"], "are taken"),
+            (&["asked_vx_m_s"], "are taken"),
         ] {
             let said = made(names).err().expect("refused").to_string();
             assert!(said.starts_with("policy mine: the signal \""), "{said}");
