@@ -40,7 +40,7 @@ def ensemble(
 
     Args:
         rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, or anything else that
-            :func:`climb_map` takes.
+            :func:`omnistep.plot.climb_map` takes.
         figures: columns that are numbers, or yes and no; an axes each.
         x: key or column along x; numbers or names.
         lines: key or column with a line a value; None for one line.
