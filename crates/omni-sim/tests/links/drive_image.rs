@@ -40,10 +40,13 @@ fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
     std::array::from_fn(|k| mode.iter().filter(|mode| **mode == k as f64).count())
 }
 
+/// What is done to an answer.
+type Lie = fn(&mut Answer<N>);
+
 /// A drive that changes its answers from the hundredth on.
 struct Liar {
     drive: Drive<f32, N>,
-    lie: fn(&mut Answer<N>),
+    lie: Lie,
 }
 
 impl Served<N> for Liar {
@@ -62,7 +65,7 @@ impl Served<N> for Liar {
 }
 
 /// Serves the scenario's drive until nobody asks any more.
-fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: fn(&mut Answer<N>)) {
+fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: Lie) {
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
     let served = Liar { drive, lie };
     let (mut from, mut to) = (from, to);
@@ -82,7 +85,7 @@ fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: fn(&mut Ans
 }
 
 /// The run of a scenario whose drive is served over a link.
-fn run_linked(scenario: &Scenario, lie: fn(&mut Answer<N>)) -> Result<Trace, Error> {
+fn run_linked(scenario: &Scenario, lie: Lie) -> Result<Trace, Error> {
     let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
     let served = scenario.clone();
     thread::spawn(move || serve(server_in, server_out, &served, lie));
@@ -101,7 +104,7 @@ fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_while_readings_and_co
 
 #[test]
 fn what_a_drive_cannot_say_stops_the_run() {
-    let lies: [(fn(&mut Answer<N>), &str); 5] = [
+    let lies: [(Lie, &str); 5] = [
         (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
         (|answer| answer.drive.faults[3] = 6, "0 to 5"),
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
