@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers docs supply-chain attack attack-long package semver
+.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers docs supply-chain attack attack-long package semver study
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -15,6 +15,9 @@ bench:          ## ratios of control and simulation cost, and of what Python pay
 
 lint:           ## formatting and lints of Rust and Python
 	scripts/lint.sh
+
+study:          ## traction control against plain loops: runs, gates, docs/study.md and its pictures; some twenty minutes
+	scripts/study.sh
 
 coverage:       ## line coverage of omni-core by its own tests, at least 95 %
 	scripts/coverage.sh

@@ -56,11 +56,22 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
 }
 
 /// The drive of a `[drive]` in which every key has its default: what it costs at least.
-fn defaults(name: &str) -> Result<Drive<f32, 7>, Box<dyn Error>> {
-    let scenario = Scenario::load(name, &[Override::parse("drive.discretize=false")?])?;
+fn defaults(name: &str, keys: &[Override]) -> Result<Drive<f32, 7>, Box<dyn Error>> {
+    let keys = [keys, &[Override::parse("drive.discretize=false")?]].concat();
+    let scenario = Scenario::load(name, &keys)?;
     Ok(scenario
         .drive()?
         .ok_or("no [drive] although a key of it was set")?)
+}
+
+/// A constant of the vehicle under traction control, as source.
+fn traction(name: &str) -> Result<String, Box<dyn Error>> {
+    let scenario = Scenario::load(name, &[Override::parse("control.policy=steady")?])?;
+    let source = scenario.constants(Language::Rust)?;
+    let start = source
+        .find("/// Traction control.")
+        .ok_or("no traction control although that is the policy")?;
+    Ok(source[start..].to_owned())
 }
 
 /// What a processor in the loop runs: the scenario's drive where it has one, else its loops.
@@ -79,11 +90,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("no OUT_DIR")?);
     // A built-in scenario or a .toml file; its vehicle, policy and control period are what the image gets.
     println!("cargo::rerun-if-env-changed=OMNISTEP_SCENARIO");
-    let name = env::var("OMNISTEP_SCENARIO").unwrap_or_else(|_| "step".into());
+    let named = env::var("OMNISTEP_SCENARIO").ok();
+    // The built-in step is driven by traction control; these images are of the wheels' loops.
+    let keys = match named {
+        Some(_) => Vec::new(),
+        None => vec![Override::parse("control.policy=synchronised")?],
+    };
+    let name = named.unwrap_or_else(|| "step".into());
     for file in Scenario::files(&name)? {
         println!("cargo::rerun-if-changed={}", file.display());
     }
-    let scenario = Scenario::load(&name, &[])?;
+    let scenario = Scenario::load(&name, &keys)?;
     let mut source = scenario.constants(Language::Rust)?;
     if scenario.vehicle().wheel.len() == 7 {
         // The randomised steps take any controller; the self-test is of the seven-wheel vehicle's size.
@@ -93,12 +110,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             randomised::step(&controller, &limiter, memory, command, measured);
             randomised::pose(&controller, &odometry, memory);
         });
+        if !scenario.has_traction() && scenario.drive.is_none() {
+            source.push_str(&traction(&name)?);
+        }
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
              /// A drive with every option on.\npub static EVERYTHING: omni_core::Drive<f32, 7> = {};\n\
              /// A drive as a `[drive]` of defaults makes it.\npub static DEFAULTS: omni_core::Drive<f32, 7> = {};\n{}",
             rust_expression(&everything(&scenario)?),
-            rust_expression(&defaults(&name)?),
+            rust_expression(&defaults(&name, &keys)?),
             served(&scenario)
         ));
     } else {

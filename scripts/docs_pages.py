@@ -27,12 +27,15 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare wheels read_mcap Trace Outcome Log WheelsTrace Simulation Sample Policy PolicyInfo Observation",
+        "run compare bound wheels read_mcap Trace Outcome Log Bound WheelsTrace Simulation Sample Policy PolicyInfo"
+        " Observation",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario vehicles scenarios policies"),
     "control": (
         "Kinematics and control",
-        "Layout Wheel Kinematics Desaturated Odometry moved_by discretize Pid PidSample Controller ControlSample",
+        "Layout Wheel Kinematics Desaturated Odometry moved_by discretize at_point from_point to_world to_body"
+        " CommandShaper ShapedCommands Pid PidSample Controller ControlSample disturbed_ratio slip_ratio shape_error"
+        " speed_ratio_spread torque_range torque_factor reference_factor",
     ),
     "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
     "learning": ("Environments for learning", "gym"),

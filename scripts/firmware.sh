@@ -54,8 +54,8 @@ build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test 
 
 # The C examples: the library, the constants of the same scenarios, no warning, no C library.
 c=target/c && mkdir -p $c
-constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- constants "$1" --language c); }
-constants step >$c/constants.h
+constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- constants "$@" --language c); }
+constants step --set control.policy=synchronised >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
 link() { # program, its source
     arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 -Wall -Wextra -Werror -pedantic \

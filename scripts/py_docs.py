@@ -34,7 +34,7 @@ def above(lines: list[str], at: int) -> tuple[int, int, str]:
     while start:
         line = lines[start - 1].strip()
         if line.endswith(")]") and not line.startswith("#["):
-            while not lines[start - 1].strip().startswith("#["):
+            while start > 1 and not lines[start - 1].strip().startswith("#["):
                 start -= 1
         elif not line.startswith("#["):
             break

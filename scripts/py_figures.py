@@ -19,14 +19,15 @@ FOLDER = ROOT / "docs" / "images"
 
 
 def main(results: Path) -> None:
-    """Write climb.png, figure-8.png to figure-11.png and climb-map.png."""
+    """Write climb.png, climb-log.png, figure-8.png to figure-11.png and climb-map.png."""
     subprocess.run([sys.executable, "-m", "omnistep", "study", "climb_map", "--out", results], check=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
     synchronised = omnistep.run("step", policy="synchronised")
     independent = omnistep.run("step", policy="independent")
     wheels = [omnistep.wheels(policy) for policy in ("synchronised", "paper")]
     pictures = {
-        "climb": omnistep.plot.strip(synchronised),
+        "climb": omnistep.plot.strip(omnistep.run("step")),
+        "climb-log": omnistep.plot.strip(synchronised),
         "figure-8": omnistep.plot.wheels(wheels)[0],
         "figure-9": omnistep.plot.strips([synchronised, independent])[0],
         "figure-10": omnistep.plot.climb(synchronised)[0],

@@ -23,6 +23,8 @@ _POLICIES = {
     "paper": "#D55E00",
     "synchronised": "#0072B2",
     "load_sharing": "#009E73",
+    "reach": "#F0E442",
+    "steady": "#6B4C00",
 }
 _OTHER_POLICY = "0.4"
 # Wheels and loads have the rest of them; from the fourth on with other dashes.
@@ -42,7 +44,7 @@ def policy_colour(policy: str) -> str:
     Example:
         >>> import omnistep
         >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.policies()})
-        4
+        6
     """
     return _POLICIES.get(policy, _OTHER_POLICY)
 

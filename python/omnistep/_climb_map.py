@@ -50,8 +50,9 @@ def climb_map(
 ) -> NDArray[Any]:
     """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
 
-    Every cell says how many climbed of how many runs, as ``omnistep study`` does; its colour is the share, dark for
-    none and light for all. Runs that ``duration_s`` cut off on their way are no stalls: the cell says how many are
+    Every cell says how many climbed of how many runs, as ``omnistep study`` does, and where there are several the 95 %
+    interval of their share (Wilson's score); its colour is the share, dark for none and light for all. Runs that
+    ``duration_s`` cut off on their way are no stalls: the cell says how many are
     unfinished, that part of it is hatched in grey, and its colour is the share of the others. Runs that failed are
     not counted: the cell says how many there were. Runs that differ in
     anything but x, y and panel, as in their seeds, are counted together.
@@ -147,6 +148,10 @@ def _draw(
     for row, column in np.ndindex(share.shape):
         none = counted[row, column] == 0
         text = "-" if none else f"{climbed[row, column]}/{counted[row, column]}"
+        interval = _omnistep.wilson(int(climbed[row, column]), int(counted[row, column]))
+        if counted[row, column] > 1 and interval is not None:
+            low, high = interval
+            text += f"\n{100 * low:.0f}-{100 * high:.0f} %"
         if unfinished[row, column]:
             text += f"\n{unfinished[row, column]} unfinished"
         if failed[row, column]:

@@ -17,6 +17,8 @@ _Row: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]
 _Rows: TypeAlias = _Row | Sequence[_Row]
 
 __all__ = [
+    "Bound",
+    "CommandShaper",
     "ControlSample",
     "Controller",
     "Desaturated",
@@ -33,6 +35,7 @@ __all__ = [
     "Rows",
     "Sample",
     "Scenario",
+    "ShapedCommands",
     "Simulation",
     "Store",
     "Trace",
@@ -40,17 +43,30 @@ __all__ = [
     "Wheel",
     "WheelsTrace",
     "__version__",
+    "at_point",
+    "bound",
     "cli",
     "compute_batch",
     "damage",
     "discretize",
+    "disturbed_ratio",
+    "from_point",
     "mean_interval",
     "moved_by",
     "policies",
+    "policy_name",
     "read_mcap",
+    "reference_factor",
     "run",
     "scenarios",
+    "shape_error",
     "shortened",
+    "slip_ratio",
+    "speed_ratio_spread",
+    "to_body",
+    "to_world",
+    "torque_factor",
+    "torque_range",
     "vehicles",
     "wheels",
     "wilson",
@@ -104,13 +120,41 @@ def wheels(
         ((651, 3), 65.0)
     """
 
+def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None) -> Bound:
+    """What the step of a scenario takes at least, from the balance of forces: nothing is simulated.
+
+    The torque is that of the scenario's motors at rest, the speed the fastest that it is told to drive ahead: every
+    row of wheels is taken to meet the edge at that. docs/derivations.md, What a climb takes at least, says what is
+    assumed.
+
+    Args:
+        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
+            default.
+        overrides: keys to replace, as in :func:`omnistep.run`.
+
+    Returns:
+        Torque and run-up that each row of wheels takes, and whether the vehicle has them.
+
+    Raises:
+        ConfigError: a name, key or value is wrong; the ground is no plain step of one friction, met head-on; or the
+            vehicle is not two frames on one hinge across with three rows of wheels.
+
+    Example:
+        >>> import omnistep
+        >>> bound = omnistep.bound("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
+        >>> bound.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
+        array([1.3, 2.5, inf])
+        >>> bound.verdicts, bound.possible, bound.decisive
+        (['torque', 'run_up', 'run_up'], True, 'middle')
+    """
+
 def policies() -> list[str]:
     """Names of the coordination policies.
 
     Example:
         >>> import omnistep
         >>> omnistep.policies()
-        ['independent', 'paper', 'synchronised', 'load_sharing']
+        ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
     """
 
 def scenarios() -> list[str]:
@@ -157,6 +201,260 @@ def discretize(twists: _Rows, *, dt_s: float) -> _Floats:
         >>> end = omnistep.moved_by([0.0, 0.0, 0.0], 0.5 * held)
         >>> end.round(9).tolist()
         [0.5, 0.0, 1.570796327]
+    """
+
+def at_point(twists: _Rows, point_m: _Row, /) -> _Floats:
+    """Twists of a point of the body: its velocity along the body's axes, and the yaw rate.
+
+    Args:
+        twists: body twists of the origin (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+        point_m: the point (x forward, y left) from the origin [m], (2,).
+
+    Returns:
+        Twists in the shape of ``twists``.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.at_point([0.1, 0.0, 2.0], [0.5, 0.0]).tolist()  # half a metre ahead: swings to the left
+        [0.1, 1.0, 2.0]
+    """
+
+def from_point(twists: _Rows, point_m: _Row, /) -> _Floats:
+    """Twists of the origin that give a point of the body the twists given: commands for another centre of rotation.
+
+    Undoes :func:`at_point`.
+
+    Args:
+        twists: what the point shall do, along the body's axes (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+        point_m: the point (x forward, y left) from the origin [m], (2,).
+
+    Returns:
+        Body twists in the shape of ``twists``.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.from_point([0.0, 0.0, 2.0], [0.5, 0.0]).tolist()  # turn about a point ahead, which stands still
+        [0.0, -1.0, 2.0]
+    """
+
+def to_world(twists: _Rows, yaw_rad: float | _Row, /) -> _Floats:
+    """Body twists along the world's axes, for a vehicle with this yaw: field-oriented from robot-oriented.
+
+    Args:
+        twists: body twists (vx [m/s] forward, vy [m/s] left, wz [rad/s]), (3,) or (T, 3).
+        yaw_rad: heading [rad], counter-clockwise from the world's x, a number or (T,).
+
+    Returns:
+        Twists (vx along the world's x, vy along its y, wz) in the shape of ``twists``.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+
+    Example:
+        >>> import math, omnistep
+        >>> omnistep.to_world([0.3, 0.1, 0.5], math.pi / 2).round(9).tolist()  # facing left
+        [-0.1, 0.3, 0.5]
+    """
+
+def to_body(twists: _Rows, yaw_rad: float | _Row, /) -> _Floats:
+    """Twists along the world's axes as body twists: what a vehicle with this yaw is to be told.
+
+    Undoes :func:`to_world`.
+
+    Args:
+        twists: twists (vx [m/s] along the world's x, vy [m/s] along its y, wz [rad/s]), (3,) or (T, 3).
+        yaw_rad: heading [rad], counter-clockwise from the world's x, a number or (T,).
+
+    Returns:
+        Body twists in the shape of ``twists``.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+
+    Example:
+        >>> import math, omnistep
+        >>> omnistep.to_body([0.0, 0.3, 0.0], math.pi / 2).round(9).tolist()  # along the world's y, facing there
+        [0.3, 0.0, 0.0]
+    """
+
+def disturbed_ratio(
+    reference_rad_s: float | _Row, velocity_rad_s: float | _Row, *, floor_rad_s: float = 0.1, literal: bool = False
+) -> _Floats:
+    """How far wheels lag behind their references: eq. (14) of the paper, in a form that is defined at rest.
+
+    ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the other sign where the reference is below 0
+    (the velocity, where the reference is 0): positive where the wheel lags, forwards and backwards; within -2 to 2.
+
+    Args:
+        reference_rad_s: reference [rad/s], a number or (T,).
+        velocity_rad_s: measured velocity [rad/s], likewise.
+        floor_rad_s: speed [rad/s] under which a difference counts as noise, above 0.
+        literal: eq. (14) as printed, over the velocity: infinite or not a number at rest.
+
+    Returns:
+        Ratios [-], () or (T,).
+
+    Raises:
+        ConfigError: the lengths differ, or the floor is not above 0.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.disturbed_ratio([10.0, -10.0, 0.0], [8.0, -8.0, 0.0]).tolist()
+        [0.2, 0.2, 0.0]
+        >>> omnistep.disturbed_ratio(10.0, 8.0, literal=True).item()
+        0.25
+    """
+
+def slip_ratio(
+    rim_m_s: float | _Row, along_m_s: float | _Row, *, floor_m_s: float = 0.01, literal: bool = False
+) -> _Floats:
+    """How far wheels slip: eq. (15) of the paper, in a form that is defined at rest.
+
+    ``(rim - along) / max(|rim|, |along|, floor)``, with the other sign where the rim's speed is below 0
+    (``along``, where the rim's is 0): positive where the wheel spins faster than it moves, forwards and backwards;
+    within -2 to 2.
+
+    Args:
+        rim_m_s: radius times the wheel's velocity against the world [m/s], a number or (T,).
+        along_m_s: velocity of the wheel's centre along its rolling direction [m/s], likewise.
+        floor_m_s: speed [m/s] under which a difference counts as noise, above 0.
+        literal: eq. (15) as printed, over the rim's speed: infinite or not a number at rest.
+
+    Returns:
+        Ratios [-], () or (T,).
+
+    Raises:
+        ConfigError: the lengths differ, or the floor is not above 0.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.slip_ratio([0.5, -0.5, 0.3], [0.375, -0.375, 0.0]).tolist()  # the last spins on the spot
+        [0.25, 0.25, 1.0]
+    """
+
+def shape_error(reference_rad_s: _Rows, velocity_rad_s: _Rows, /) -> _Floats:
+    """The part of the wheels' velocities that no common factor on the references explains.
+
+    Args:
+        reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
+        velocity_rad_s: measured velocities [rad/s], in that shape, or (N,).
+
+    Returns:
+        Velocities [rad/s] in the shape of the references; zero where all wheels slow down together.
+
+    Raises:
+        ConfigError: a shape is wrong or a number is not finite.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.shape_error([4.0, -4.0, 0.0], [3.0, -1.0, 0.0]).tolist()
+        [1.0, 1.0, 0.0]
+    """
+
+def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_rad_s: float = 0.1) -> _Floats:
+    """Standard deviation of velocity over reference, over the wheels that have a reference: 0 where they keep together.
+
+    Args:
+        reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
+        velocity_rad_s: measured velocities [rad/s], in that shape, or (N,).
+        floor_rad_s: wheels with a smaller reference [rad/s] have no say; above 0.
+
+    Returns:
+        Spreads [-], () or (T,).
+
+    Raises:
+        ConfigError: a shape is wrong, a number is not finite, or the floor is not above 0.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.speed_ratio_spread([4.0, -4.0, 0.0], [4.0, -2.0, 0.3]).item()
+        0.25
+    """
+
+def torque_range(
+    velocity_rad_s: float | _Row, *, stall_torque_n_m: float, slope_n_m_s_rad: float = 0.0
+) -> tuple[_Floats, _Floats]:
+    """What a motor gives at a velocity, eq. (13) of the paper: a line that falls with the speed.
+
+    Args:
+        velocity_rad_s: velocity of the actuator [rad/s], a number or (T,).
+        stall_torque_n_m: torque at rest [N.m], above 0.
+        slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more; 0 is a constant limit.
+
+    Returns:
+        Lowest (0 or less) and highest (0 or more) torque [N.m], each () or (T,).
+
+    Raises:
+        ConfigError: a torque or slope is out of range.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> lower, upper = omnistep.torque_range([0.0, 10.0], stall_torque_n_m=2.0, slope_n_m_s_rad=0.1)
+        >>> upper.tolist()
+        [2.0, 1.0]
+    """
+
+def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -> _Floats:
+    """The common factor of eqs. (11) and (12) of the paper: the largest that brings every torque within its limits.
+
+    Args:
+        requested_n_m: torques asked for [N.m], (N,) or (T, N) of 3 to 8 wheels.
+        lower_n_m: lowest torques [N.m], each 0 or less, in that shape, or (N,).
+        upper_n_m: highest torques [N.m], each 0 or more, in that shape, or (N,).
+
+    Returns:
+        Factors, 0 to 1, () or (T,).
+
+    Raises:
+        ConfigError: a shape is wrong, a number is not finite, or a range lacks 0.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> limits = {"lower_n_m": [-0.2, -0.2, -0.2], "upper_n_m": [0.2, 0.2, 0.2]}
+        >>> omnistep.torque_factor([0.1, -0.4, 0.2], **limits).item()
+        0.5
+    """
+
+def reference_factor(
+    requested_n_m: _Rows, slopes_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows, floor: float = 0.0
+) -> _Floats:
+    """The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+
+    Args:
+        requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.
+        slopes_n_m: the part of these that is proportional to the reference [N.m], in that shape, or (N,).
+        lower_n_m: lowest torques [N.m], each 0 or less, in that shape, or (N,).
+        upper_n_m: highest torques [N.m], each 0 or more, in that shape, or (N,).
+        floor: the smallest factor, 0 to 1.
+
+    Returns:
+        Factors, ``floor`` to 1, () or (T,).
+
+    Raises:
+        ConfigError: a shape is wrong, a number is not finite, a range lacks 0, or the floor is out of range.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> limits = {"lower_n_m": [-1.0, -1.0, -1.0], "upper_n_m": [1.0, 1.0, 1.0]}
+        >>> omnistep.reference_factor([2.5, -0.2, 0.0], [3.0, -0.4, 0.0], **limits).item()
+        0.5
     """
 
 def moved_by(poses: _Rows, displacements: _Rows, /) -> _Floats:
@@ -415,6 +713,27 @@ class Kinematics:
             TypeError: not numbers.
         """
     def __reduce__(self) -> tuple[Any, tuple[()]]: ...
+    def scale_velocities(self, velocities: _Rows, *, limits_rad_s: float | _Row) -> Desaturated:
+        """Wheel velocities scaled by one factor into their limits, whatever twist they came from.
+
+        Args:
+            velocities: actuator velocities [rad/s], (N,) or (T, N).
+            limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
+
+        Returns:
+            The velocities within the limits, and the twist that they amount to; both factors are the one.
+
+        Raises:
+            ConfigError: a shape is wrong, a number is not finite, or a limit is out of range.
+            TypeError: not numbers.
+
+        Example:
+            >>> import omnistep
+            >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.6, track_m=0.4, radius_m=0.1)
+            >>> scaled = omnistep.Kinematics(layout=layout).scale_velocities([5.0, 6.0, 4.0, -8.0], limits_rad_s=4.0)
+            >>> scaled.velocities.tolist(), int(scaled.limiting)
+            ([2.5, 3.0, 2.0, -4.0], 3)
+        """
 
 @final
 class Desaturated:
@@ -636,6 +955,93 @@ class PidSample:
         """The limits took something away."""
 
 @final
+class CommandShaper:
+    """What stands between whoever commands a vehicle and its controller: limits, a time-out, an emergency stop.
+
+    The code is that of firmware, in float64. It has a state; a call with T rows is the same as T calls with one.
+
+    Args:
+        period_s: control period [s], 1e-6 to 10.
+        velocity: highest speeds of vx, vy [m/s] and wz [rad/s], 0 or more; with ``keeps_direction`` of the motion along
+            its direction and of the yaw rate. No limit if left out, as with the others.
+        acceleration: change of velocity while the speed grows, above 0, likewise [m/s^2, rad/s^2].
+        deceleration: change of velocity while the speed shrinks, above 0, likewise.
+        jerk: change of the acceleration, above 0, likewise [m/s^3, rad/s^3].
+        keeps_direction: limits along the motion, two numbers each (linear, yaw), so that its direction is kept while it
+            grows; else axis by axis, three numbers each, and the path bends where an axis lags.
+        timeout_s: how old a command may become [s], 0 or more; after that the vehicle is told to rest. For ever if left
+            out.
+        emergency_deceleration: (linear [m/s^2], yaw [rad/s^2]), above 0, of an emergency stop; at once if left out.
+
+    Raises:
+        ConfigError: an argument is out of range, or has the wrong length.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> shaper = omnistep.CommandShaper(period_s=0.5, acceleration=[1.0, 1.0, 1.0], timeout_s=0.5)
+        >>> ahead = [[2.0, 0.0, 0.0]] * 4
+        >>> shaped = shaper.step(ahead, arrived=[True, False, False, False])
+        >>> shaped.twist[:, 0].tolist(), shaped.status.tolist()  # half a metre per second a period, then a time-out
+        ([0.5, 1.0, 0.0, 0.0], [2, 2, 3, 3])
+    """
+
+    def __new__(
+        cls,
+        *,
+        period_s: float,
+        velocity: _Row | None = None,
+        acceleration: _Row | None = None,
+        deceleration: _Row | None = None,
+        jerk: _Row | None = None,
+        keeps_direction: bool = False,
+        timeout_s: float | None = None,
+        emergency_deceleration: _Row | None = None,
+    ) -> CommandShaper: ...
+    def step(self, twists: _Rows, *, arrived: bool | Sequence[bool] | _Bools | None = None) -> ShapedCommands:
+        """One control period, or T of them, one after the other.
+
+        Args:
+            twists: body twists that are commanded (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3). One that is not a
+                number is rejected, and the last one stays.
+            arrived: did a command arrive in the period, (T,)? Where none did, the row is not read. In every period if
+                left out.
+
+        Returns:
+            What the vehicle is told.
+
+        Raises:
+            ConfigError: a shape is wrong, or the lengths differ.
+            TypeError: not numbers, or ``arrived`` is not true or false.
+        """
+    def emergency_stop(self) -> None:
+        """Stop, whatever is commanded, until :meth:`release`."""
+    def release(self) -> None:
+        """End an emergency stop; commands from before it are forgotten."""
+    def reset(self) -> None:
+        """Be as freshly started: at rest, with no command."""
+    @property
+    def stopped(self) -> bool:
+        """Is it in an emergency stop?"""
+    @property
+    def period_s(self) -> float:
+        """Control period [s]."""
+
+@final
+class ShapedCommands:
+    """What a :class:`CommandShaper` made of one command, or of each of many."""
+
+    @property
+    def twist(self) -> _Floats:
+        """Twists within the limits (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); always finite."""
+    @property
+    def status(self) -> _Integers:
+        """0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop, () or (T,)."""
+    @property
+    def rejected(self) -> _Bools:
+        """A command arrived that is not finite or beyond reason, () or (T,)."""
+
+@final
 class Controller:
     """The controller of a scenario, as firmware runs it.
 
@@ -644,11 +1050,13 @@ class Controller:
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
+            "flat" if left out.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong.
+        ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
+            inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -1126,6 +1534,9 @@ class Outcome:
     def stalled_row(self) -> int | None:
         """The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled."""
     @property
+    def retries(self) -> int | None:
+        """Times that traction control backed off for another try; None of policies that have none."""
+    @property
     def pitch_peak_deg(self) -> float:
         """Largest nose-up angle of any body [deg]."""
     @property
@@ -1176,6 +1587,12 @@ class Outcome:
     @property
     def energy_residual(self) -> float:
         """Energy that the balance cannot place, over all that went through the motors."""
+    @property
+    def path_error_rms_m(self) -> float | None:
+        """Root mean square over time of the distance from where the path wants the base [m]; None without a path."""
+    @property
+    def path_error_peak_m(self) -> float | None:
+        """Largest such distance [m]; None without a path."""
     def to_dict(self) -> dict[str, str | bool | float | None]:
         """The figures by name."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -1204,7 +1621,8 @@ class Simulation:
         TypeError: a policy is none.
 
     Warns:
-        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
+            ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
 
     Example:
         >>> import omnistep
@@ -1607,6 +2025,68 @@ class WheelsTrace:
     def __len__(self) -> int: ...
 
 @final
+class Bound:
+    """What a step takes of a vehicle, beside what it has. Arrays over rows are (3,), the front row first."""
+
+    @property
+    def vehicle(self) -> str:
+        """The vehicle's name."""
+    @property
+    def height_m(self) -> float:
+        """Height of the step [m]."""
+    @property
+    def friction(self) -> float:
+        """Coulomb coefficient between wheels and ground."""
+    @property
+    def torque_n_m(self) -> float:
+        """Torque that each actuator has [N.m]."""
+    @property
+    def speed_m_s(self) -> float:
+        """Speed at which each row is taken to meet the edge [m/s]."""
+    @property
+    def possible(self) -> bool:
+        """The climb is not excluded: no verdict is `impossible`."""
+    @property
+    def decisive(self) -> Literal["front", "middle", "rear"]:
+        """The row that needs the most run-up; where none needs any, the most torque."""
+    @property
+    def rows(self) -> list[str]:
+        """`front`, `middle`, `rear`."""
+    @property
+    def wheels(self) -> list[list[str]]:
+        """Names of the wheels of each row."""
+    @property
+    def verdicts(self) -> list[Literal["torque", "run_up", "open", "impossible"]]:
+        """Of each row: `torque` suffices at any speed; the `run_up` makes up for it; it is `open`; or `impossible`.
+
+        Open is what depends on how much of the run-up the impact on the edge leaves.
+        """
+    @property
+    def least_torque_n_m(self) -> _Floats:
+        """Least torque of an actuator that lifts each row, however slowly [N.m]; infinite where none does."""
+    @property
+    def deficit_j(self) -> _Floats:
+        """Energy that the torque lacks, up to the worst point of each row's path [J]; 0 where it suffices."""
+    @property
+    def path_mass_kg(self) -> _Floats:
+        """Inertia of the motion up the edge right after the impact, over the square of the hinge's way [kg]."""
+    @property
+    def kept_at_most(self) -> _Floats:
+        """Part of the run-up's kinetic energy that the impact leaves at most, 0 to 1."""
+    @property
+    def kept_on_path(self) -> _Floats:
+        """The part that it leaves where all of it has to go along the path, 0 to ``kept_at_most``."""
+    @property
+    def run_up_m_s(self) -> _Floats:
+        """Below this run-up each row does not climb, whatever the impact leaves [m/s]."""
+    @property
+    def path_run_up_m_s(self) -> _Floats:
+        """From this run-up on the energy suffices where the impact leaves the motion along the path [m/s]."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+
+@final
 class Plan:
     """The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of."""
 
@@ -1657,6 +2137,8 @@ class Plan:
     @property
     def figures(self) -> list[str]:
         """Names of the figures of a row that are numbers, or yes and no."""
+    def traction_notes(self) -> str | None:
+        """What traction control does without in some runs, in a line; None where there is nothing."""
     def __len__(self) -> int: ...
 
 @final
@@ -1728,6 +2210,9 @@ class Rows:
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
+
+def policy_name(policy: PolicyLike) -> str:
+    """What tables and traces call a policy."""
 
 def shortened(message: str) -> str:
     """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""

@@ -192,7 +192,8 @@ def study(
     results this is. Other Python threads go on meanwhile.
 
     Args:
-        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``) or the path of a .toml file.
+        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``reach``) or the path of a
+            .toml file.
         overrides: keys to replace in every run, as in :func:`omnistep.run`; none that is an axis of the study, and no
             seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
@@ -204,6 +205,9 @@ def study(
     Returns:
         A row for each run of the study; a run that failed is a row with an ``error``.
 
+    Warns:
+        UserWarning: ``steady`` or ``reach`` is in some runs without sensors or motor speed that it makes use of.
+
     Raises:
         ConfigError: a name, key or value is wrong; or the folder holds results of another study, or of another
             version, or is being written by another program.
@@ -214,7 +218,7 @@ def study(
     >>> with tempfile.TemporaryDirectory() as out:
     ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=2, out=out, progress=False)
     >>> len(result), result.cells[0]["control_policy"], result.cells[0]["runs"]
-    (8, 'independent', 2)
+    (10, 'independent', 2)
     """
     plan = Plan.of_study(study, overrides=overrides, seeds=listed(seeds) if seeds is not None else None)
     folder = Path(out) if out is not None else Path("out") / plan.name
@@ -268,6 +272,9 @@ def sweep(
     Returns:
         A row for each point and seed; a run that failed is a row with an ``error``.
 
+    Warns:
+        UserWarning: ``steady`` or ``reach`` is in some runs without sensors or motor speed that it makes use of.
+
     Raises:
         ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or a policy cannot be
             pickled; or the folder is another study's.
@@ -314,6 +321,8 @@ def complete(
 ) -> StudyResult:
     """Compute what a folder lacks of a plan. See :func:`sweep`."""
     jobs = positive("jobs", jobs)
+    if without := plan.traction_notes():
+        warnings.warn(without, stacklevel=3)
     with closing(Store(folder, plan)) as store:
         if retry_errors:
             store.forget_errors()

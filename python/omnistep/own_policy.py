@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._omnistep import Kinematics, Observation, Scenario, Vehicle, shortened
+from omnistep._omnistep import Kinematics, Observation, Scenario, Vehicle, policy_name, shortened
 from omnistep.errors import ConfigError
 
 Torques: TypeAlias = NDArray[np.floating[Any]] | Sequence[float]
@@ -55,6 +55,10 @@ class PolicyInfo:
         """Return what a policy is told of a scenario."""
         vehicle = scenario.vehicle
         keys = vehicle.to_dict()
+        motor = keys["motor"]
+        # A file gives either the slope or where the line ends.
+        no_load = vehicle.no_load_rad_s
+        slope = motor.get("slope_n_m_s_rad", motor["stall_torque_n_m"] / no_load if no_load else 0.0)
         return cls(
             scenario=scenario,
             vehicle=vehicle,
@@ -62,8 +66,8 @@ class PolicyInfo:
             wheel_names=tuple(vehicle.wheel_names),
             hinge_names=tuple(hinge["name"] for hinge in keys.get("hinge", [])),
             period_s=scenario.period_s,
-            stall_torque_n_m=keys["motor"]["stall_torque_n_m"],
-            slope_n_m_s_rad=keys["motor"]["slope_n_m_s_rad"],
+            stall_torque_n_m=motor["stall_torque_n_m"],
+            slope_n_m_s_rad=slope,
             seed=scenario.seed,
         )
 
@@ -108,20 +112,12 @@ PolicyLike: TypeAlias = str | Policy | Callable[[Observation], Torques]
 Packed: TypeAlias = tuple[str, str, bytes]
 
 
-def name_of(policy: PolicyLike) -> str:
-    """Return what tables and traces call a policy."""
-    if isinstance(policy, str):
-        return policy
-    name = getattr(policy, "name", None) or getattr(policy, "__name__", None) or type(policy).__name__
-    return str(name)
-
-
 def packed(policy: Policy | Callable[[Observation], Torques]) -> Packed:
     """Return a policy as workers get it, with what tells it from every other law.
 
     That is its ``version`` where it has one, else a digest of its pickle and of the source of its class.
     """
-    name = name_of(policy)
+    name = policy_name(policy)
     try:
         data = pickle.dumps(policy, protocol=5)
     except Exception as error:

@@ -64,6 +64,8 @@ def climb(
 ) -> NDArray[Any]:
     """Draw disturbed ratio, slip ratio and wheel velocity over time: figure 10 (a-c) of the paper, or 11.
 
+    Where traction control backed off for another try there is a dotted line across all three.
+
     Args:
         trace: a run, or its log.
         wheels: names of the wheels to draw; by default a front, a middle and a rear one of those that are driven:
@@ -106,6 +108,10 @@ def climb(
             sign = _direction(trace, k) if signal == "measured_rad_s" else 1.0
             ax.plot(time, sign * values[:, k], **wheel_style(number), linewidth=0.9, label=label)
         ax.grid(alpha=0.3)
+    for number, at_s in enumerate(_tries_s(trace)):
+        for ax in drawn:
+            name = "another try" if number == 0 and ax is drawn[2] else None
+            ax.axvline(at_s, color="0.45", linewidth=1.0, linestyle=":", label=name, zorder=1.8)
     reference = trace.wheels("reference_rad_s")[:, chosen[0]] * _direction(trace, chosen[0])
     drawn[2].plot(time, reference, color="0.45", linewidth=1.2, linestyle="--", label="reference", zorder=1.9)
     drawn[0].set_title(title(trace))
@@ -363,6 +369,13 @@ def _index(names: list[str], name: str) -> int:
     if name not in names:
         raise KeyError(f"no wheel {name!r}, allowed: {', '.join(names)}")
     return names.index(name)
+
+
+def _tries_s(trace: Trace) -> NDArray[Any]:
+    """Return when traction control backed off for another try [s]; none where there is no traction control."""
+    if "traction_retries" not in trace:
+        return np.empty(0)
+    return trace["time_s"][np.flatnonzero(np.diff(trace["traction_retries"]) > 0) + 1]
 
 
 def _direction(trace: Trace, wheel: int) -> float:

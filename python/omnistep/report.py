@@ -37,6 +37,7 @@ _OF_A_RUN = ("policy", "seed")
 _FIGURES = {
     "verdict": "{}",
     "crossing_s": "{:.2f}",
+    "retries": "{:d}",
     "pitch_peak_deg": "{:.2f}",
     "yaw_error_deg": "{:.1f}",
     "slip_rms": "{:.3f}",
@@ -50,6 +51,7 @@ _FIGURES = {
 _HEADINGS = {
     "verdict": "verdict",
     "crossing_s": "crossing [s]",
+    "retries": "retries",
     "pitch_peak_deg": "pitch [deg]",
     "yaw_error_deg": "yaw [deg]",
     "slip_rms": "slip rms",

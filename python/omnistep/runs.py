@@ -8,11 +8,11 @@ from typing import Any, overload
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies, shortened
+from omnistep._omnistep import Log, Scenario, Trace, policies, policy_name, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
-from omnistep.own_policy import PolicyLike, name_of
+from omnistep.own_policy import PolicyLike
 
 #: A call that is done by then shows no bar.
 SHORT_S = 1.0
@@ -69,7 +69,8 @@ def run(
         ``RuntimeWarning`` say that none of it holds.
 
     Warns:
-        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
+            ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
@@ -135,6 +136,9 @@ def compare(
     Returns:
         The trace of each policy by name, in the order given; with ``engines`` by name and engine.
 
+    Warns:
+        UserWarning: as :func:`run`, of each policy.
+
     Raises:
         ConfigError: a name, key or value is wrong, or no policy is named, or one twice.
         TypeError: ``policies`` or ``engines`` is one string, or a policy is none.
@@ -154,9 +158,10 @@ def compare(
     """
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed
-    names = [name_of(each) for each in given]
+    names = [policy_name(each) for each in given]
     if not _each_once(given, names):
-        raise ConfigError(f"policies: {names}, allowed: one name or more, each once", key="policies")
+        hint = "" if all(isinstance(each, str) for each in given) else "; an object's attribute `name` is its name"
+        raise ConfigError(f"policies: {names}, allowed: one name or more, each once{hint}", key="policies")
     on = _listed("engines", engines, "a list of names")
     if on is not None:
         if not _each_once(on, on):

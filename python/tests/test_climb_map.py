@@ -1,5 +1,6 @@
 """Maps of studies: every cell is what its rows say, whatever holds them."""
 
+import re
 import subprocess
 import sys
 
@@ -61,7 +62,8 @@ def rows():
 
 
 def cells(ax):
-    return [text.get_text() for text in ax.texts]
+    """Return what the cells say, but for the intervals."""
+    return [re.sub(r"\n\d+-\d+ %", "", text.get_text()) for text in ax.texts]
 
 
 def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
@@ -104,6 +106,13 @@ def test_every_cell_is_the_count_of_its_rows_and_its_colour_the_share():
     assert [tick.get_text() for tick in axes[0].get_xticklabels()] == ["1", "2"]
     assert [tick.get_text() for tick in axes[0].get_yticklabels()] == ["1", "1.5", "3"]
     assert axes[0].get_xlabel() == "vehicle motor stall torque [N.m]" and axes[0].get_ylabel() == "terrain height [m]"
+
+
+def test_a_cell_of_several_runs_says_the_interval_of_its_share():
+    (ax,) = omnistep.plot.climb_map([row for row in rows() if row[PANEL] == "synchronised"], panel=None)
+    # Wilson's score with z = 1.96: (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n). One run has no interval.
+    both, one, none = "2/2\n34-100 %", "1/2\n9-91 %", "0/2\n0-66 %"
+    assert [text.get_text() for text in ax.texts] == [both, "1/1\n1 failed", one, both, none, one]
 
 
 def test_a_cell_without_a_run_is_bare():

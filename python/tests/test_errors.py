@@ -1,6 +1,7 @@
 """What is said of bad input: one line, the key, the file, what is allowed."""
 
 import os
+import warnings
 
 import numpy as np
 import pytest
@@ -52,6 +53,19 @@ def test_unknown_names_come_with_the_names_there_are():
 def test_a_seed_that_a_log_could_not_give_back_is_refused(seed):
     assert refused(omnistep.run, "flat", seed=seed).key == "seed"
     assert refused(omnistep.run, "flat", overrides={"seed": seed}).key == "seed"
+
+
+def test_what_is_refused_is_not_warned_of_before():
+    # Without an inertial unit traction control is warned of where it can be had, as in a simulation.
+    blind = {"sensors.no_imu": True}
+    with pytest.warns(UserWarning, match="without an inertial measurement unit"):
+        omnistep.Simulation(omnistep.Scenario("flat", policy="steady", overrides=blind))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        for policy in ("steady", "reach"):
+            with pytest.raises(omnistep.ConfigError, match=policy):
+                omnistep.Controller("flat", policy=policy, overrides=blind)
+    assert said == []
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):

@@ -48,11 +48,13 @@ def test_the_examples_of_a_module_hold(name):
 def test_every_public_class_and_function_has_an_example_or_is_made_by_one_that_has():
     # What only calls hand out is shown where it is handed out.
     handed_out = {
+        "Bound",
         "ControlSample",
         "Desaturated",
         "Outcome",
         "PidSample",
         "Sample",
+        "ShapedCommands",
         "Trace",
         "TuneResult",
         "WheelsTrace",

@@ -35,7 +35,7 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
     title = "flat with chugo7, flat with omni3, step with chugo7"
     text = report.page(logs)
     assert f"<title>{title}</title>" in text and f"<h1>{title}</h1>" in text
-    assert ">step, chugo7, synchronised</button>" in text
+    assert ">step, chugo7, steady</button>" in text
     # What they do not share is not said of all of them.
     assert "vehicle chugo7" not in text and "scenario flat" not in text and "omnistep 0." in text
     assert "<h1>flat with chugo7</h1>" in report.page([logs[0], logs[0]])

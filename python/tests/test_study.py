@@ -110,8 +110,8 @@ def test_a_built_in_study_goes_to_out_under_its_name_and_tells_of_its_progress(t
     given = {"overrides": {"duration_s": 0.02}, "seeds": [7]}
     result = omnistep.study("ensemble", **given)
     assert (tmp_path / "out" / "ensemble").is_dir() and str(result.folder) == "out/ensemble"
-    assert "4/4" in capsys.readouterr().err
-    assert "4 runs, 0 failed, 4 computed now" in repr(result)
+    assert "5/5" in capsys.readouterr().err
+    assert "5 runs, 0 failed, 5 computed now" in repr(result)
     assert omnistep.study("ensemble", progress=False, **given).computed == 0
     omnistep.study("ensemble", progress=False, **{**given, "seeds": [8]})
     assert capsys.readouterr().err == ""
@@ -129,7 +129,7 @@ def test_a_damaged_part_is_warned_of_and_computed_again(tmp_path):
 
 def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
     for given, key, expected in [
-        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models"),
+        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models, traction, reach"),
         (
             {"study": "ensemble", "overrides": {"control.policy": "paper"}},
             "control.policy",

@@ -67,6 +67,39 @@ def test_reading_stepping_and_showing_at_once_is_refused_nobody():
     assert simulation.time_s == 0.1
 
 
+def test_long_arrays_leave_the_interpreter_to_others():
+    """Nobody is asked to hand the interpreter over here: another thread runs only where a call lets it."""
+    wheels, rows = np.ones((1_000_000, 8)), np.ones((2_000_000, 3))
+    numbers = np.ones(5_000_000)
+    calls = [
+        lambda: omnistep.disturbed_ratio(numbers, numbers),
+        lambda: omnistep.speed_ratio_spread(wheels, wheels),
+        lambda: omnistep.torque_factor(wheels, lower_n_m=-wheels[0], upper_n_m=wheels[0]),
+        lambda: omnistep.at_point(rows, [0.1, 0.2]),
+        lambda: omnistep.to_world(rows, 0.5),
+        lambda: omnistep.discretize(rows, dt_s=0.01),
+        lambda: omnistep.moved_by(rows, rows),
+    ]
+    ran, over = [], threading.Event()
+
+    def other():
+        while not over.wait(0.0005):
+            ran.append(1)
+
+    thread, interval = threading.Thread(target=other), sys.getswitchinterval()
+    sys.setswitchinterval(100.0)
+    try:
+        thread.start()
+        for call in calls:
+            before = len(ran)
+            call()
+            assert len(ran) > before
+    finally:
+        sys.setswitchinterval(interval)
+        over.set()
+        thread.join()
+
+
 def test_bad_input_of_one_thread_is_an_error_there_and_the_others_go_on():
     simulation = omnistep.Simulation("flat")
     done = together(8, lambda number: simulation.step((np.nan, 0.0, 0.0) if number == 3 else COMMAND).time_s)

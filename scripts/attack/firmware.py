@@ -1,6 +1,7 @@
 """A firmware that lies: the campaign in Rust, started by the name of the emulator."""
 
 import os
+import shlex
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -35,6 +36,35 @@ REFUSED = (
     "dies_later",
     "estimate_nan",
 )
+# A drive's besides: what it says of its mode, of its wheels and of its pose.
+REFUSED_OF_A_DRIVE = (
+    "drive_mode_4",
+    "drive_mode_255",
+    "drive_degraded",
+    "drive_safe_stop",
+    "drive_emergency_stop",
+    "drive_shorts_motors",
+    "drive_shorts_motors_in_an_emergency",
+    "drive_leaves_a_safe_stop",
+    "drive_normal_without_wheels",
+    "drive_normal_without_a_wheel",
+    "drive_fault_6",
+    "drive_fault_255",
+    "drive_fault_of_a_driven_wheel",
+    "drive_fault_of_an_active_wheel",
+    "drive_motion_unknown",
+    "drive_pose_nan",
+    "drive_pose_inf",
+    "drive_pose_far",
+    "drive_pose_jumps",
+    "drive_pose_turned",
+    "drive_pose_stands",
+    "drive_of_loops",
+    "drive_more_wheels",
+    "drive_fewer_wheels",
+)
+# The table that it is built with, every part of a drive on.
+DRIVE = "{slip={},faults={},noise={}}"
 
 
 def campaigns(setting: Setting, attack: Path) -> list[Campaign]:
@@ -46,7 +76,7 @@ def campaigns(setting: Setting, attack: Path) -> list[Campaign]:
     image = folder / "image"
     shutil.copy(setting.top / "LICENSE-MIT", image)
 
-    def lied(lie: str) -> str | None:
+    def lied(lie: str, drive: str | None) -> str | None:
         command = [
             setting.omnistep,
             "run",
@@ -58,23 +88,32 @@ def campaigns(setting: Setting, attack: Path) -> list[Campaign]:
             "--quiet",
             "--json",
         ]
-        command += ["--set", "duration_s=0.3", "--set", "control.precision=f32", "--out", lie]
-        path = f"{emulator.parent}:{os.environ['PATH']}"
-        ended = run(command, folder, seconds=SECONDS, env={"PATH": path, "OMNISTEP_LIE": lie})
+        command += ["--set", "duration_s=0.3", "--set", "control.precision=f32", "--out", f"{lie}-{bool(drive)}"]
+        env = {"PATH": f"{emulator.parent}:{os.environ['PATH']}", "OMNISTEP_LIE": lie}
+        if drive:
+            command += ["--set", f"drive={drive}"]
+            env["OMNISTEP_DRIVE"] = drive
+        ended = run(command, folder, seconds=SECONDS, env=env)
         wrong = faults(ended)
         if not wrong:
             if lie in HONEST and ended.code != 0:
                 wrong.append(f"an honest firmware is refused: {shown(ended.err)}")
-            if lie in REFUSED and ended.code == 0:
+            if lie not in HONEST and ended.code == 0:
                 wrong.append(f"believed: {ended.out.strip()[:100]}")
             if "diverged" in ended.err:
                 wrong.append(f"the physics are blamed: {shown(ended.err)}")
             if lie.startswith("garbage") and "no answer" in ended.err:
                 wrong.append(f"garbage is no silence: {shown(ended.err)}")
-        return f"OMNISTEP_LIE={lie} {ended.command}: {'; '.join(wrong)}" if wrong else None
+        shown_env = " ".join(f"{name}={shlex.quote(text)}" for name, text in env.items() if name != "PATH")
+        return f"{shown_env} {ended.command}: {'; '.join(wrong)}" if wrong else None
 
-    # Side by side: most of them wait.
-    lies = (*HONEST, *REFUSED)
-    with ThreadPoolExecutor(len(lies)) as pool:
-        failures = [failure for failure in pool.map(lied, lies) if failure]
-    return [Campaign("firmware that lies", len(lies), "lies", failures)]
+    def campaign(name: str, lies: tuple[str, ...], drive: str | None) -> Campaign:
+        # Side by side: most of them wait.
+        with ThreadPoolExecutor(len(lies)) as pool:
+            failures = [failure for failure in pool.map(lambda lie: lied(lie, drive), lies) if failure]
+        return Campaign(name, len(lies), "lies", failures)
+
+    return [
+        campaign("firmware that lies", (*HONEST, *REFUSED), None),
+        campaign("firmware of a drive that lies", (*HONEST, *REFUSED, *REFUSED_OF_A_DRIVE), DRIVE),
+    ]

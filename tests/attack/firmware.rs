@@ -1,27 +1,42 @@
-//! Started as `qemu-system-arm`: a firmware of the scenario `flat` that lies as the environment's `OMNISTEP_LIE` says.
+//! Started as `qemu-system-arm`: a firmware of the scenario `flat`, with the `[drive]` of the environment's `OMNISTEP_DRIVE` where it has
+//! one, that lies as `OMNISTEP_LIE` says.
 
 use std::io::{Read as _, Write as _};
 
+use omni_core::{BodyTwist, DriveMode, Fault};
 use omni_link::{
-    Action, Answer, FromController, Greeting, Loops, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
-    Receiver, Server, ToController, decode, encode,
+    Action, Answer, DriveReport, FromController, Greeting, Loops, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME,
+    PROTOCOL_VERSION, Receiver, Served, Server, ToController, decode, encode,
 };
-use omni_sim::config::Scenario;
+use omni_sim::config::{Override, Scenario};
 
 /// Wheels of `chugo7`.
 const N: usize = 7;
+/// The first answer that lies.
+const FIRST_LIE: u32 = 10;
 
 /// Serves standard input and output until the host closes them, and lies.
 pub(crate) fn serve(lie: &str) {
-    let scenario = Scenario::load("flat", &[]).unwrap();
-    let controller = scenario.controller::<f32, N>().unwrap();
-    let limiter = scenario.limiter::<f32>().unwrap();
+    let table = std::env::var("OMNISTEP_DRIVE").ok();
+    let keys = table.map(|table| Override::parse(&format!("drive={table}")).unwrap());
+    let scenario = Scenario::load("flat", keys.as_slice()).unwrap();
+    match scenario.drive::<f32, N>().unwrap() {
+        Some(drive) => converse(lie, &scenario, &drive),
+        None => {
+            let controller = scenario.controller::<f32, N>().unwrap();
+            let limiter = scenario.limiter::<f32>().unwrap();
+            let loops = Loops {
+                controller: &controller,
+                limiter: &limiter,
+            };
+            converse(lie, &scenario, &loops);
+        }
+    }
+}
+
+fn converse(lie: &str, scenario: &Scenario, served: &impl Served<N>) {
     let period_us = scenario.control.period_us as u32;
     let digest = scenario.constants_digest().unwrap();
-    let loops = Loops {
-        controller: &controller,
-        limiter: &limiter,
-    };
     let mut server = Server::new(digest, period_us);
     let greeting = Greeting {
         version: PROTOCOL_VERSION,
@@ -40,7 +55,7 @@ pub(crate) fn serve(lie: &str) {
             Ok(ToController::Hello) => greet(lie, greeting),
             _ => {
                 let mut out = [0; MAX_ANSWER_FRAME];
-                let length = server.answer(&loops, frame, &mut out).len();
+                let length = server.answer(served, frame, &mut out).len();
                 let answer = decode(&mut out[..length]).expect("the server's own answer");
                 answers += 1;
                 let FromController::Answer(answer) = answer else {
@@ -77,9 +92,9 @@ fn greet(lie: &str, mut greeting: Greeting) -> Said {
     Some((framed(&FromController::Greeting(greeting)), 1))
 }
 
-/// The answer as the lie has it; the tenth is the first that lies.
-fn reply(lie: &str, mut answer: Answer<N>, first: Answer<N>, answers: usize) -> Said {
-    if answers < 10 {
+/// The answer as the lie has it.
+fn reply(lie: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> Said {
+    if answers < FIRST_LIE {
         return Some((framed(&FromController::Answer(answer)), 1));
     }
     let torques = &mut answer.sample.wheels.applied.n_m;
@@ -108,9 +123,81 @@ fn reply(lie: &str, mut answer: Answer<N>, first: Answer<N>, answers: usize) -> 
         "garbage_later" => return Some((b"Guru Meditation Error\0\x07\xff\x1b[2J\0".to_vec(), 1)),
         "silent_later" => return Some((Vec::new(), 0)),
         "dies_later" => return None,
-        _ => {}
+        "drive_more_wheels" => return Some((of_wheels::<8>(&answer), 1)),
+        "drive_fewer_wheels" => return Some((of_wheels::<6>(&answer), 1)),
+        lie => of_a_drive(lie, &mut answer, answers - FIRST_LIE),
     }
     Some((framed(&FromController::Answer(answer)), times))
+}
+
+/// What a drive tells beside the wheels' signals; this is the `kth` answer with a lie.
+fn of_a_drive(lie: &str, answer: &mut Answer<N>, kth: u32) {
+    let Answer {
+        drive,
+        sample,
+        estimated,
+        ..
+    } = answer;
+    let silent = Fault::Silent.number();
+    // All that follows from no wheel being believed.
+    let mut believe_none = |drive: &mut DriveReport<N>| {
+        let wheels = &mut sample.wheels;
+        (drive.faults, drive.excluded, drive.motion_known) = ([silent; N], [true; N], false);
+        (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
+        *estimated = BodyTwist::zero();
+        drive.pose = [0.0; 3];
+    };
+    match lie {
+        "drive_mode_4" => drive.mode = 4,
+        "drive_mode_255" => drive.mode = u8::MAX,
+        "drive_degraded" => drive.mode = DriveMode::Degraded.number(),
+        "drive_safe_stop" => drive.mode = DriveMode::SafeStop.number(),
+        "drive_emergency_stop" => drive.mode = DriveMode::EmergencyStop.number(),
+        "drive_shorts_motors" => {
+            believe_none(drive);
+            (drive.mode, drive.motion_known) = (DriveMode::SafeStop.number(), true);
+        }
+        "drive_shorts_motors_in_an_emergency" => {
+            believe_none(drive);
+            drive.mode = DriveMode::EmergencyStop.number();
+        }
+        // Nothing is wrong with the first of these by itself.
+        "drive_leaves_a_safe_stop" if kth == 0 => {
+            believe_none(drive);
+            drive.mode = DriveMode::SafeStop.number();
+        }
+        "drive_normal_without_wheels" => believe_none(drive),
+        "drive_normal_without_a_wheel" => drive.excluded[2] = true,
+        "drive_fault_6" => drive.faults[3] = 6,
+        "drive_fault_255" => drive.faults = [u8::MAX; N],
+        "drive_fault_of_a_driven_wheel" => drive.faults[0] = silent,
+        "drive_fault_of_an_active_wheel" => {
+            (drive.faults[0], drive.excluded[0], sample.wheels.applied.n_m[0]) = (silent, true, 0.0);
+            drive.mode = DriveMode::Degraded.number();
+        }
+        "drive_motion_unknown" => drive.motion_known = false,
+        "drive_pose_nan" => drive.pose[1] = f32::NAN,
+        "drive_pose_inf" => drive.pose[2] = f32::NEG_INFINITY,
+        "drive_pose_far" => drive.pose = [f32::MAX, f32::MIN, f32::MAX],
+        "drive_pose_jumps" => drive.pose[0] += 0.5,
+        "drive_pose_turned" => drive.pose[2] += 3.0,
+        "drive_pose_stands" => drive.pose = [0.0; 3],
+        "drive_of_loops" => *drive = DriveReport::of_loops(),
+        _ => {}
+    }
+}
+
+/// The answer of a vehicle of so many wheels.
+fn of_wheels<const M: usize>(answer: &Answer<N>) -> Vec<u8> {
+    let answer = Answer::<M> {
+        sequence: answer.sequence,
+        action: answer.action,
+        ..Answer::stopped()
+    };
+    let mut out = [0; MAX_ANSWER_FRAME];
+    encode(&FromController::Answer(answer), &mut out)
+        .unwrap_or_default()
+        .to_vec()
 }
 
 fn framed(message: &FromController<Answer<N>>) -> Vec<u8> {

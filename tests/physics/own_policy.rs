@@ -62,6 +62,7 @@ fn the_built_in_law_as_somebodys_own_is_the_built_in_law_in_every_bit() {
         "step",
         &[
             "duration_s=2.5",
+            "control.policy=synchronised",
             "physics.engine=articulated",
             "sensors.encoder_counts=4096",
         ],

@@ -42,7 +42,8 @@ fn hashed(mut hash: u32, sample: &DriveSample<f32, 7>) -> u32 {
     for i in 0..7 {
         hash = take(hash, sample.wheels.applied.n_m[i]);
         let fault = sample.faults[i].map_or(0, Fault::number);
-        hash = take_bytes(hash, &[fault, u8::from(sample.slip.excluded[i])]);
+        let marks = [sample.slip.excluded[i], sample.brake[i]].map(u8::from);
+        hash = take_bytes(hash, &[fault, marks[0], marks[1]]);
     }
     hash = take_bytes(hash, &[sample.mode.number(), u8::from(sample.motion_known)]);
     let PlanarPose { x_m, y_m, yaw_rad } = sample.pose;

@@ -97,8 +97,7 @@ impl Scenario {
 
     /// Does the command turn the vehicle?
     fn turns(&self) -> bool {
-        let later = self.command.then.iter().map(|then| then.wz_rad_s);
-        later.chain([self.command.wz_rad_s]).any(|rate| rate != 0.0)
+        self.command.turns()
     }
 
     /// The world's forward as the vehicle sees it.

@@ -27,6 +27,11 @@ pub(crate) const SCENARIOS: Builtin = &[
     ("rough", include_str!("../assets/scenarios/rough.toml")),
     ("height_map", include_str!("../assets/scenarios/height_map.toml")),
     ("ice", include_str!("../assets/scenarios/ice.toml")),
+    ("square", include_str!("../assets/scenarios/square.toml")),
+    (
+        "figure_eight",
+        include_str!("../assets/scenarios/figure_eight.toml"),
+    ),
 ];
 pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
 
@@ -38,6 +43,8 @@ pub(crate) const STUDIES: Builtin = &[
         "wheel_models",
         include_str!("../assets/studies/wheel_models.toml"),
     ),
+    ("traction", include_str!("../assets/studies/traction.toml")),
+    ("reach", include_str!("../assets/studies/reach.toml")),
 ];
 
 impl FileKind {

@@ -5,8 +5,11 @@ use omni_core::{BodyTwist, PlanarPose, WorldTwist};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 
-use crate::ranges::{PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
+use crate::command_file::CommandFile;
+use crate::path::{PathChoice, PathFollow, PathPlan};
+use crate::ranges::{LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
 
 /// Where the vehicle stands at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
@@ -41,7 +44,8 @@ pub enum CommandFrame {
     World,
 }
 
-/// A twist, reached on a ramp, and others after it.
+/// A twist, reached on a ramp, and others after it; or a path that is followed, or a table of twists. A file with one of these leaves the twist
+/// out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -49,19 +53,19 @@ pub enum CommandFrame {
 pub struct Command {
     /// Forward \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max), default))]
     pub vx_m_s: f64,
     /// Left \[m/s\], -100 to 100.
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max), default))]
     pub vy_m_s: f64,
     /// Counter-clockwise \[rad/s\], -1000 to 1000.
     #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max), default))]
     pub wz_rad_s: f64,
     /// Time from rest to the whole twist \[s\], 0 to 3600.
     #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max), default))]
     pub ramp_s: f64,
     /// Axes that forward and left mean.
     #[serde(default)]
@@ -72,7 +76,37 @@ pub struct Command {
     #[garde(custom(counted(0, 1000)), dive)]
     #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
     pub then: Vec<Then>,
+    /// A path that is followed instead: `square`, `figure_eight`, or waypoints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(dive)]
+    pub path: Option<PathChoice>,
+    /// Side of the square, diameter of the figure of eight's circles \[m\], 0.01 to 100; 1 if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(LENGTH_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
+    pub path_size_m: Option<f64>,
+    /// What the path is planned within.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[garde(dive)]
+    pub plan: PathPlan,
+    /// How the path is followed.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[garde(dive)]
+    pub follow: PathFollow,
+    /// A CSV file with columns `time_s`, `vx_m_s`, `vy_m_s`, `wz_rad_s`, relative to this file, whose twists are commanded instead: each from its time to
+    /// the next one's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
+    pub file: Option<CommandFile>,
 }
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// The keys of a twist, which a path or a table of twists stands for.
+const TWIST: [&str; 4] = ["vx_m_s", "vy_m_s", "wz_rad_s", "ramp_s"];
 
 /// A twist that takes over from the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -104,8 +138,26 @@ pub struct Then {
 }
 
 impl Command {
+    /// Gives a command with a path or a table the twist that it leaves out: none.
+    pub(crate) fn complete(scenario: &mut Table) {
+        let command = scenario.get_mut("command").and_then(Value::as_table_mut);
+        if let Some(command) =
+            command.filter(|command| command.contains_key("path") || command.contains_key("file"))
+        {
+            for key in TWIST {
+                command.entry(key).or_insert(Value::Float(0.0));
+            }
+        }
+    }
+
+    /// Does it have a path or a table of twists?
+    pub(crate) fn comes_by_itself(&self) -> bool {
+        self.path.is_some() || self.file.is_some()
+    }
+
     /// The twist commanded at a time \[s\], in the command's own frame: at rest up to 0, the whole of it from `ramp_s` on, then
-    /// the others, each from where the one before was.
+    /// the others, each from where the one before was; or what the table of twists says. None of a path: what follows it depends on where the
+    /// vehicle is.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -118,6 +170,9 @@ impl Command {
     /// ```
     #[must_use]
     pub fn at(&self, time_s: f64) -> BodyTwist<f64> {
+        if let Some(file) = &self.file {
+            return file.at(time_s);
+        }
         let mut twist = [0.0; 3];
         let own = Then {
             at_s: 0.0,
@@ -178,16 +233,50 @@ impl Command {
         }
     }
 
-    /// Largest speed over the ground that is ever commanded \[m/s\].
+    /// Largest speed over the ground that is ever commanded \[m/s\]; of a path 0.
     #[must_use]
     pub fn fastest_m_s(&self) -> f64 {
+        if let Some(file) = &self.file {
+            return file
+                .rows()
+                .iter()
+                .map(|[_, vx, vy, _]| vx.hypot(*vy))
+                .fold(0.0, f64::max);
+        }
         let own = self.vx_m_s.hypot(self.vy_m_s);
         let later = self.then.iter().map(|then| then.vx_m_s.hypot(then.vy_m_s));
         later.fold(own, f64::max)
     }
 
-    /// The key and what is wrong with it, where the times do not ascend.
+    /// The key and what is wrong with it, where the times do not ascend, or where there is more than one of a twist, a path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
+        if self.path.is_some() && self.file.is_some() {
+            let message = "a table of twists, allowed: not beside command.path".to_owned();
+            return Some(("command.file".into(), message));
+        }
+        if self.comes_by_itself() {
+            let other = if self.path.is_some() { "path" } else { "file" };
+            let twist = [self.vx_m_s, self.vy_m_s, self.wz_rad_s, self.ramp_s];
+            if let Some((key, value)) = TWIST.iter().zip(twist).find(|(_, value)| *value != 0.0) {
+                let message = format!(
+                    "{value}, allowed: 0 or left out beside command.{other}, which stands in its place"
+                );
+                return Some((format!("command.{key}"), message));
+            }
+            if !self.then.is_empty() {
+                let message =
+                    format!("twists, allowed: none beside command.{other}, which stands in their place");
+                return Some(("command.then".into(), message));
+            }
+            if self.path.is_some() && self.frame != CommandFrame::Body {
+                let message =
+                    "\"world\", allowed: left out beside command.path, which is in the world".to_owned();
+                return Some(("command.frame".into(), message));
+            }
+        }
+        if let Some(refusal) = self.path_refusal() {
+            return Some(refusal);
+        }
         let mut before_s = 0.0;
         for (i, then) in self.then.iter().enumerate() {
             if then.at_s < before_s {

@@ -42,11 +42,11 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, to be used as any other, and `DRIVE` where the scenario has a `[drive]`. In C the same in `OMNI_...`, but for
-    /// the odometry by itself.
+    /// `LIMITER`, `ODOMETRY`, to be used as any other, `DRIVE` where the scenario has a `[drive]`, `TRACTION` and `SUPERVISOR` where its
+    /// policy is traction control. In C the same in `OMNI_...`, but for the odometry by itself.
     ///
     /// # Errors
-    /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for.
+    /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for, and for traction control.
     ///
     /// ```
     /// use omni_config::{Language, Scenario};
@@ -59,7 +59,10 @@ impl Scenario {
         let values = self.values()?;
         match language {
             Language::Rust => Ok(rust::source(self, &values, values.digest())),
-            Language::C => c::source(self, &values, values.digest()),
+            Language::C => {
+                self.without_traction("in C")?;
+                c::source(self, &values, values.digest())
+            }
         }
     }
 
@@ -90,8 +93,16 @@ impl Scenario {
             let drive = scenario.drive::<f32, N>()?;
             Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
         }
+        fn traction<const N: usize>(scenario: &Scenario) -> Result<Option<TractionValues>, Error> {
+            let parts = scenario.traction_parts::<f32, N>()?;
+            Ok(parts.map(|(supervisor, traction)| TractionValues {
+                supervisor: Box::new(supervisor),
+                traction: Box::new(traction),
+            }))
+        }
         let count = self.vehicle().wheel.len();
         Ok(Values {
+            traction: for_wheel_count!(count, traction[](self), |_| Ok(None))?,
             drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
             controller: for_wheel_count!(count, controller[](self), |count| Err(Error::Key {
                 file: format!("vehicle {}", self.vehicle().name),
@@ -105,10 +116,17 @@ impl Scenario {
 
 /// What a scenario's controller is made of, in `f32`.
 struct Values {
+    traction: Option<TractionValues>,
     /// The firmware's whole step, where the scenario has a `[drive]`.
     drive: Option<Box<dyn Constant>>,
     controller: Box<dyn Constant>,
     limiter: TwistLimiter<f32>,
+}
+
+/// Traction control, where that is the scenario's policy.
+struct TractionValues {
+    supervisor: Box<dyn Constant>,
+    traction: Box<dyn Constant>,
 }
 
 impl Values {
@@ -117,6 +135,10 @@ impl Values {
         text.push_str(&rust::expression(&self.limiter));
         if let Some(drive) = &self.drive {
             text.push_str(&rust::expression(&**drive));
+        }
+        if let Some(traction) = &self.traction {
+            text.push_str(&rust::expression(&*traction.supervisor));
+            text.push_str(&rust::expression(&*traction.traction));
         }
         crc32fast::hash(text.as_bytes())
     }

@@ -6,7 +6,7 @@ use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{PART, PERIOD_US, TRACKING_S, WINDUP_N_M, within};
+use crate::ranges::{PART, PERIOD_US, TRACKING_S, TRIES, WINDUP_N_M, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -74,7 +74,7 @@ pub enum AntiWindupLaw {
 /// ```
 /// use omni_config::{Override, Scenario};
 /// use omni_core::{Integral, Saturation};
-/// let own = Scenario::load("step", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
+/// let own = Scenario::load("flat", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
 /// let law = own.coordination::<f64>()?;
 /// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
 /// assert_eq!(own.control.law(), "synchronised+floor=0.5+integral=shared");
@@ -85,9 +85,9 @@ pub enum AntiWindupLaw {
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a coordination preset.
+    /// Name of a policy, one of [`POLICIES`].
     #[garde(custom(known_policy))]
-    #[cfg_attr(feature = "schema", schemars(extend("enum" = Coordination::<f64>::PRESETS)))]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
     /// How torques are brought within limits, instead of the policy's way.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -117,7 +117,17 @@ pub struct Control {
     #[garde(inner(custom(within(TRACKING_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
     pub tracking_time_s: Option<f64>,
+    /// Tries at each row of wheels under `steady` and `reach`, 0 to 100; 8 if left out. 0: the vehicle stays where it is stuck.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::whole::tries"
+    )]
+    #[garde(inner(custom(within(TRIES))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TRIES.min, max = TRIES.max)))]
+    pub tries: Option<u32>,
     /// Control period \[us\], a multiple of the physics step, 1 to 100000.
+    #[serde(deserialize_with = "crate::whole::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,
@@ -125,17 +135,36 @@ pub struct Control {
     #[serde(default)]
     #[garde(skip)]
     pub precision: Precision,
-    /// What the loops do once the command is rest.
+    /// What the loops do once the command is rest; not with `steady` and `reach`, which have no such loops.
     #[serde(default)]
     #[garde(dive)]
     pub rest: Rest,
 }
 
-/// What a preset does, in a line.
+/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::Traction`]), the best last.
 ///
 /// ```
-/// use omni_core::Coordination;
-/// for policy in Coordination::<f64>::PRESETS {
+/// assert_eq!(omni_config::POLICIES.last(), Some(&"steady"));
+/// ```
+pub const POLICIES: [&str; 6] = {
+    let [independent, paper, synchronised, load_sharing] = Coordination::<f64>::PRESETS;
+    [independent, paper, synchronised, load_sharing, REACH, STEADY]
+};
+/// The presets of traction control.
+const STEADY: &str = "steady";
+const REACH: &str = "reach";
+
+/// A preset of traction control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TractionPreset {
+    Steady,
+    Reach,
+}
+
+/// What a policy does, in a line.
+///
+/// ```
+/// for policy in omni_config::POLICIES {
 ///     assert!(omni_config::policy_in_a_line(policy).len() > 20, "{policy}");
 /// }
 /// assert_eq!(omni_config::policy_in_a_line("nobody's"), "");
@@ -154,6 +183,12 @@ pub fn policy_in_a_line(policy: &str) -> &'static str {
         }
         "load_sharing" => {
             "each wheel's torque is cut to its own limit, one integral for the vehicle's motion: the least heat"
+        }
+        STEADY => {
+            "one thrust for all driven wheels, slip taken out of each by what the ground takes, another try where it is stuck: the least slip"
+        }
+        REACH => {
+            "as steady, and every try is faster, with the climbing row spun up: the highest steps, where motors have speed to spare"
         }
         _ => "",
     }
@@ -184,6 +219,7 @@ impl Control {
             self.integral_limit_n_m.map(|x| x.to_string()),
         );
         add("tracking_time_s", self.tracking_time_s.map(|x| x.to_string()));
+        add("tries", self.tries.map(|x| x.to_string()));
         law
     }
 
@@ -193,15 +229,32 @@ impl Control {
         self.law() == self.policy
     }
 
-    /// Another preset, with nothing chosen instead of its parts.
+    /// Another preset, with nothing chosen instead of its parts, nor what it does not look at.
     pub(crate) fn be_preset(&mut self, policy: &str) {
         self.policy = policy.into();
         (self.saturation, self.floor, self.integral) = (None, None, None);
         (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
+        self.tries = None;
+        if self.traction().is_some() {
+            self.rest = Rest::default();
+        }
     }
 
-    /// What the wheels do together; none where the policy is no preset.
+    /// The preset of traction control; none where the wheels have loops of their own.
+    pub(crate) fn traction(&self) -> Option<TractionPreset> {
+        match self.policy.as_str() {
+            STEADY => Some(TractionPreset::Steady),
+            REACH => Some(TractionPreset::Reach),
+            _ => None,
+        }
+    }
+
+    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such loops: where somebody asks for
+    /// them all the same, for their kinematics, each is on its own.
     pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
+        if self.traction().is_some() {
+            return Some(Coordination::independent());
+        }
         let preset = Coordination::<R>::preset(&self.policy)?;
         let own_floor = match preset.saturation {
             Saturation::ScaleReference { floor } => floor,
@@ -241,6 +294,13 @@ impl Control {
 
     /// A key that the law does not look at.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
+        if self.traction().is_some() {
+            return self.refused_by_traction();
+        }
+        if let Some(tries) = self.tries {
+            let message = format!("{tries}, allowed: only with control.policy = \"steady\" or \"reach\"");
+            return Some(("tries", message));
+        }
         let scales = matches!(
             self.coordination::<f64>()?.saturation,
             Saturation::ScaleReference { .. }
@@ -268,6 +328,34 @@ impl Control {
         }
         None
     }
+
+    /// A part of the wheels' loops, which traction control has not.
+    fn refused_by_traction(&self) -> Option<Refusal> {
+        // A file that was written has all of `rest`.
+        let usual = Rest::default();
+        let other = |given: f64, usual: f64| (given != usual).then(|| given.to_string());
+        let given = [
+            ("saturation", self.saturation.map(name)),
+            ("floor", self.floor.map(|x| x.to_string())),
+            ("integral", self.integral.map(name)),
+            ("anti_windup", self.anti_windup.map(name)),
+            (
+                "integral_limit_n_m",
+                self.integral_limit_n_m.map(|x| x.to_string()),
+            ),
+            ("tracking_time_s", self.tracking_time_s.map(|x| x.to_string())),
+            ("rest.bleed_s", other(self.rest.bleed_s, usual.bleed_s)),
+            ("rest.hold_s", other(self.rest.hold_s, usual.hold_s)),
+            (
+                "rest.hold_heat_n2m2s",
+                other(self.rest.hold_heat_n2m2s, usual.hold_heat_n2m2s),
+            ),
+        ];
+        let (key, value) = given.into_iter().find_map(|(key, value)| Some((key, value?)))?;
+        let policies = Coordination::<f64>::PRESETS.join(", ");
+        let message = format!("{value}, allowed: only with a policy of loops of the wheels: {policies}");
+        Some((key, message))
+    }
 }
 
 /// A law's name as files have it.
@@ -280,14 +368,14 @@ fn name(law: impl Serialize) -> String {
 }
 
 fn known_policy(value: &str, _: &()) -> garde::Result {
-    match Coordination::<f64>::preset(value) {
-        Some(_) => Ok(()),
-        None => Err(garde::Error::new(format!(
-            "{value:?}{}, allowed: {}",
-            did_you_mean(value, Coordination::<f64>::PRESETS),
-            Coordination::<f64>::PRESETS.join(", ")
-        ))),
+    if POLICIES.contains(&value) {
+        return Ok(());
     }
+    Err(garde::Error::new(format!(
+        "{value:?}{}, allowed: {}",
+        did_you_mean(value, POLICIES),
+        POLICIES.join(", ")
+    )))
 }
 
 #[cfg(test)]
@@ -346,7 +434,7 @@ mod tests {
                 "built-in step: control.floor: 1.5, allowed: 0 to 1",
             ),
             (
-                vec!["control.anti_windup=none"],
+                vec!["control.policy=synchronised", "control.anti_windup=none"],
                 "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where all references are reduced \
                  together, which conditions the integrals",
             ),
@@ -358,6 +446,11 @@ mod tests {
                 vec!["control.policy=independent", "control.integral_limit_n_m=1"],
                 "built-in step: control.integral_limit_n_m: 1, allowed: only with control.anti_windup = \"clamp\"",
             ),
+            (
+                vec!["control.policy=steady", "control.rest.hold_s=30"],
+                "built-in step: control.rest.hold_s: 30, allowed: only with a policy of loops of the wheels: independent, paper, \
+                 synchronised, load_sharing",
+            ),
         ] {
             assert_eq!(load(&keys).expect_err("refused"), said);
         }
@@ -366,6 +459,21 @@ mod tests {
             unknown.starts_with("built-in step: control.saturation: ") && unknown.contains("`clip`"),
             "{unknown}"
         );
+    }
+
+    #[test]
+    fn what_loops_do_at_rest_goes_with_policies_of_loops() {
+        let holds = ["control.policy=paper", "control.rest.bleed_s=0.1"];
+        let paper = load(&holds).expect("a scenario");
+        let rest = |policy: &str| paper.with_policy(policy).expect("a preset").control.rest.bleed_s;
+        // 0.5 s is what a file says that says nothing.
+        assert_eq!(["independent", "steady"].map(rest), [0.1, 0.5]);
+        let written = paper
+            .with_policy("reach")
+            .expect("a preset")
+            .to_toml()
+            .expect("TOML");
+        assert!(Scenario::from_source(&crate::Source::text("written", written), &[]).is_ok());
     }
 
     #[test]

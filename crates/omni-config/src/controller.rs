@@ -141,20 +141,26 @@ impl Scenario {
     /// ```
     pub fn coarse_encoder(&self) -> Result<Option<String>, Error> {
         let counts = self.sensors.encoder_counts;
-        if counts == 0 {
-            return Ok(None);
+        if counts == 0 || self.has_traction() {
+            return Ok(None); // traction control filters counts
         }
         let config = self.wheel_control::<f64, 1>()?;
-        let step = config
+        let whole = config
             .pid
             .encoder_step(f64::from(counts))
             .map_err(|error| self.vehicle().refuse(&error))?;
+        // What a way of reading velocities leaves of a whole count.
+        let left = match self.sensors.encoder_velocity {
+            None => 1.0,
+            Some(_) => self.encoder_step_rad_s().unwrap_or(0.0) / whole.velocity_rad_s,
+        };
+        let (velocity_rad_s, torque_n_m) = (left * whole.velocity_rad_s, left * whole.torque_n_m);
         let stall = self.vehicle().motor.stall_torque_n_m;
-        Ok((step.torque_n_m > stall).then(|| {
+        Ok((torque_n_m > stall).then(|| {
             format!(
                 "sensors.encoder_counts = {counts}: one count in a control period is {:.1} rad/s, the gains make {:.1} N.m of it, \
                  the motor has {stall}; more counts or a lower kp_n_m_s_rad mend it",
-                step.velocity_rad_s, step.torque_n_m
+                velocity_rad_s, torque_n_m
             )
         }))
     }
@@ -167,7 +173,7 @@ impl Scenario {
         self.control.coordination().ok_or_else(|| Error::UnknownName {
             kind: "policy",
             name: self.control.policy.clone(),
-            known: Coordination::<f64>::PRESETS.join(", "),
+            known: crate::POLICIES.join(", "),
         })
     }
 }

@@ -49,14 +49,14 @@ impl Command {
     }
 
     /// Is it ever told to turn?
-    fn turns(&self) -> bool {
-        self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
+    pub(crate) fn turns(&self) -> bool {
+        self.comes_by_itself() || self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
     }
 }
 
 impl Scenario {
     /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all it is told would not have every wheel beyond the obstacle by then. One
-    /// line; none where it may suffice, and on flat ground.
+    /// line; none where it may suffice, on flat ground, and of a path or a table of twists.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -67,7 +67,10 @@ impl Scenario {
     /// ```
     #[must_use]
     pub fn too_short(&self) -> Option<String> {
-        let obstacle = self.terrain.obstacle()?;
+        let obstacle = self
+            .terrain
+            .obstacle()
+            .filter(|_| !self.command.comes_by_itself())?;
         let ahead_m = self.rearmost_m() + self.start.x_m + self.perturbation.start_m;
         let way_m = obstacle.to_m - ahead_m;
         let earliest_s = self.command.earliest_s(way_m);

@@ -134,6 +134,11 @@ impl Vehicle {
         whole.symmetric_eigenvalues().max()
     }
 
+    /// The fastest that an actuator is meant to turn \[rad/s\]; none where nothing limits it.
+    pub(crate) fn top_rad_s(&self) -> Result<Option<f64>, Error> {
+        Ok(self.full_speed_rad_s(&self.actuators()?.0))
+    }
+
     /// The fastest that an actuator is meant to turn \[rad/s\]: where a limit of one axis is reached, but no faster than the motor.
     fn full_speed_rad_s(&self, rows: &[[f64; 3]]) -> Option<f64> {
         let commanded = self.limits.map(|limits| {
@@ -150,7 +155,7 @@ impl Vehicle {
 }
 
 /// A figure with three digits that count.
-fn digits(figure: f64) -> String {
+pub(crate) fn digits(figure: f64) -> String {
     let order = if figure > 0.0 { figure.log10().floor() } else { 0.0 };
     let decimals = (2.0 - order).clamp(0.0, 12.0) as usize;
     let text = format!("{figure:.decimals$}");

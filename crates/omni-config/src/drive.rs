@@ -43,6 +43,7 @@ pub struct Drive {
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
     pub stop_rad_s2: f64,
     /// Periods that too few wheels may tell the motion before the vehicle is stopped, 0 to 65534; 10 by default.
+    #[serde(deserialize_with = "crate::whole::periods_from_0")]
     #[garde(custom(within(PERIODS_FROM_0)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max)))]
     pub blind_periods: u32,
@@ -104,10 +105,12 @@ pub struct DriveSlip {
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub leave_rad_s: f64,
     /// Periods in a row that it must be suspected before it is left out, 1 to 65535; 10 by default.
+    #[serde(deserialize_with = "crate::whole::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub enter_periods: u32,
     /// Periods in a row below `leave_rad_s` before it is let in again, 1 to 65535; 50 by default.
+    #[serde(deserialize_with = "crate::whole::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub leave_periods: u32,
@@ -136,6 +139,7 @@ pub struct DriveFaults {
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub jump_rad_s: Option<f64>,
     /// Jumps that make a wheel faulty, 1 to 65535; 5 by default.
+    #[serde(deserialize_with = "crate::whole::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub jump_periods: u32,
@@ -150,14 +154,17 @@ pub struct DriveFaults {
     #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
     pub stuck_torque_n_m: Option<f64>,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535; 100 by default.
+    #[serde(deserialize_with = "crate::whole::periods_from_2")]
     #[garde(custom(within(PERIODS_FROM_2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max)))]
     pub stuck_periods: u32,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
+    #[serde(deserialize_with = "crate::whole::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub silent_periods: u32,
     /// Good readings in a row after which a faulty wheel is believed again, 1 to 65535; 200 by default.
+    #[serde(deserialize_with = "crate::whole::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub recovery_periods: u32,

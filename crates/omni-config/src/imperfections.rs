@@ -1,5 +1,7 @@
 //! What sensors and actuators lack, and what fails while a run goes on.
 
+use std::ops::Range;
+
 use garde::Validate;
 use omni_core::HeadingHoldConfig;
 #[cfg(feature = "schema")]
@@ -7,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Vehicle;
+use crate::encoder_velocity::EncoderVelocity;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{
@@ -23,15 +26,21 @@ use crate::tagged::deserialize_by_kind;
 #[non_exhaustive]
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
-    /// counts of the last control period over the period.
+    /// counts of the last control period over the period, unless `encoder_velocity` says otherwise.
+    #[serde(deserialize_with = "crate::whole::encoder_counts")]
     #[garde(custom(within(ENCODER_COUNTS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max)))]
     pub encoder_counts: u32,
+    /// How velocities are made of counts, as a firmware does where they are coarse; left out: counts of one control period. Traction
+    /// control, which has a filter of its own for these, takes what comes of it as it is.
+    #[garde(dive)]
+    pub encoder_velocity: Option<EncoderVelocity>,
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
     #[garde(custom(within(ENCODER_NOISE_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max)))]
     pub encoder_noise_rad_s: f64,
     /// Age of what the controller is given, gyro included \[us\], a multiple of the control period, up to 100000.
+    #[serde(deserialize_with = "crate::whole::delay_us")]
     #[garde(custom(within(DELAY_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DELAY_US.min, max = DELAY_US.max)))]
     pub delay_us: u64,
@@ -43,6 +52,12 @@ pub struct Sensors {
     #[garde(custom(within(BIAS_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max)))]
     pub gyro_bias_rad_s: f64,
+    /// No encoders on the hinges: a controller is told none of their angles.
+    #[garde(skip)]
+    pub no_hinge_encoders: bool,
+    /// No inertial measurement unit: a controller is told nothing of how the base points and turns. A heading hold has a gyro of its own.
+    #[garde(skip)]
+    pub no_imu: bool,
 }
 
 /// What lies between the torque commanded and the torque at the wheel; nothing by default.
@@ -251,17 +266,23 @@ enum FaultByKind {
 deserialize_by_kind!(Fault, FaultByKind);
 
 impl Fault {
-    /// From when to when \[s\].
+    /// From when up to when \[s\]; without an end up to infinity.
+    ///
+    /// ```
+    /// use omni_config::Fault;
+    /// let lost = Fault::CommandLost { from_s: 1.0, until_s: Some(2.0) };
+    /// assert_eq!([0.5, 1.0, 2.0].map(|time_s| lost.span_s().contains(&time_s)), [false, true, false]);
+    /// ```
     #[must_use]
-    pub fn span_s(&self) -> (f64, f64) {
+    pub fn span_s(&self) -> Range<f64> {
         match self {
             Self::WheelLost { from_s, until_s, .. }
             | Self::WheelDrag { from_s, until_s, .. }
             | Self::EncoderStuck { from_s, until_s, .. }
             | Self::EncoderSilent { from_s, until_s, .. }
             | Self::CommandLost { from_s, until_s }
-            | Self::EmergencyStop { from_s, until_s } => (*from_s, until_s.unwrap_or(f64::INFINITY)),
-            Self::LoadAdded { from_s, .. } => (*from_s, f64::INFINITY),
+            | Self::EmergencyStop { from_s, until_s } => *from_s..until_s.unwrap_or(f64::INFINITY),
+            Self::LoadAdded { from_s, .. } => *from_s..f64::INFINITY,
         }
     }
 
@@ -283,7 +304,10 @@ impl Fault {
             Self::CommandLost { .. } | Self::EmergencyStop { .. } => None,
             Self::LoadAdded { body, .. } => known("body", body, bodies()),
         };
-        let (from_s, until_s) = self.span_s();
+        let Range {
+            start: from_s,
+            end: until_s,
+        } = self.span_s();
         unknown.or_else(|| {
             (until_s <= from_s).then(|| {
                 (

@@ -50,13 +50,18 @@ pub struct Physics {
     #[garde(skip)]
     pub engine: Engine,
     /// Physics step \[us\], 1 to 100000.
+    #[serde(deserialize_with = "crate::whole::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub step_us: u64,
     /// Solver iterations a step of the engine, 1 to 100. Left out: 8, and more where a step is longer
     /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly. Only with `engine = "rapier"`: the other solves
     /// contacts to the end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::whole::iterations"
+    )]
     #[garde(inner(custom(within(ITERATIONS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]
     pub solver_iterations: Option<usize>,
@@ -78,7 +83,11 @@ pub struct Physics {
     pub wheel_model: WheelModel,
     /// Parts that a physics step is taken in where wheels have rollers, 1 to 16. Left out: 2 with `engine = "rapier"`, where each is 250 us
     /// at most, else 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::whole::substeps"
+    )]
     #[garde(inner(custom(within(SUBSTEPS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max)))]
     pub roller_substeps: Option<u64>,

@@ -39,6 +39,13 @@ pub(crate) const GEAR: Range = range(1e-6, 1e3);
 /// As omni-core has it.
 pub(crate) const GAIN: Range = range(0.0, 1e6);
 pub(crate) const STALL_TORQUE_N_M: Range = range(1e-6, 1e6);
+/// Speeds of motors without load: from a telescope's drive to a dental drill.
+pub(crate) const NO_LOAD_RPM: Range = range(1e-3, 1e6);
+pub(crate) const NO_LOAD_RAD_S: Range = range(1e-4, 1e5);
+/// Dry friction of a gear at the wheel.
+pub(crate) const GEAR_FRICTION_N_M: Range = range(0.0, 1e6);
+/// As omni-core has it.
+pub(crate) const EFFICIENCY: Range = range(0.01, 1.0);
 /// Friction of a bearing or a motor, torque that a motor loses per speed.
 pub(crate) const DAMPING_N_M_S_RAD: Range = range(0.0, 1e6);
 pub(crate) const STIFFNESS_N_M_RAD: Range = range(1e-3, 1e9);
@@ -66,6 +73,7 @@ pub(crate) const RISER_M: Range = range(1e-3, 190.0);
 pub(crate) const BLEED_S: Range = range(0.0, 10.0);
 /// Of a whole.
 pub(crate) const PART: Range = range(0.0, 1.0);
+pub(crate) const TRIES: Range = range(0.0, 100.0);
 /// Largest integral terms.
 pub(crate) const WINDUP_N_M: Range = range(0.0, 1e6);
 /// Of back-calculation, as omni-core has it.
@@ -85,6 +93,10 @@ pub(crate) const HOLD_HEAT_N2M2S: Range = range(0.0, 1e9);
 pub(crate) const WORLD_M: Range = range(-1e4, 1e4);
 /// Whole numbers of 32 bits.
 pub(crate) const SEED: Range = range(0.0, 4_294_967_295.0);
+/// Whole numbers that TOML can hold.
+pub(crate) const SEED_64: Range = range(0.0, i64::MAX as f64);
+/// Values of an axis of a study.
+pub(crate) const AXIS_COUNT: Range = range(2.0, 10_000.0);
 /// Treads of stairs.
 pub(crate) const TREAD_M: Range = range(0.01, 10.0);
 pub(crate) const SLOPE_RAD: Range = range(1e-3, 1.2);
@@ -103,6 +115,9 @@ pub(crate) const COUNT: Range = range(1.0, 100.0);
 /// Half a turn either way.
 pub(crate) const TURN_RAD: Range = range(-3.2, 3.2);
 pub(crate) const ENCODER_COUNTS: Range = range(0.0, 1e7);
+/// As omni-core has them.
+pub(crate) const WINDOW_PERIODS: Range = range(1.0, 32.0);
+pub(crate) const BANDWIDTH_RAD_S: Range = range(1e-4, 1e6);
 pub(crate) const ENCODER_NOISE_RAD_S: Range = range(0.0, 100.0);
 pub(crate) const GYRO_NOISE_RAD_S: Range = range(0.0, 10.0);
 pub(crate) const BIAS_RAD_S: Range = range(-1.0, 1.0);
@@ -112,6 +127,14 @@ pub(crate) const SAG: Range = range(0.0, 0.9);
 /// Gain of the heading loop.
 pub(crate) const HOLD_PER_S: Range = range(1e-3, 100.0);
 pub(crate) const WALL_CLOCK_S: Range = range(0.01, 1e6);
+/// A path may turn by nearly a whole circle on one arc.
+pub(crate) const SWEEP_RAD: Range = range(-6.2, 6.2);
+pub(crate) const PATH_TIME_S: Range = range(1e-3, 3600.0);
+pub(crate) const JERK_M_S3: Range = range(1e-3, 1e5);
+pub(crate) const JERK_RAD_S3: Range = range(1e-3, 1e6);
+/// Of what wheels can do, how much a plan may take.
+pub(crate) const SHARE: Range = range(0.05, 1.0);
+pub(crate) const FOLLOW_PER_S: Range = range(0.0, 1e3);
 pub(crate) const HEADING_RAD: Range = range(0.0, 3.2);
 pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
 /// Messages a second.
@@ -157,6 +180,15 @@ impl Bounded for f64 {
         } else {
             self.to_string()
         }
+    }
+}
+
+impl Bounded for u16 {
+    fn outside(&self, range: Range) -> bool {
+        f64::from(*self).outside(range)
+    }
+    fn shown(&self) -> String {
+        self.to_string()
     }
 }
 

@@ -31,11 +31,12 @@ pub enum WheelModel {
 #[non_exhaustive]
 pub struct Rollers {
     /// Rollers a row, 3 to 32.
+    #[serde(deserialize_with = "crate::whole::roller_count")]
     #[garde(custom(within(ROLLER_COUNT)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max)))]
     pub count: usize,
     /// Rows side by side, 1 or 2; the second one is turned by half a pitch and closes the gaps of the first.
-    #[serde(default = "one_row")]
+    #[serde(default = "one_row", deserialize_with = "crate::whole::roller_rows")]
     #[garde(custom(within(ROLLER_ROWS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max)))]
     pub rows: usize,

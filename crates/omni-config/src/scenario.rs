@@ -10,6 +10,7 @@ use toml::Value;
 
 use crate::Error;
 use crate::command::{Command, Start};
+use crate::command_file::CommandFile;
 use crate::control::Control;
 use crate::derived_gains::DerivedGains;
 use crate::drive::Drive;
@@ -61,7 +62,7 @@ pub struct Scenario {
     #[cfg_attr(feature = "schema", schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max)))]
     pub wall_clock_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::whole::seed_64")]
     #[garde(skip)]
     pub seed: u64,
     /// The ground.
@@ -254,6 +255,8 @@ impl Scenario {
             Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
         table.insert("vehicle".into(), inline);
         HeightMap::embed(source, &mut table)?;
+        CommandFile::embed(source, &mut table)?;
+        Command::complete(&mut table);
         let mut scenario: Self = read(source, table)?;
         scenario.check(source)?;
         scenario.check_couplings(source)?;
@@ -284,6 +287,9 @@ impl Scenario {
             "control.period_us",
             period_us,
         )?;
+        if let Some((key, message)) = self.encoder_velocity_refusal() {
+            return Err(source.refuse(key, message));
+        }
         if let Some((key, message)) = self.control.refusal() {
             return Err(source.refuse(format!("control.{key}"), message));
         }
@@ -319,6 +325,9 @@ impl Scenario {
         if let Some((key, message)) = self.command.refusal() {
             return Err(source.refuse(key, message));
         }
+        if let Err((key, message)) = self.plan_path() {
+            return Err(source.refuse(key, message));
+        }
         if let Some((key, message)) = self.terrain.refusal() {
             return Err(source.refuse(format!("terrain.{key}"), message));
         }
@@ -330,6 +339,11 @@ impl Scenario {
                 let message = "\"emergency_stop\", allowed: only with a [drive], which has one";
                 return Err(source.refuse(format!("fault[{i}].kind"), message));
             }
+        }
+        if self.drive.is_some()
+            && let Some(message) = self.traction_refused("with a [drive]")
+        {
+            return Err(source.refuse("control.policy", message));
         }
         self.check_start(source)
     }
@@ -499,7 +513,7 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let own = Scenario::load("step", &[Override::new("control.floor", 0.5)])?;
+    /// let own = Scenario::load("flat", &[Override::new("control.floor", 0.5)])?;
     /// assert_eq!(own.with_policy("paper")?.control.law(), "paper"); // torques are scaled: no floor
     /// # Ok::<(), omni_config::Error>(())
     /// ```

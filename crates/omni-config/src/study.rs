@@ -17,7 +17,7 @@ use crate::load::{Source, read};
 use crate::override_key::{Override, dotted};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::is_name;
+use crate::ranges::{AXIS_COUNT, is_name, within};
 use crate::suggestion::did_you_mean;
 pub use points::Point;
 pub use seeds::Seeds;
@@ -28,7 +28,7 @@ pub use seeds::Seeds;
 /// use omni_config::Study;
 /// let study = Study::load("climb_map")?;
 /// assert_eq!(study.axis[1].values(), [0.03, 0.04, 0.05, 0.06].map(toml::Value::from));
-/// assert_eq!((study.points(&[])?.len(), study.seeds.list().len()), (4 * 4 * 4, 5));
+/// assert_eq!((study.points(&[])?.len(), study.seeds.list().len()), (4 * 4 * 5, 5));
 /// # Ok::<(), omni_config::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -99,7 +99,9 @@ pub struct Axis {
     #[garde(custom(is_finite))]
     to: Option<f64>,
     /// How many, 2 to 10000.
-    #[garde(range(min = 2, max = 10_000))]
+    #[serde(default, deserialize_with = "crate::whole::axis_count")]
+    #[garde(inner(custom(within(AXIS_COUNT))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = AXIS_COUNT.min, max = AXIS_COUNT.max)))]
     count: Option<u32>,
 }
 

@@ -257,6 +257,7 @@ enum TerrainByKind {
         friction: f64,
         height_m: f64,
         tread_m: f64,
+        #[serde(deserialize_with = "crate::whole::count")]
         count: u32,
         at_m: f64,
     },
@@ -284,6 +285,7 @@ enum TerrainByKind {
         height_m: f64,
         width_m: f64,
         spacing_m: f64,
+        #[serde(deserialize_with = "crate::whole::count")]
         count: u32,
         at_m: f64,
     },
@@ -293,7 +295,7 @@ enum TerrainByKind {
         wavelength_m: f64,
         length_m: f64,
         width_m: f64,
-        #[serde(default)]
+        #[serde(default, deserialize_with = "crate::whole::seed_32")]
         seed: u32,
         at_m: f64,
     },

@@ -1,11 +1,12 @@
 //! A vehicle: bodies, passive hinges, couplings, wheels, motors, gains.
 
 mod coupling;
+mod motor;
 mod shape;
 mod validation;
 
 use garde::Validate;
-use omni_core::{AxisLimits, PidGains, TorqueLimit, TwistLimits, Wheel, WheelLayout};
+use omni_core::{AxisLimits, PidGains, TwistLimits, Wheel, WheelLayout};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,7 @@ use crate::load::{Source, read};
 use crate::override_key::Override;
 use crate::ranges::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, EDGE_M, GAIN, MASS_KG, PLACE_M, SPEED_M_S,
-    SPEED_RAD_S, STALL_TORQUE_N_M, STOP_RAD, counted, direction, is_name, within,
+    SPEED_RAD_S, STOP_RAD, counted, direction, is_name, within,
 };
 #[cfg(feature = "schema")]
 use crate::ranges::{DIRECTION, NAME};
@@ -25,6 +26,7 @@ use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
 use crate::wheel_spec::{WheelContact, WheelSpec};
 pub use coupling::{Coupling, CouplingSpring};
+pub use motor::Motor;
 
 /// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
 /// ground, the origin under the point that the kinematics refer to.
@@ -135,32 +137,6 @@ pub struct Hinge {
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub damping_n_m_s_rad: f64,
-}
-
-/// Torque-speed line of every actuator, four-quadrant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct Motor {
-    /// Torque at rest \[N.m\], 1e-6 to 1e6.
-    #[garde(custom(within(STALL_TORQUE_N_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
-    pub stall_torque_n_m: f64,
-    /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
-    pub slope_n_m_s_rad: f64,
-}
-
-impl Motor {
-    /// The limit that the controller works with.
-    ///
-    /// # Errors
-    /// As [`TorqueLimit::line`].
-    pub fn limit<R: omni_core::Real>(&self) -> Result<TorqueLimit<R>, omni_core::ConfigError> {
-        TorqueLimit::line(R::of(self.stall_torque_n_m), R::of(self.slope_n_m_s_rad))
-    }
 }
 
 /// Limits of the commanded twist, the same forward and in reverse.

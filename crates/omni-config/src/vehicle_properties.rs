@@ -115,11 +115,26 @@ impl Vehicle {
         }))
     }
 
+    /// Push ahead of each wheel per torque of its actuator \[1/m\], where the wheels' pushes aside cancel: 0 of a wheel across.
+    ///
+    /// # Errors
+    /// As [`Vehicle::condition_number`].
+    ///
+    /// ```
+    /// let pushes = omni_config::Vehicle::load("omni3")?.pushes_ahead()?;
+    /// // Wheel 1 rolls sideways, the others 30 degrees off ahead, on 50 mm; the file has their directions to eight digits.
+    /// assert!(pushes[0] < 1e-9 && (pushes[1] - 0.75_f64.sqrt() / 0.05).abs() < 1e-6);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn pushes_ahead(&self) -> Result<Vec<f64>, Error> {
+        let (rows, _) = self.actuators()?;
+        Ok(rows.iter().map(|[ahead, _, _]| ahead.abs()).collect())
+    }
+
     /// Velocity at which the motor's line reaches no torque \[rad/s\]; none for a constant limit.
     #[must_use]
     pub fn no_load_rad_s(&self) -> Option<f64> {
-        let motor = &self.motor;
-        (motor.slope_n_m_s_rad > 0.0).then(|| motor.stall_torque_n_m / motor.slope_n_m_s_rad)
+        self.motor.line_end_rad_s()
     }
 
     /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of equally stiff contacts are in

@@ -111,6 +111,12 @@ pub struct WheelSpec {
 }
 
 impl WheelSpec {
+    /// Rate that its encoder reads per rate at which the nose, and the left side, of its body go up.
+    pub(crate) fn carrier(&self) -> [f64; 2] {
+        let [x, y] = self.rolling_direction;
+        [x, y].map(|part| part / x.hypot(y) / self.gear)
+    }
+
     /// Radius of the ball that a wheel touches the ground with where it is one \[m\]: its own, or its rollers'.
     ///
     /// ```

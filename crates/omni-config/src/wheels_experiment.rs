@@ -39,6 +39,7 @@ pub struct WheelsExperiment {
     #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
     /// Control period \[us\], 1 to 100000.
+    #[serde(deserialize_with = "crate::whole::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,

@@ -13,13 +13,18 @@ fn whole_file(kind: FileKind) -> String {
             format!("{text}\n{coupling}")
         }
         FileKind::Scenario => {
-            let text = FileKind::Scenario.template("step").expect("built in");
+            // Traction control takes no [drive].
+            let step = FileKind::Scenario.template("step").expect("built in");
+            let text = step.replace("policy = \"steady\"", "policy = \"synchronised\"");
             let rest = r#"
 [[command.then]]
 at_s = 1.0
 vx_m_s = 0.0
 vy_m_s = 0.0
 wz_rad_s = 0.0
+
+[sensors]
+encoder_counts = 360
 
 [heading_hold]
 gain_per_s = 1.0
@@ -86,6 +91,9 @@ fn places(kind: FileKind) -> Vec<Place> {
     found
 }
 
+/// A command that has waypoints instead of a twist.
+const A_PATH: &str = "command={ path = [{ x_m = 1.0, y_m = 0.0 }] }";
+
 fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
     if let Some(name) = place.schema["$ref"]
         .as_str()
@@ -108,12 +116,19 @@ fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
         }
     }
     if place.schema["items"].is_object() {
-        visit(root, inside("0", &place.schema["items"], &place.before), found);
+        let mut before = place.before.clone();
+        if place.key == "command.path" {
+            // Instead of a twist.
+            before.push(Override::parse(A_PATH).expect("KEY=VALUE"));
+        }
+        visit(root, inside("0", &place.schema["items"], &before), found);
     }
     for variant in ["oneOf", "anyOf"]
         .iter()
         .filter_map(|key| place.schema[key].as_array())
         .flatten()
+        // One that only says which keys there must be is the same place.
+        .filter(|variant| !(variant["required"].is_array() && variant["properties"].is_null()))
     {
         let mut before = place.before.clone();
         if let Some(properties) = variant["properties"].as_object() {
@@ -269,11 +284,21 @@ fn words_and_lists_that_a_schema_refuses_are_refused_by_the_loader() {
             if let Some(most) = most {
                 let least = place.schema["minItems"].as_u64().unwrap_or(0);
                 let file = toml::Value::Table(whole_file(kind).parse().expect("TOML"));
-                let list = place.key.split('.').fold(&file, |table, key| &table[key]);
-                let item = list[0].clone();
+                let (item, before) = if place.key == "command.path" {
+                    let waypoint: toml::Table = "x_m = 1.0\ny_m = 0.0".parse().expect("TOML");
+                    (toml::Value::Table(waypoint), Override::parse(A_PATH).ok())
+                } else {
+                    let list = place.key.split('.').fold(&file, |table, key| &table[key]);
+                    (list[0].clone(), None)
+                };
                 for count in [most + 1].into_iter().chain(least.checked_sub(1)) {
                     let items = vec![item.clone(); count as usize];
-                    let said = load(kind, &[Override::new(place.key.clone(), items)]).expect_err("so many");
+                    let overrides: Vec<_> = before
+                        .clone()
+                        .into_iter()
+                        .chain([Override::new(place.key.clone(), items)])
+                        .collect();
+                    let said = load(kind, &overrides).expect_err("so many");
                     let expected =
                         format!("file: {}: {count} of them, allowed: {least} to {most}", place.key);
                     assert!(said.starts_with(&expected), "{said}");

@@ -259,4 +259,21 @@ macro_rules! constant_enum {
     };
 }
 
-pub(crate) use {constant_enum, constant_struct};
+/// A body for each index below `n`, without a loop for the first eight: where a configuration is a constant, so is all that the body looks
+/// up by its index. The body must not leave the loop.
+macro_rules! each {
+    ($i:ident of $n:ident $body:block) => {
+        $crate::constants::each!(@ $i $n $body 0 1 2 3 4 5 6 7);
+        if $n > 8 {
+            for $i in 8..$n $body
+        }
+    };
+    (@ $i:ident $n:ident $body:block $($k:literal)*) => {
+        $(if $k < $n {
+            let $i: usize = $k;
+            $body
+        })*
+    };
+}
+
+pub(crate) use {constant_enum, constant_struct, each};

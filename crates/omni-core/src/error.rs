@@ -19,8 +19,8 @@ use core::fmt;
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,
-    /// Index of the wheel concerned, or of the table's point where `parameter` begins with `point.`, from 0; messages count
-    /// from 1.
+    /// Index of the wheel concerned, of the table's point where `parameter` begins with `point.`, or of the path's waypoint where it
+    /// begins with `waypoint.`, from 0; messages count from 1.
     pub index: Option<usize>,
     /// The value found.
     pub value: f64,
@@ -58,10 +58,10 @@ impl ConfigError {
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Most lists are wheels; a parameter of a table says so itself.
-        let (kind, parameter) = match self.parameter.strip_prefix("point.") {
-            Some(parameter) => ("point", parameter),
-            None => ("wheel", self.parameter),
+        // Most lists are wheels; a parameter of a table or a path says so itself.
+        let (kind, parameter) = match self.parameter.split_once('.') {
+            Some((kind @ ("point" | "waypoint"), parameter)) => (kind, parameter),
+            _ => ("wheel", self.parameter),
         };
         if let Some(index) = self.index {
             write!(f, "{kind} {}: ", index + 1)?;
@@ -84,6 +84,17 @@ pub(crate) fn within<R: crate::Real>(
     } else {
         Err(ConfigError::new(parameter, value.as_f64(), allowed))
     }
+}
+
+/// [`within`] of several parameters with one range.
+pub(crate) fn each_within<R: crate::Real>(
+    parameters: &[(&'static str, R)],
+    range: &core::ops::RangeInclusive<f64>,
+    allowed: &'static str,
+) -> Result<(), ConfigError> {
+    parameters
+        .iter()
+        .try_for_each(|(parameter, value)| within(parameter, *value, range.clone(), allowed).map(|_| ()))
 }
 
 /// A control period \[s\] that a loop may have.

@@ -1,7 +1,7 @@
 //! Encoders that lie and wheels that are lost: found, named, and let go while the others carry on.
 
 use crate::constants::constant_struct;
-use crate::error::{ConfigError, within};
+use crate::error::{ConfigError, each_within};
 use crate::pid::is_plausible;
 use crate::{Real, WheelVelocities};
 
@@ -368,18 +368,15 @@ impl<R: Real> FaultMonitor<R> {
     /// assert_eq!((error.parameter, error.value), ("jump_rad_s", 0.0));
     /// ```
     pub fn new(config: FaultConfig<R>) -> Result<Self, ConfigError> {
-        for (name, value) in [
-            ("jump_rad_s", config.jump_rad_s),
-            ("stuck_rad_s", config.stuck_rad_s),
-            ("stuck_torque_n_m", config.stuck_torque_n_m),
-        ] {
-            within(
-                name,
-                value,
-                1e-9..=f64::INFINITY,
-                "1e-9 or more, infinite for no check",
-            )?;
-        }
+        each_within(
+            &[
+                ("jump_rad_s", config.jump_rad_s),
+                ("stuck_rad_s", config.stuck_rad_s),
+                ("stuck_torque_n_m", config.stuck_torque_n_m),
+            ],
+            &(1e-9..=f64::INFINITY),
+            "1e-9 or more, infinite for no check",
+        )?;
         for (name, value, least, allowed) in [
             ("jump_periods", config.jump_periods, 1, "1 to 65535"),
             ("stuck_periods", config.stuck_periods, 2, "2 to 65535"),

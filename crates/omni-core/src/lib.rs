@@ -4,14 +4,17 @@
 
 pub mod constants;
 pub mod coordination;
+pub mod linkage;
 pub mod metrics;
 
 mod controller;
 mod covariance;
 mod desaturation;
 mod drive;
+mod encoder;
 mod error;
 mod faults;
+mod follower;
 mod heading;
 mod kinematics;
 mod layout;
@@ -24,9 +27,12 @@ mod scalar;
 mod shaping;
 mod slip;
 mod sum;
+mod traction;
+mod trajectory;
 mod trig;
 mod twist;
 mod twist_limits;
+mod velocity;
 mod wheel_loops;
 mod wheels;
 
@@ -35,14 +41,18 @@ pub use coordination::{Coordination, Integral, Saturation, TorqueRange, TorqueRa
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use desaturation::{Desaturated, Desaturation, SpeedLimits};
 pub use drive::{Drive, DriveConfig, DriveInput, DriveMode, DriveSample, DriveState};
+pub use encoder::{CounterState, EncoderCounter};
 pub use error::ConfigError;
 pub use faults::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState};
+pub use follower::{Follow, FollowerConfig, HolonomicFollower};
 pub use heading::{HeadingHold, HeadingHoldConfig, HeadingHoldState};
 pub use kinematics::{ForwardMap, Kinematics, PathFactors, residual_shares};
 pub use layout::{CONDITION_LIMIT, Wheel, WheelLayout};
 pub use limits::{AxisLimits, RateLimiter, RateLimiterState};
+pub use linkage::{Attitude, CarriedWheel, HingeGeometry, Linkage, LinkageMotion};
 pub use motor::{
-    DcMotor, DcMotorConfig, Gearbox, ThermalConfig, ThermalModel, ThermalState, TorqueLimit, TorqueTable,
+    DcMotor, DcMotorConfig, GearFriction, Gearbox, MotorDuty, ThermalConfig, ThermalModel, ThermalState,
+    TorqueLimit, TorqueTable,
 };
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 pub use pid::{
@@ -55,8 +65,18 @@ pub use shaping::{
     CommandShaper, CommandStatus, EmergencyDeceleration, ShapedCommand, ShaperState, ShapingConfig,
 };
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
+pub use traction::{
+    Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, Traction, TractionConfig,
+    TractionObservation, TractionPolicy, TractionPolicyState, TractionSample, TractionState, TractionTarget,
+    TractionWheel,
+};
+pub use trajectory::{
+    PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory, TrajectoryPlanner, TrajectorySample,
+    WayShape, Waypoint,
+};
 pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
 pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
+pub use velocity::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 pub use wheel_loops::{ControlState, Overload, Rest, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
 
@@ -64,8 +84,10 @@ pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
 #[doc(hidden)]
 pub mod parts {
     pub use crate::limits::Steps;
+    pub use crate::linkage::Joint;
     pub use crate::motor::TorqueLimits;
     pub use crate::pid::Discrete;
+    pub use crate::trajectory::Phase;
     pub use crate::twist_limits::{Group, Law};
     pub use crate::wheel_loops::RestRule;
     pub use crate::*;

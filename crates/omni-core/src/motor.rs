@@ -5,23 +5,29 @@
 //! | [`TorqueLimit`] | torque-speed line in four quadrants with a cap, the limit the loops use every step |
 //! | [`TorqueTable`] | the same from measured points |
 //! | [`DcMotor`] | the line from a data sheet: torque constant, resistance, voltage, no-load current, current limit |
+//! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`] |
 //! | [`Gearbox`] | ratio and efficiency, the right way round in each quadrant |
+//! | [`GearFriction`] | a gearbox with dry and viscous friction, and the torque that makes up for them |
 //! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |
 //!
 //! Loops take [`TorqueLimit`]s; what the other rooms allow at the moment goes in as [`TorqueRanges`] with
 //! [`crate::WheelController::step_within`].
 
 mod dc;
+mod duty;
+mod friction;
 mod gearbox;
 mod table;
 mod thermal;
 
 pub use dc::{DcMotor, DcMotorConfig};
+pub use duty::MotorDuty;
+pub use friction::GearFriction;
 pub use gearbox::Gearbox;
 pub use table::TorqueTable;
 pub use thermal::{ThermalConfig, ThermalModel, ThermalState};
 
-use crate::constants::constant_struct;
+use crate::constants::{constant_struct, each};
 use crate::error::{ConfigError, not_negative, positive};
 use crate::{Real, TorqueRange, TorqueRanges};
 
@@ -208,12 +214,25 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
         }
     }
 
+    /// No limit depends on the velocity.
+    #[inline(always)]
+    pub(crate) fn are_constant(&self) -> bool {
+        self.constant
+    }
+
+    /// The largest torque of an actuator at any velocity.
+    #[inline(always)]
+    pub(crate) fn cap(&self, index: usize) -> R {
+        self.cap[index]
+    }
+
     /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn ranges(&self, velocities: &[R; N], ranges: &mut TorqueRanges<R, N>) {
         if self.constant {
-            ranges.upper_n_m = self.cap;
-            ranges.lower_n_m = self.cap.map(|cap| -cap);
+            each!(i of N {
+                (ranges.lower_n_m[i], ranges.upper_n_m[i]) = (-self.cap[i], self.cap[i]);
+            });
             return;
         }
         for i in 0..N {

@@ -43,6 +43,23 @@ impl<R: Real> Imu<R> {
             pitch_rad: zero,
         }
     }
+
+    /// No unit, or one that was not heard: NaN throughout.
+    ///
+    /// ```
+    /// let heard = |imu: omni_core::Imu<f64>| imu.rate_rad_s.iter().filter(|rate| !rate.is_nan()).count();
+    /// assert_eq!((heard(omni_core::Imu::silent()), heard(omni_core::Imu::level())), (0, 3));
+    /// ```
+    #[must_use]
+    pub fn silent() -> Self {
+        let nan = R::of(f64::NAN);
+        Self {
+            rate_rad_s: [nan; 3],
+            specific_force_m_s2: [nan; 3],
+            roll_rad: nan,
+            pitch_rad: nan,
+        }
+    }
 }
 
 /// What a vehicle knows in one control period, and nothing else: its sensors, its own torques, its command.

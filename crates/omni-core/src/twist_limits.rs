@@ -29,6 +29,8 @@ pub struct MotionLimits<R> {
     pub jerk: R,
 }
 
+constant_struct!(MotionLimits<R> { velocity: R, acceleration: R, deceleration: R, jerk: R });
+
 impl<R: Real> MotionLimits<R> {
     /// No limit at all.
     ///

@@ -1,23 +1,23 @@
 //! What the two sides say to each other.
 
-use omni_core::{BodyTwist, ControlSample, WheelVelocities};
+use omni_core::{BodyTwist, ControlSample, DriveMode, WheelVelocities};
 use serde::{Deserialize, Serialize};
 
 use crate::wire::{Sample, Twist, each, plain};
 use crate::{Action, Counters};
 
 /// Version of frames and messages; sides of different versions do not work together.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 
 /// Bytes of a request's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller
 /// receives into.
 ///
 /// ```
-/// assert_eq!(omni_link::request_frame(7), 52);
+/// assert_eq!(omni_link::request_frame(7), 53);
 /// ```
 #[must_use]
 pub const fn request_frame(wheels: usize) -> usize {
-    framed(1 + 4 + 1 + 12 + 4 * wheels)
+    framed(1 + 4 + 1 + 1 + 12 + 4 * wheels)
 }
 
 /// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller sends
@@ -64,7 +64,8 @@ pub enum ToController<const N: usize> {
 /// ```
 /// use omni_core::BodyTwist;
 /// use omni_link::{MAX_REQUEST_FRAME, Request, ToController, decode, encode, request_frame};
-/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [0.5_f32; 4] };
+/// let (restart, emergency_stop) = (true, false);
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [0.5_f32; 4] };
 /// let mut buffer = [0; MAX_REQUEST_FRAME];
 /// let frame = encode(&ToController::Request(request), &mut buffer).unwrap_or_default();
 /// assert_eq!(frame.len(), request_frame(4));
@@ -77,6 +78,9 @@ pub struct Request<const N: usize> {
     pub sequence: u32,
     /// Start the loops afresh, whatever was before. The first request must.
     pub restart: bool,
+    /// The emergency stop is pressed. A [`Drive`](omni_core::Drive) comes to rest, and follows commands again once a request says that it
+    /// is not; the bare loops have none.
+    pub emergency_stop: bool,
     /// Command. For a [`Drive`](omni_core::Drive) one with a NaN says that none arrived in this period.
     #[serde(with = "Twist")]
     pub command: BodyTwist<f32>,
@@ -199,6 +203,23 @@ impl<const N: usize> DriveReport<N> {
             excluded: [false; N],
             pose: [0.0; 3],
         }
+    }
+
+    /// Motors whose windings shall be shorted: of wheels with a fault while the vehicle is stopped, as
+    /// [`DriveSample::brake`](omni_core::DriveSample::brake). It follows from the rest and is not in a frame.
+    ///
+    /// ```
+    /// use omni_core::{DriveMode, Fault};
+    /// use omni_link::DriveReport;
+    /// let faults = [0, Fault::Silent.number(), 0, 0];
+    /// let in_mode = |mode: DriveMode| DriveReport::<4> { mode: mode.number(), faults, ..DriveReport::of_loops() };
+    /// assert_eq!(in_mode(DriveMode::SafeStop).brake(), [false, true, false, false]);
+    /// assert_eq!(in_mode(DriveMode::Degraded).brake(), [false; 4]); // the others drive on
+    /// ```
+    #[must_use]
+    pub fn brake(&self) -> [bool; N] {
+        let stopped = self.mode >= DriveMode::SafeStop.number();
+        self.faults.map(|fault| fault != 0 && stopped)
     }
 }
 

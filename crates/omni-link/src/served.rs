@@ -21,7 +21,8 @@ use crate::{Answer, DriveReport, Request};
 ///         answer.sample.wheels.applied.n_m = request.measured_rad_s.map(|velocity| -0.5 * velocity);
 ///     }
 /// }
-/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0, 0.0] };
+/// let (restart, emergency_stop) = (true, false);
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0, 0.0] };
 /// let (mut periods, mut answer) = (Brake.start(), Answer::stopped());
 /// Brake.step(&mut periods, &request, &mut answer);
 /// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
@@ -50,7 +51,8 @@ pub trait Served<const N: usize> {
 /// let any = AxisLimits::unlimited();
 /// let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
 /// let loops = Loops { controller: &controller, limiter: &limiter };
-/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let (restart, emergency_stop) = (true, false);
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
 /// let mut answer = Answer::stopped();
 /// loops.step(&mut loops.start(), &request, &mut answer);
 /// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);
@@ -97,10 +99,12 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
-        let mut input = DriveInput::measured(&request.measured_rad_s.into());
-        for (reading, velocity) in input.readings_rad_s.iter_mut().zip(request.measured_rad_s) {
-            *reading = (!velocity.is_nan()).then_some(velocity);
+        if request.emergency_stop {
+            state.emergency_stop();
+        } else {
+            state.release_emergency_stop();
         }
+        let mut input = DriveInput::heard(&request.measured_rad_s.into());
         // One with a NaN is refused by the drive, which is as if none had arrived.
         input.command = Some(request.command);
         let sample = Drive::step(self, state, &input);

@@ -6,8 +6,8 @@ mod tests;
 use omni_core::{ControlSample, WheelTorques};
 
 use crate::{
-    Action, Answer, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served, ToController, decode,
-    encode,
+    Action, Answer, DriveReport, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served,
+    ToController, decode, encode,
 };
 
 /// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]): that state, the guard and the last
@@ -29,7 +29,8 @@ use crate::{
 /// let (mut receiver, mut out) = (Receiver::<{ request_frame(4) }>::new(), [0; answer_frame(4)]);
 ///
 /// // What comes from the wire: wheels that turn with 2 rad/s are to stand still.
-/// let request = Request { sequence: 1, restart: true, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let (restart, emergency_stop) = (true, false);
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
 /// let mut wire = [0; request_frame(4)];
 /// encode(&ToController::Request(request), &mut wire);
 /// for byte in wire {
@@ -136,6 +137,12 @@ impl<T, const N: usize> Server<T, N> {
     #[must_use]
     pub fn sample(&self) -> &ControlSample<f32, N> {
         &self.answer.sample
+    }
+
+    /// What a drive told in the last step, with the motors to be shorted ([`DriveReport::brake`]).
+    #[must_use]
+    pub fn report(&self) -> &DriveReport<N> {
+        &self.answer.drive
     }
 
     /// What went wrong so far, and whether the loop runs.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use omni_config::{Scenario, Vehicle};
 use omni_core::BodyTwist;
+use omni_sim::controller::MOST_SIGNALS;
 use omni_sim::{Outcome, Rows, Trace};
 
 use crate::frames::Frames;
@@ -157,9 +158,6 @@ impl LoggedRun {
 
 /// Rows between two looks at whether to go on.
 const ROWS_PER_LOOK: usize = 4096;
-
-/// Signals that a controller has of its own, at most.
-const MOST_SIGNALS: usize = 256;
 
 /// What no controller would be allowed: a name that is there twice, or that of a column that every log has, would be read in its place.
 fn check_names(names: &[String]) -> Result<(), String> {

@@ -71,10 +71,12 @@ pub struct Replay {
 /// somebody's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
-    let mut states = Vec::new();
+    let (mut states, mut signals) = (Vec::new(), Vec::new());
     let file = read_log(path, |time_ns, message| {
-        if let LogMessage::VehicleState(state) = message {
-            states.push((time_ns, state));
+        match message {
+            LogMessage::VehicleState(state) => states.push((time_ns, state)),
+            LogMessage::ControllerSignals(message) => signals.push((time_ns, message)),
+            _ => {}
         }
         Ok(())
     })?;
@@ -132,6 +134,24 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         measured.extend(state.wheels.iter().map(|wheel| wheel.measured_rad_s));
         sensed.wheels_rad_s.clone_from(&measured);
         sensed.gyro_rad_s = state.gyro_rad_s;
+        if scenario.has_traction() {
+            let heard = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
+            if !heard
+                .is_some_and(|(_, heard)| sensed.take_signals(scenario.vehicle(), &heard.name, &heard.value))
+            {
+                let what = format!(
+                    "the readings of hinges and inertial measurement unit at t = {} s are not in it, and {} needs them, allowed: a log of \
+                     steady or reach, or a policy of loops of the wheels",
+                    *time_ns as f64 / 1e9,
+                    scenario.control.law()
+                );
+                return Err(LogError::Lacks {
+                    path: path.to_path_buf(),
+                    what,
+                }
+                .into());
+            }
+        }
         control.step(&planar(&state.asked_twist), &sensed, &mut sample)?;
         if let Some((wheel, signal, [logged, replayed])) = difference(state, &sample) {
             differing += 1;

@@ -53,12 +53,76 @@ pub(crate) fn sized<'a, const N: usize>(name: &str, values: &'a [f64]) -> PyResu
 
 fn exactly<'a, const N: usize>(name: &str, values: &'a [f64], allowed: &str) -> PyResult<&'a [f64; N]> {
     values.try_into().map_err(|_| {
-        let found = values.len();
-        let plural = if found == 1 { "" } else { "s" };
-        refused(
+        let found = counted(values.len(), "value");
+        refused(name, &format!("{name} = {found}, allowed: {allowed}"))
+    })
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The error for `found` values, numbers or rows (`what`) where there must be as many as of another argument.
+pub(crate) fn as_many((name, found): (&str, usize), what: &str, (other, count): (&str, usize)) -> PyErr {
+    let found = counted(found, what);
+    refused(
+        name,
+        &format!("{name} = {found}, allowed: as many as {other}, {count}"),
+    )
+}
+
+/// [`as_many`] where a single one stays the same for all.
+pub(crate) fn as_many_or_one(
+    (name, found): (&str, usize),
+    what: &str,
+    (other, count): (&str, usize),
+) -> PyErr {
+    if count == 1 {
+        return as_many((name, found), what, (other, count));
+    }
+    let found = counted(found, what);
+    let message = format!("{name} = {found}, allowed: as many as {other}, {count}, or one");
+    refused(name, &message)
+}
+
+/// How many rows, numbers or rows of them (`what`), two arguments make, where a single one stays the same for all; none
+/// where both are single ones without a dimension of their own.
+pub(crate) fn together(
+    what: &str,
+    (first, a): (&str, Option<usize>),
+    (second, b): (&str, Option<usize>),
+) -> PyResult<Option<usize>> {
+    match (a, b) {
+        (Some(a), Some(b)) if a != b && a != 1 && b != 1 => {
+            Err(as_many_or_one((second, b), what, (first, a)))
+        }
+        (Some(0), _) | (_, Some(0)) => Ok(Some(0)),
+        _ => Ok(a.max(b)),
+    }
+}
+
+/// `value` if it is finite and above 0.
+pub(crate) fn positive(name: &str, value: f64) -> PyResult<f64> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(refused(
             name,
-            &format!("{name} = {found} value{plural}, allowed: {allowed}"),
-        )
+            &format!("{name} = {value}, allowed: finite and > 0"),
+        ))
+    }
+}
+
+/// `of` for every row of `count`, one after the other, while others may use the interpreter; Ctrl-C stops it.
+pub(crate) fn each_row(py: Python<'_>, count: usize, mut of: impl FnMut(usize) + Send) -> PyResult<()> {
+    py.detach(|| {
+        for i in 0..count {
+            if i % STEPS_PER_LOOK == STEPS_PER_LOOK - 1 {
+                Python::attach(|py| py.check_signals())?;
+            }
+            of(i);
+        }
+        Ok(())
     })
 }
 
@@ -100,34 +164,44 @@ pub(crate) struct Rows {
 impl Rows {
     /// A copy of `value`, which is an array of `columns` columns or converts to one.
     pub(crate) fn read(name: &str, value: &Bound<'_, PyAny>, columns: usize) -> PyResult<Self> {
-        let rows = Self::with_gaps(name, value, columns)?;
-        if let Some(at) = rows.values.iter().position(|value| !value.is_finite()) {
-            let (row, column, value) = (at / columns, at % columns, rows.values[at]);
-            let index = match rows.count {
-                Some(_) => format!("{row}, {column}"),
-                None => column.to_string(),
-            };
-            return Err(refused(
-                name,
-                &format!("{name}[{index}] = {value}, allowed: finite numbers"),
-            ));
+        Self::with_gaps(name, value, columns)?.finite(name, columns)
+    }
+
+    /// [`Rows::read`] of as many columns as there are, one a wheel, and their number.
+    pub(crate) fn of_wheels(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, Self)> {
+        let allowed = "allowed: shape (N,) or (T, N) of 3 to 8 wheels";
+        let array = as_array(name, value, allowed)?;
+        match *array.shape() {
+            [columns] | [_, columns] if (3..=8).contains(&columns) => {
+                Ok((columns, Self::of(name, &array, columns)?.finite(name, columns)?))
+            }
+            _ => Err(misshaped(name, &array, allowed)?),
         }
-        Ok(rows)
+    }
+
+    fn finite(self, name: &str, columns: usize) -> PyResult<Self> {
+        let Some(at) = self.values.iter().position(|value| !value.is_finite()) else {
+            return Ok(self);
+        };
+        let (row, column, value) = (at / columns, at % columns, self.values[at]);
+        let index = match self.count {
+            Some(_) => format!("{row}, {column}"),
+            None => column.to_string(),
+        };
+        let message = format!("{name}[{index}] = {value}, allowed: finite numbers");
+        Err(refused(name, &message))
     }
 
     /// [`Rows::read`] where NaN says that nothing was measured.
     pub(crate) fn with_gaps(name: &str, value: &Bound<'_, PyAny>, columns: usize) -> PyResult<Self> {
-        let array = as_array(name, value, &shapes(columns))?;
+        Self::of(name, &as_array(name, value, &shapes(columns))?, columns)
+    }
+
+    fn of(name: &str, array: &Array<'_, f64>, columns: usize) -> PyResult<Self> {
         let count = match *array.shape() {
             [c] if c == columns => None,
             [t, c] if c == columns => Some(t),
-            _ => {
-                let shape = array.getattr("shape")?;
-                return Err(refused(
-                    name,
-                    &format!("{name} = an array of shape {shape}, {}", shapes(columns)),
-                ));
-            }
+            _ => return Err(misshaped(name, array, &shapes(columns))?),
         };
         let values = array.try_readonly()?.as_slice()?.to_vec();
         Ok(Self { values, count })
@@ -136,6 +210,11 @@ impl Rows {
     /// How many rows; none for a single one without a dimension of its own.
     pub(crate) fn count(&self) -> Option<usize> {
         self.count
+    }
+
+    /// How many rows, where a single one counts as one whatever its shape.
+    pub(crate) fn len(&self) -> usize {
+        self.count.unwrap_or(1)
     }
 
     /// The shape of these rows with other columns.
@@ -151,15 +230,25 @@ impl Rows {
 
 /// A number, or T of them, (T,), and their shape. NaN and infinities pass.
 pub(crate) fn floats(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
-    let array = as_array(name, value, "allowed: a number or shape (T,)")?;
+    let allowed = "allowed: a number or shape (T,)";
+    let array = as_array(name, value, allowed)?;
     match *array.shape() {
         [] | [_] => Ok((array.try_readonly()?.as_slice()?.to_vec(), array.shape().to_vec())),
-        _ => {
-            let shape = array.getattr("shape")?;
-            let message = format!("{name} = an array of shape {shape}, allowed: a number or shape (T,)");
-            Err(refused(name, &message))
-        }
+        _ => Err(misshaped(name, &array, allowed)?),
     }
+}
+
+/// Yes or no, T of them, (T,), or a single one.
+pub(crate) fn flags(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<bool>> {
+    let allowed = "allowed: true or false, or shape (T,) of them";
+    let array = converted(name, value, allowed)?;
+    let flags = array.call_method0("ravel")?.extract();
+    let flags =
+        flags.map_err(|_| PyTypeError::new_err(format!("{name}: {}, {allowed}", value.get_type())))?;
+    if array.getattr("ndim")?.extract::<usize>()? > 1 {
+        return Err(misshaped(name, &array, allowed)?);
+    }
+    Ok(flags)
 }
 
 /// A new array of that shape, whose values are in this order.
@@ -187,15 +276,7 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>, allowed: &str) -> PyResu
     {
         return Ok(array.clone());
     }
-    let py = value.py();
-    let numpy = py.import("numpy")?;
-    let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
-        if error.is_instance_of::<PyValueError>(py) {
-            refused(name, &format!("{name} = rows of several lengths, {allowed}"))
-        } else {
-            error
-        }
-    })?;
+    let array = converted(name, value, allowed)?;
     let dtype = array.getattr("dtype")?;
     // Not text that reads as a number, not complex numbers, not objects.
     if !"fiu".contains(&*dtype.getattr("kind")?.cast::<PyString>()?.to_cow()?) {
@@ -203,6 +284,29 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>, allowed: &str) -> PyResu
             "{name}: an array of {dtype}, allowed: numbers"
         )));
     }
+    let numpy = value.py().import("numpy")?;
     let array = numpy.call_method1("require", (array, "float64", ["C_CONTIGUOUS", "ALIGNED"]))?;
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
+}
+
+/// `value` as an array of whatever is in it.
+fn converted<'py>(name: &str, value: &Bound<'py, PyAny>, allowed: &str) -> PyResult<Bound<'py, PyAny>> {
+    let py = value.py();
+    let array = py.import("numpy")?.call_method1("asarray", (value,));
+    array.map_err(|error| {
+        if error.is_instance_of::<PyValueError>(py) {
+            refused(name, &format!("{name} = rows of several lengths, {allowed}"))
+        } else {
+            error
+        }
+    })
+}
+
+/// The error for an array of another shape.
+fn misshaped(name: &str, array: &Bound<'_, PyAny>, allowed: &str) -> PyResult<PyErr> {
+    let shape = array.getattr("shape")?;
+    Ok(refused(
+        name,
+        &format!("{name} = an array of shape {shape}, {allowed}"),
+    ))
 }

@@ -7,9 +7,9 @@ use omni_sim::controller::{AnyController, ControlSample as Step, WheelSignals};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::arrays::{Rows, STEPS_PER_LOOK, array};
-use crate::error::{Stop, exception, refused};
-use crate::scenario::{Scenario, ScenarioArg, load, warn_of_coarse_encoder};
+use crate::arrays::{Rows, STEPS_PER_LOOK, array, together};
+use crate::error::{Stop, exception};
+use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 
 /// The controller of a scenario, as firmware runs it.
 ///
@@ -18,11 +18,13 @@ use crate::scenario::{Scenario, ScenarioArg, load, warn_of_coarse_encoder};
 ///
 /// Args:
 ///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
+///         "flat" if left out.
 ///     policy: coordination policy instead of the scenario's.
 ///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong.
+///     ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
+///         inertial unit too: step them in a :class:`Simulation`.
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -42,13 +44,17 @@ pub(crate) struct Controller {
 }
 
 fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
+    // Traction control reads hinges and an IMU, which a step here has not.
+    scenario
+        .without_traction("in a Controller, which reads no hinges (a Simulation does)")
+        .map_err(exception)?;
     AnyController::new(scenario).map_err(exception)
 }
 
 #[pymethods]
 impl Controller {
     #[new]
-    #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None))]
+    #[pyo3(signature = (scenario = ScenarioArg::Name("flat".into()), *, policy = None, overrides = None))]
     fn new(
         py: Python<'_>,
         scenario: ScenarioArg,
@@ -56,8 +62,8 @@ impl Controller {
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, None)?;
-        warn_of_coarse_encoder(py, &scenario, 1)?;
         let inner = started(&scenario)?;
+        warn_of(py, &scenario, 1)?;
         Ok(Self { scenario, inner })
     }
 
@@ -84,13 +90,8 @@ impl Controller {
         let wheels = self.scenario.vehicle().wheel.len();
         let commands = Rows::read("commands", commands, 3)?;
         let measured = Rows::with_gaps("measured_rad_s", measured_rad_s, wheels)?;
-        let count = match (commands.count(), measured.count()) {
-            (Some(a), Some(b)) if a != b && a != 1 && b != 1 => {
-                let message = format!("measured_rad_s = {b} rows, allowed: as many as commands, {a}, or one");
-                return Err(refused("measured_rad_s", &message));
-            }
-            (a, b) => a.max(b),
-        };
+        let (a, b) = (commands.count(), measured.count());
+        let count = together("row", ("commands", a), ("measured_rad_s", b))?;
         let mut columns = Columns::default();
         py.detach(|| -> Result<(), Stop> {
             let mut step = Step::default();

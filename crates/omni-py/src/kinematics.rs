@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::arrays::{Array, Rows, array, choice, numbers};
 use crate::error::refused;
 use crate::layout::Layout;
-use crate::maps::{Maps, named, weighted};
+use crate::maps::{Maps, Reduced, named, weighted};
 use crate::track::Track;
 use crate::values::{Pickled, rebuilt};
 use crate::wheel_count;
@@ -53,6 +53,30 @@ impl Kinematics {
 
     pub(crate) fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
         self.maps.track(period_s)
+    }
+}
+
+impl Kinematics {
+    /// A limit for every wheel.
+    fn speed_limits(&self, limits_rad_s: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        // What has a length is a list or an array; what has none is one number for all.
+        if limits_rad_s.len().is_err()
+            && let Ok(limit) = limits_rad_s.extract::<f64>()
+        {
+            return Ok(vec![limit; self.wheels]);
+        }
+        numbers("limits_rad_s", limits_rad_s, "a number, or one a wheel")
+    }
+
+    fn reduced(&self, py: Python<'_>, rows: &Rows, reduced: Reduced) -> PyResult<Desaturated> {
+        let scalar = rows.shape_of_scalars();
+        Ok(Desaturated {
+            twist: array(py, rows.shape(3), reduced.twist)?.unbind(),
+            velocities: array(py, rows.shape(self.wheels), reduced.velocities)?.unbind(),
+            translation_factor: array(py, scalar.clone(), reduced.translation_factor)?.unbind(),
+            yaw_factor: array(py, scalar.clone(), reduced.yaw_factor)?.unbind(),
+            limiting: array(py, scalar, reduced.limiting)?.unbind(),
+        })
     }
 }
 
@@ -182,23 +206,43 @@ impl Kinematics {
         ];
         let gives_way = choice("gives_way", gives_way, &known)?;
         let (py, rows) = (twists.py(), Rows::read("twists", twists, 3)?);
-        // What has a length is a list or an array; what has none is one number for all.
-        let limits = if limits_rad_s.len().is_err()
-            && let Ok(limit) = limits_rad_s.extract::<f64>()
-        {
-            vec![limit; self.wheels]
-        } else {
-            numbers("limits_rad_s", limits_rad_s, "a number, or one a wheel")?
-        };
+        let limits = self.speed_limits(limits_rad_s)?;
         let reduced = py.detach(|| self.maps.desaturate(&rows.values, &limits, gives_way))?;
-        let scalar = rows.shape_of_scalars();
-        Ok(Desaturated {
-            twist: array(py, rows.shape(3), reduced.twist)?.unbind(),
-            velocities: array(py, rows.shape(self.wheels), reduced.velocities)?.unbind(),
-            translation_factor: array(py, scalar.clone(), reduced.translation_factor)?.unbind(),
-            yaw_factor: array(py, scalar.clone(), reduced.yaw_factor)?.unbind(),
-            limiting: array(py, scalar, reduced.limiting)?.unbind(),
-        })
+        self.reduced(py, &rows, reduced)
+    }
+
+    /// Wheel velocities scaled by one factor into their limits, whatever twist they came from.
+    ///
+    /// Args:
+    ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
+    ///     limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
+    ///
+    /// Returns:
+    ///     The velocities within the limits, and the twist that they amount to; both factors are the one.
+    ///
+    /// Raises:
+    ///     ConfigError: a shape is wrong, a number is not finite, or a limit is out of range.
+    ///     TypeError: not numbers.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.6, track_m=0.4, radius_m=0.1)
+    ///     >>> scaled = omnistep.Kinematics(layout=layout).scale_velocities([5.0, 6.0, 4.0, -8.0], limits_rad_s=4.0)
+    ///     >>> scaled.velocities.tolist(), int(scaled.limiting)
+    ///     ([2.5, 3.0, 2.0, -4.0], 3)
+    #[pyo3(signature = (velocities, *, limits_rad_s))]
+    fn scale_velocities(
+        &self,
+        velocities: &Bound<'_, PyAny>,
+        limits_rad_s: &Bound<'_, PyAny>,
+    ) -> PyResult<Desaturated> {
+        let (py, rows) = (
+            velocities.py(),
+            Rows::read("velocities", velocities, self.wheels)?,
+        );
+        let limits = self.speed_limits(limits_rad_s)?;
+        let reduced = py.detach(|| self.maps.scale(&rows.values, &limits))?;
+        self.reduced(py, &rows, reduced)
     }
 
     /// The inverse map A, one row [1/m, 1/m, 1] a wheel, (N, 3): ``inverse(x)`` is ``A @ x``.

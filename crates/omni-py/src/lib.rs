@@ -3,6 +3,7 @@
 
 mod arrays;
 mod arrow;
+mod bound;
 mod cli;
 mod controller;
 mod error;
@@ -12,6 +13,7 @@ mod layout;
 mod learn;
 mod log;
 mod maps;
+mod metrics;
 mod motion;
 mod odometry;
 mod outcome;
@@ -21,18 +23,23 @@ mod policy_observation;
 mod run;
 mod sample;
 mod scenario;
+mod shaping;
 mod simulation;
 mod study;
+mod torques;
 mod trace;
 mod track;
 mod values;
 mod vehicle;
 mod wheel_count;
+mod wheel_rows;
 mod wheels;
 
 /// Control and simulation of omni-directional vehicles that climb steps.
 #[pyo3::pymodule]
 mod _omnistep {
+    #[pymodule_export]
+    use crate::bound::{Bound, bound};
     #[pymodule_export]
     use crate::cli::cli;
     #[pymodule_export]
@@ -48,13 +55,17 @@ mod _omnistep {
     #[pymodule_export]
     use crate::log::{Log, read_mcap};
     #[pymodule_export]
-    use crate::motion::{discretize, moved_by};
+    use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_spread};
+    #[pymodule_export]
+    use crate::motion::{at_point, discretize, from_point, moved_by, to_body, to_world};
     #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
     use crate::outcome::Outcome;
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
+    #[pymodule_export]
+    use crate::policy::policy_name;
     #[pymodule_export]
     use crate::policy_observation::Observation;
     #[pymodule_export]
@@ -64,9 +75,13 @@ mod _omnistep {
     #[pymodule_export]
     use crate::scenario::{Scenario, policies, scenarios, vehicles};
     #[pymodule_export]
+    use crate::shaping::{CommandShaper, ShapedCommands};
+    #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
     use crate::study::{Plan, Rows, Store, compute_batch, damage, mean_interval, wilson};
+    #[pymodule_export]
+    use crate::torques::{reference_factor, torque_factor, torque_range};
     #[pymodule_export]
     use crate::trace::Trace;
     #[pymodule_export]

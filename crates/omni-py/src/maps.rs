@@ -14,6 +14,7 @@ pub(crate) trait Maps: Send + Sync {
     fn forward(&self, velocities: &[f64]) -> Vec<f64>;
     fn residual(&self, velocities: &[f64]) -> Vec<f64>;
     fn desaturate(&self, twists: &[f64], limits_rad_s: &[f64], gives_way: Desaturation) -> PyResult<Reduced>;
+    fn scale(&self, velocities: &[f64], limits_rad_s: &[f64]) -> PyResult<Reduced>;
     fn inverse_matrix(&self) -> Vec<f64>;
     fn forward_matrix(&self) -> Vec<f64>;
     /// Odometry that starts at the origin.
@@ -57,8 +58,7 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
     }
 
     fn desaturate(&self, twists: &[f64], limits_rad_s: &[f64], gives_way: Desaturation) -> PyResult<Reduced> {
-        let limits = SpeedLimits::<f64, N>::new(*sized("limits_rad_s", limits_rad_s)?, gives_way)
-            .map_err(|error| of_core(&indexed("limits_rad_s", error.index), &error))?;
+        let limits = speed_limits::<N>(limits_rad_s, gives_way)?;
         let mut reduced = Reduced::default();
         let (twists, _) = twists.as_chunks();
         for &twist in twists {
@@ -74,6 +74,21 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
         Ok(reduced)
     }
 
+    fn scale(&self, velocities: &[f64], limits_rad_s: &[f64]) -> PyResult<Reduced> {
+        let limits = speed_limits::<N>(limits_rad_s, Desaturation::Uniform)?;
+        let mut reduced = Reduced::default();
+        let (velocities, _) = velocities.as_chunks();
+        for &rad_s in velocities {
+            let (scaled, factor, limiting) = limits.scale(&WheelVelocities { rad_s });
+            reduced.twist.extend(self.forward(&scaled).to_array());
+            reduced.velocities.extend(scaled.rad_s);
+            reduced.translation_factor.push(factor);
+            reduced.yaw_factor.push(factor);
+            reduced.limiting.push(limiting.map_or(-1, |index| index as i64));
+        }
+        Ok(reduced)
+    }
+
     fn inverse_matrix(&self) -> Vec<f64> {
         self.inverse_matrix().as_flattened().to_vec()
     }
@@ -85,6 +100,14 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
     fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
         track(self, period_s)
     }
+}
+
+fn speed_limits<const N: usize>(
+    limits_rad_s: &[f64],
+    gives_way: Desaturation,
+) -> PyResult<SpeedLimits<f64, N>> {
+    SpeedLimits::new(*sized("limits_rad_s", limits_rad_s)?, gives_way)
+        .map_err(|error| of_core(&indexed("limits_rad_s", error.index), &error))
 }
 
 /// An argument, or the element of it that a wheel's index points to.

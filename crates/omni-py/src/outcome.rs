@@ -91,6 +91,12 @@ impl Outcome {
         self.inner.stalled_row
     }
 
+    /// Times that traction control backed off for another try; None of policies that have none.
+    #[getter]
+    fn retries(&self) -> Option<u32> {
+        self.inner.retries
+    }
+
     /// Largest nose-up angle of any body [deg].
     #[getter]
     fn pitch_peak_deg(&self) -> f64 {
@@ -193,6 +199,18 @@ impl Outcome {
         self.inner.energy_residual
     }
 
+    /// Root mean square over time of the distance from where the path wants the base [m]; None without a path.
+    #[getter]
+    fn path_error_rms_m(&self) -> Option<f64> {
+        self.inner.path_error_rms_m
+    }
+
+    /// Largest such distance [m]; None without a path.
+    #[getter]
+    fn path_error_peak_m(&self) -> Option<f64> {
+        self.inner.path_error_peak_m
+    }
+
     /// The figures by name.
     pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -203,6 +221,7 @@ impl Outcome {
         dict.set_item("crossing_s", self.inner.crossing_s)?;
         dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;
         dict.set_item("stalled_row", self.inner.stalled_row)?;
+        dict.set_item("retries", self.inner.retries)?;
         dict.set_item("pitch_peak_deg", self.inner.pitch_peak_deg)?;
         dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
         dict.set_item("slip_rms", self.inner.slip_rms)?;
@@ -217,6 +236,8 @@ impl Outcome {
         dict.set_item("e_over_mgh", self.inner.e_over_mgh)?;
         dict.set_item("required_friction", self.inner.required_friction)?;
         dict.set_item("energy_residual", self.inner.energy_residual)?;
+        dict.set_item("path_error_rms_m", self.inner.path_error_rms_m)?;
+        dict.set_item("path_error_peak_m", self.inner.path_error_peak_m)?;
         Ok(dict)
     }
 

@@ -4,7 +4,7 @@ use numpy::PyArrayDyn;
 use omni_core::{AntiWindup, FeedForward, IntegrationOrder, PidConfig, PidGains, PidState, TorqueRange};
 use pyo3::prelude::*;
 
-use crate::arrays::{STEPS_PER_LOOK, array, choice, floats};
+use crate::arrays::{array, choice, each_row, floats, together};
 use crate::error::{of_core, refused};
 
 /// A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
@@ -172,41 +172,29 @@ impl Pid {
         let py = reference_rad_s.py();
         let (references, shape) = floats("reference_rad_s", reference_rad_s)?;
         let (measured, measured_shape) = floats("measured_rad_s", measured_rad_s)?;
-        let count = match (shape.first(), measured_shape.first()) {
-            (Some(a), Some(b)) if a != b && *a != 1 && *b != 1 => {
-                let message =
-                    format!("measured_rad_s = {b} numbers, allowed: as many as references, {a}, or one");
-                return Err(refused("measured_rad_s", &message));
-            }
-            (a, b) => a.max(b).copied(),
-        };
+        let (a, b) = (shape.first().copied(), measured_shape.first().copied());
+        let count = together("number", ("references", a), ("measured_rad_s", b))?;
         let steps = count.unwrap_or(1);
         let (pid, state) = (&self.inner, &mut self.state);
         let mut columns: [Vec<f64>; 5] = Default::default();
         let mut saturated = Vec::with_capacity(steps);
-        py.detach(|| -> PyResult<()> {
-            // What is one number stays the same.
-            let pick = |values: &[f64], i: usize| values[i.min(values.len() - 1)];
-            for i in 0..steps {
-                if i % STEPS_PER_LOOK == STEPS_PER_LOOK - 1 {
-                    Python::attach(|py| py.check_signals())?;
-                }
-                let sample = pid.step(state, pick(&references, i), pick(&measured, i));
-                let terms = sample.terms;
-                let row = [
-                    sample.output_n_m,
-                    terms.p_n_m,
-                    terms.i_n_m,
-                    terms.d_n_m,
-                    terms.ff_n_m,
-                ];
-                columns
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(column, value)| column.push(value));
-                saturated.push(sample.saturated);
-            }
-            Ok(())
+        // What is one number stays the same.
+        let pick = |values: &[f64], i: usize| values[i.min(values.len() - 1)];
+        each_row(py, steps, |i| {
+            let sample = pid.step(state, pick(&references, i), pick(&measured, i));
+            let terms = sample.terms;
+            let row = [
+                sample.output_n_m,
+                terms.p_n_m,
+                terms.i_n_m,
+                terms.d_n_m,
+                terms.ff_n_m,
+            ];
+            columns
+                .iter_mut()
+                .zip(row)
+                .for_each(|(column, value)| column.push(value));
+            saturated.push(sample.saturated);
         })?;
         let shape: Vec<usize> = count.into_iter().collect();
         let [output, p, i, d, ff] = columns;

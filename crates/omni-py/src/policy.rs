@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use numpy::{PyArray1, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use omni_core::{Policy, Readings};
 use omni_sim::Error;
 use omni_sim::config::{self, shortened};
-use omni_sim::controller::AnyController;
+use omni_sim::controller::{AnyController, check_name};
 use parking_lot::Mutex;
 use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
@@ -19,8 +19,18 @@ use crate::policy_observation::Observation;
 use crate::scenario::{Scenario, ScenarioArg, load};
 
 const ALLOWED: &str = "a name, an object with reset(info) and step(observation), or a function";
-/// Characters of a policy's name at most: it stands in tables and logs.
-const LONGEST_NAME: usize = 80;
+
+/// Keys that say what a coordination policy is: without effect on a controller of one's own.
+const OF_A_LAW: [&str; 8] = [
+    "control.policy",
+    "control.saturation",
+    "control.floor",
+    "control.integral",
+    "control.anti_windup",
+    "control.integral_limit_n_m",
+    "control.tracking_time_s",
+    "control.tries",
+];
 
 /// A coordination policy by name, or a controller of one's own.
 pub(crate) enum PolicyArg {
@@ -48,8 +58,9 @@ pub(crate) fn load_with(
 ) -> PyResult<(config::Scenario, Option<OwnPolicy>)> {
     match policy {
         Some(PolicyArg::Own(own)) => {
-            let key = "control.policy";
-            if overrides.is_some_and(|overrides| overrides.contains(key).unwrap_or_default()) {
+            let in_overrides =
+                |key: &&&str| overrides.is_some_and(|given| given.contains(**key).unwrap_or_default());
+            if let Some(key) = OF_A_LAW.iter().find(in_overrides) {
                 let message = format!("policy is given, and {key} in overrides too, allowed: one of the two");
                 return Err(refused(key, &message));
             }
@@ -57,6 +68,32 @@ pub(crate) fn load_with(
         }
         Some(PolicyArg::Preset(name)) => Ok((load(scenario, Some(&name), overrides, seed)?, None)),
         None => Ok((load(scenario, None, overrides, seed)?, None)),
+    }
+}
+
+/// What tables and traces call a policy.
+#[pyfunction]
+pub(crate) fn policy_name(policy: PolicyArg) -> String {
+    match policy {
+        PolicyArg::Preset(name) => name,
+        PolicyArg::Own(own) => own.name,
+    }
+}
+
+/// The controller of a run: one's own where one is given, else the scenario's. `fresh` starts one's own; else it goes on as it is.
+pub(crate) fn controller(
+    py: Python<'_>,
+    scenario: &config::Scenario,
+    own: Option<&OwnPolicy>,
+    fresh: bool,
+) -> PyResult<(AnyController, Raised)> {
+    match own {
+        Some(own) if fresh => own.start(py, scenario),
+        Some(own) => own.go_on(py, scenario),
+        None => {
+            let controller = AnyController::new(scenario).map_err(exception)?;
+            Ok((controller, Raised::default()))
+        }
     }
 }
 
@@ -97,12 +134,7 @@ impl OwnPolicy {
                 None => class.name()?.extract()?,
             },
         };
-        let count = name.chars().count();
-        if count == 0 || count > LONGEST_NAME || name.contains(char::is_control) {
-            let message =
-                format!("policy: the name {name:?}, allowed: 1 to {LONGEST_NAME} characters in one line");
-            return Err(refused("policy", &message));
-        }
+        check_name(&name).map_err(exception)?;
         Ok(Self {
             object: given.clone().unbind(),
             name,
@@ -115,26 +147,24 @@ impl OwnPolicy {
         self.object.clone_ref(py)
     }
 
-    /// The controller, freshly started for a scenario.
-    pub(crate) fn start(
-        &self,
-        py: Python<'_>,
-        scenario: &config::Scenario,
-    ) -> PyResult<(AnyController, Raised)> {
-        let info = info(py, scenario)?;
+    /// Calls its `reset`; a function has none.
+    fn reset(&self, py: Python<'_>, scenario: &config::Scenario) -> PyResult<()> {
         if self.is_object {
+            let info = info(py, scenario)?;
             let reset = self.object.bind(py).call_method1(intern!(py, "reset"), (info,));
             reset.inspect_err(|error| noted(py, error, &format!("in reset of policy {}", self.name)))?;
         }
+        Ok(())
+    }
+
+    /// The controller, freshly started for a scenario.
+    fn start(&self, py: Python<'_>, scenario: &config::Scenario) -> PyResult<(AnyController, Raised)> {
+        self.reset(py, scenario)?;
         self.go_on(py, scenario)
     }
 
     /// The controller as it is, for a scenario that it was started with before.
-    pub(crate) fn go_on(
-        &self,
-        py: Python<'_>,
-        scenario: &config::Scenario,
-    ) -> PyResult<(AnyController, Raised)> {
+    fn go_on(&self, py: Python<'_>, scenario: &config::Scenario) -> PyResult<(AnyController, Raised)> {
         let running = Running::new(py, self, scenario)?;
         let raised = running.raised.clone();
         let controller = AnyController::own(scenario, Box::new(running)).map_err(exception)?;
@@ -198,8 +228,7 @@ impl From<PyErr> for Failure {
 
 /// A controller of one's own at work. Nothing is made anew in a period but what Python makes for a call.
 struct Running {
-    name: String,
-    object: Py<PyAny>,
+    own: OwnPolicy,
     step: Py<PyAny>,
     observation: Py<Observation>,
     names: Vec<String>,
@@ -210,7 +239,6 @@ struct Running {
     raised: Raised,
     /// For `reset`.
     scenario: config::Scenario,
-    is_object: bool,
 }
 
 impl Running {
@@ -241,8 +269,11 @@ impl Running {
         };
         let vehicle = scenario.vehicle();
         Ok(Self {
-            name: own.name.clone(),
-            object: own.object(py),
+            own: OwnPolicy {
+                object: own.object(py),
+                name: own.name.clone(),
+                is_object: own.is_object,
+            },
             step: step.unbind(),
             observation: Py::new(
                 py,
@@ -258,7 +289,6 @@ impl Running {
             failure: None,
             raised: Raised::default(),
             scenario: scenario.clone(),
-            is_object: own.is_object,
         })
     }
 
@@ -281,7 +311,7 @@ impl Running {
             ))
         })?;
         for ((attribute, value), name) in self.attributes.iter().zip(&mut self.values).zip(&self.names) {
-            let found = self.object.bind(py).getattr(attribute.bind(py))?;
+            let found = self.own.object.bind(py).getattr(attribute.bind(py))?;
             *value = found
                 .extract()
                 .map_err(|_| Failure::Gave(format!("its signal {name} is {found}, allowed: a number")))?;
@@ -292,15 +322,11 @@ impl Running {
 
 impl Policy<f64> for Running {
     fn reset(&mut self) {
-        let done = Python::attach(|py| -> PyResult<()> {
-            if self.is_object {
-                let info = info(py, &self.scenario)?;
-                self.object.bind(py).call_method1("reset", (info,))?;
-            }
-            Ok(())
-        });
         self.raised.set_period(0);
-        self.failure = done.err().map(|error| Python::attach(|py| said(py, &error)));
+        self.failure = Python::attach(|py| {
+            let done = self.own.reset(py, &self.scenario);
+            done.err().map(|error| said(py, &error))
+        });
     }
 
     fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
@@ -313,7 +339,10 @@ impl Policy<f64> for Running {
                 noted(
                     py,
                     &error,
-                    &format!("in period {period}, t = {time_s:.3} s, of policy {}", self.name),
+                    &format!(
+                        "in period {period}, t = {time_s:.3} s, of policy {}",
+                        self.own.name
+                    ),
                 );
                 let reason = said(py, &error);
                 *self.raised.0.error.lock() = Some(error);
@@ -326,7 +355,7 @@ impl Policy<f64> for Running {
     }
 
     fn name(&self) -> &str {
-        &self.name
+        &self.own.name
     }
 
     fn failure(&self) -> Option<&str> {
@@ -363,13 +392,16 @@ fn read_torques(given: &Bound<'_, PyAny>, torques_n_m: &mut [f64]) -> Result<(),
     if given.is_none() {
         return Err("None".into());
     }
-    if let Ok(array) = given.cast::<PyUntypedArray>()
-        && array.shape() != [wheels]
-    {
-        return Err(match array.shape() {
-            [count] => format!("{count} values"),
-            shape => format!("an array of shape {shape:?}"),
-        });
+    if let Ok(array) = given.cast::<PyUntypedArray>() {
+        match array.shape() {
+            [count] if *count == wheels => {}
+            [count] => return Err(format!("{count} values")),
+            shape => return Err(format!("an array of shape {shape:?}")),
+        }
+        // NumPy would drop the imaginary parts.
+        if array.dtype().kind() == b'c' {
+            return Err("an array of complex numbers".into());
+        }
     }
     if given.is_instance_of::<PyString>()
         || given.cast::<PySequence>().is_err() && !given.hasattr("__array__").unwrap_or_default()

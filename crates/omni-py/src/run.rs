@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use omni_log::RunLog;
-use omni_sim::controller::AnyController;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::error::{Stop, exception, looked};
-use crate::policy::{PolicyArg, Raised, load_with};
-use crate::scenario::{ScenarioArg, warn_of_coarse_encoder};
+use crate::error::{Stop, looked};
+use crate::policy::{PolicyArg, controller, load_with};
+use crate::scenario::{ScenarioArg, warn_of};
 use crate::trace::Trace;
 
 /// Control periods between two looks at Ctrl-C: some milliseconds.
@@ -37,17 +36,11 @@ pub(crate) fn run(
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Trace> {
     let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
-    let (controller, raised) = match &own {
-        Some(own) => own.start(py, &scenario)?,
-        None => {
-            // Called by `omnistep.run` and `omnistep.compare`.
-            warn_of_coarse_encoder(py, &scenario, 2)?;
-            (
-                AnyController::new(&scenario).map_err(exception)?,
-                Raised::default(),
-            )
-        }
-    };
+    if own.is_none() {
+        // Called by `omnistep.run` and `omnistep.compare`.
+        warn_of(py, &scenario, 2)?;
+    }
+    let (controller, raised) = controller(py, &scenario, own.as_ref(), true)?;
     let policy = controller.policy().to_owned();
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;

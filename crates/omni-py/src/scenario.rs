@@ -88,16 +88,13 @@ pub(crate) fn load(
     }
 }
 
-/// Warns of encoders of which one count is more than the motor has.
-pub(crate) fn warn_of_coarse_encoder(
-    py: Python<'_>,
-    scenario: &config::Scenario,
-    level: i32,
-) -> PyResult<()> {
+/// Warns of encoders of which one count is more than the motor has, and of what traction control does without.
+pub(crate) fn warn_of(py: Python<'_>, scenario: &config::Scenario, level: i32) -> PyResult<()> {
     let coarse = scenario.coarse_encoder().map_err(exception)?;
-    let Some(text) = coarse else { return Ok(()) };
-    let text = CString::new(text)?;
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, level)
+    for text in coarse.into_iter().chain(scenario.traction_notes()) {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(text)?, level)?;
+    }
+    Ok(())
 }
 
 fn changed(
@@ -133,6 +130,14 @@ fn read(
             return Err(refused(key, &message));
         }
     }
+    // Keys that only some policies take, as `control.tries` or `drive`, are with the policy that is asked for, not with the file's.
+    let (mut overrides, mut policy) = (overrides, policy);
+    if let Some(name) = policy
+        && !overrides.is_empty()
+    {
+        overrides.insert(0, config::Override::new("control.policy", name));
+        policy = None;
+    }
     let build = || {
         let Some(vehicle) = vehicle else {
             return config::Scenario::from_source(source, &overrides);
@@ -155,7 +160,9 @@ fn finished(
 ) -> PyResult<config::Scenario> {
     let mut scenario = match policy {
         // What is chosen instead of the policy's parts stays, as with an override.
-        Some(policy) if scenario.control.is_preset() => scenario.with_policy(policy).map_err(exception)?,
+        Some(policy) if scenario.control.is_preset() && scenario.control.rest == config::Rest::default() => {
+            scenario.with_policy(policy).map_err(exception)?
+        }
         Some(policy) => {
             let file = format!("scenario {}", scenario.name);
             let policy = config::Override::new("control.policy", policy);
@@ -354,10 +361,10 @@ impl Scenario {
 /// Example:
 ///     >>> import omnistep
 ///     >>> omnistep.policies()
-///     ['independent', 'paper', 'synchronised', 'load_sharing']
+///     ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
 #[pyfunction]
 pub(crate) fn policies() -> Vec<&'static str> {
-    omni_core::Coordination::<f64>::PRESETS.to_vec()
+    omni_sim::config::POLICIES.to_vec()
 }
 
 /// Names of the built-in scenarios.

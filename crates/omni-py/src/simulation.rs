@@ -8,7 +8,7 @@ use std::time::Duration;
 use omni_core::BodyTwist;
 use omni_log::RunLog;
 use omni_sim::config::{Scenario, Source};
-use omni_sim::controller::{AnyController, ControlSample};
+use omni_sim::controller::ControlSample;
 use omni_sim::{Error, outcome_of, trace_of};
 use parking_lot::{Mutex, MutexGuard};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -18,9 +18,9 @@ use pyo3::types::{PyBytes, PyMapping};
 use crate::arrays::numbers;
 use crate::error::{exception, refused};
 use crate::outcome::Outcome;
-use crate::policy::{OwnPolicy, PolicyArg, Raised, load_with};
+use crate::policy::{OwnPolicy, PolicyArg, Raised, controller, load_with};
 use crate::sample::{Period, Sample};
-use crate::scenario::{Scenario as PyScenario, ScenarioArg, warn_of_coarse_encoder};
+use crate::scenario::{Scenario as PyScenario, ScenarioArg, warn_of};
 use crate::trace::Trace;
 use crate::values::Pickled;
 
@@ -45,7 +45,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 ///     TypeError: a policy is none.
 ///
 /// Warns:
-///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
+///         ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -103,16 +104,10 @@ impl Simulation {
         record: bool,
     ) -> PyResult<Self> {
         let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
-        let (controller, raised) = match &own {
-            Some(own) => own.start(py, &scenario)?,
-            None => {
-                warn_of_coarse_encoder(py, &scenario, 1)?;
-                (
-                    AnyController::new(&scenario).map_err(exception)?,
-                    Raised::default(),
-                )
-            }
-        };
+        if own.is_none() {
+            warn_of(py, &scenario, 1)?;
+        }
+        let (controller, raised) = controller(py, &scenario, own.as_ref(), true)?;
         let simulation = omni_sim::Simulation::with_controller(&scenario, controller).map_err(exception)?;
         Ok(Self::of(scenario, own, raised, simulation, record.then(Vec::new)))
     }
@@ -152,20 +147,12 @@ impl Simulation {
         let source = Source::embedded("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
         let own = policy.map(OwnPolicy::of).transpose()?;
-        let (controller, raised) = match &own {
-            Some(own) => own.go_on(py, &scenario)?,
-            None => (
-                AnyController::new(&scenario).map_err(exception)?,
-                Raised::default(),
-            ),
-        };
-        let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
         let kept = kept
             .map(postcard::from_bytes::<Vec<(ControlSample, _)>>)
             .transpose();
         let kept = kept.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
         let kept = kept.map(|kept| kept.into_iter().map(Arc::new).collect());
-        Ok(Self::of(scenario, own, raised, resumed.map_err(exception)?, kept))
+        Self::resumed(py, scenario, own, state, kept)
     }
 
     /// Measure, control, and hold the torques for one control period.
@@ -312,27 +299,12 @@ impl Simulation {
         seed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (scenario, own) = load_with(scenario, policy, overrides, seed)?;
-        let (controller, raised) = match &own {
-            Some(own) => own.go_on(py, &scenario)?,
-            None => (
-                AnyController::new(&scenario).map_err(exception)?,
-                Raised::default(),
-            ),
-        };
-        let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
-        Ok(Self::of(
-            scenario,
-            own,
-            raised,
-            resumed.map_err(exception)?,
-            Some(Vec::new()),
-        ))
+        Self::resumed(py, scenario, own, state, Some(Vec::new()))
     }
 
     /// The scenario's own command at a time [s], as a body twist for the present heading.
     fn command_at(&self, py: Python<'_>, time_s: f64) -> PyResult<(f64, f64, f64)> {
-        let heading_rad = self.with(py, |inner| inner.simulation.observation().pose.yaw_rad())?;
-        let command = self.scenario.command.for_heading(time_s, heading_rad);
+        let command = self.with(py, |inner| inner.simulation.scenario_command_at(time_s))?;
         Ok(command.to_array().into())
     }
 
@@ -402,6 +374,19 @@ impl Simulation {
             inner: Mutex::new(Inner { simulation, kept }),
             user: Mutex::new(None),
         }
+    }
+
+    /// One that goes on from the state of another.
+    fn resumed(
+        py: Python<'_>,
+        scenario: Scenario,
+        own: Option<OwnPolicy>,
+        state: &[u8],
+        kept: Option<Vec<Period>>,
+    ) -> PyResult<Self> {
+        let (controller, raised) = controller(py, &scenario, own.as_ref(), false)?;
+        let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
+        Ok(Self::of(scenario, own, raised, resumed.map_err(exception)?, kept))
     }
 
     /// Does something with the simulation as soon as no other thread has it, outside the interpreter's lock; Ctrl-C ends the waiting.

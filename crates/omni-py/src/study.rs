@@ -132,6 +132,11 @@ impl Plan {
         numbers.map(|column| column.name.as_str()).collect()
     }
 
+    /// What traction control does without in some runs, in a line; None where there is nothing.
+    fn traction_notes(&self) -> Option<String> {
+        self.inner.traction_notes()
+    }
+
     fn __len__(&self) -> usize {
         self.inner.runs().len()
     }

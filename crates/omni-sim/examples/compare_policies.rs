@@ -4,7 +4,6 @@
 //! know which policy is better runs many (`omnistep study`).
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
-use omni_core::Coordination;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Error, run};
 
@@ -14,7 +13,7 @@ fn main() -> Result<(), Error> {
         "friction      {}",
         frictions.map(|friction| format!("{friction:>12}")).concat()
     );
-    for policy in Coordination::<f64>::PRESETS {
+    for policy in omni_sim::config::POLICIES {
         print!("{policy:14}");
         for friction in frictions {
             let overrides = [

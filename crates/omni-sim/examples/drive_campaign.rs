@@ -4,17 +4,22 @@
 
 use std::process::ExitCode;
 
-use omni_sim::config::{Fault, FileKind, Override, Scenario, Source};
+use omni_core::Coordination;
+use omni_sim::config::{Fault, FileKind, Override, Scenario, Source, Vehicle};
 use omni_sim::{Error, Trace, Verdict, run};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 /// Friction of what counts as ice.
 const ICE: f64 = 0.2;
-/// After this time a stopped vehicle stands \[s\].
-const STOPPED_AFTER_S: f64 = 1.2;
+/// After this time a vehicle stands \[s\]: in a safe stop, in an emergency stop.
+const STANDS_AFTER_S: [f64; 2] = [1.2, 2.0];
 /// A vehicle that stands moves no faster: a centimetre a second, and what a wheel's rim makes of it half a metre away.
 const STANDS: [f64; 2] = [0.01, 0.05];
+/// A body that leans more than this stands on an edge \[rad\].
+const EDGE_RAD: f64 = 0.03;
+/// A vehicle whose third wheel is braked by its shorted motor alone loses half its speed in this time \[s\].
+const HALVES_IN_S: f64 = 0.5;
 /// The vehicles, and on what they drive.
 pub const PLACES: [(&str, &str); 6] = [
     ("flat", "chugo7"),
@@ -23,6 +28,17 @@ pub const PLACES: [(&str, &str); 6] = [
     ("flat", "rocker_bogie6"),
     ("step", "chugo7"),
     ("step", "rocker_bogie6"),
+];
+
+/// The kinds of faults that are drawn.
+const KINDS: [&str; 7] = [
+    "wheel_lost",
+    "wheel_drag",
+    "encoder_stuck",
+    "encoder_silent",
+    "command_lost",
+    "emergency_stop",
+    "load_added",
 ];
 
 /// Random numbers of a seed.
@@ -50,29 +66,30 @@ impl Dice {
 /// None: every seed is a scenario.
 pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
     let mut dice = Dice(ChaCha8Rng::seed_from_u64(seed));
-    let (place, vehicle) = PLACES[(seed % PLACES.len() as u64) as usize];
+    let (place, name) = PLACES[(seed % PLACES.len() as u64) as usize];
     let mut text = FileKind::Scenario.template(place)?.to_owned();
-    let wheels = omni_sim::config::Vehicle::load(vehicle)?.wheel;
+    let vehicle = Vehicle::load(name)?;
     text.push_str("\n[drive]\n[drive.slip]\n[drive.faults]\n");
-    // Encoders and motors that fail, for good or for a while, and commands that stop.
+    // Encoders and motors that fail, for good or for a while, commands that stop, the emergency stop, a load.
     for _ in 0..1 + dice.one_of(4) {
-        let (kind, from_s) = (dice.one_of(5), dice.within(0.5, 3.0));
-        let wheel = &wheels[dice.one_of(wheels.len())].name;
-        let kind = [
-            "wheel_lost",
-            "wheel_drag",
-            "encoder_stuck",
-            "encoder_silent",
-            "command_lost",
-        ][kind];
+        let (kind, from_s) = (KINDS[dice.one_of(KINDS.len())], dice.within(0.5, 3.0));
+        let wheel = &vehicle.wheel[dice.one_of(vehicle.wheel.len())].name;
         text.push_str(&format!("\n[[fault]]\nkind = {kind:?}\nfrom_s = {from_s:.3}\n"));
-        if kind != "command_lost" {
-            text.push_str(&format!("wheel = {wheel:?}\n"));
+        match kind {
+            "command_lost" | "emergency_stop" => {}
+            "load_added" => text.push_str(&format!(
+                "body = {:?}\nmass_kg = {:.3}\nat_m = [{:.3}, {:.3}, 0.2]\n",
+                vehicle.body[0].name,
+                dice.within(0.1, 5.0),
+                dice.within(-0.1, 0.1),
+                dice.within(-0.1, 0.1),
+            )),
+            _ => text.push_str(&format!("wheel = {wheel:?}\n")),
         }
         if kind == "wheel_drag" {
             text.push_str(&format!("damper_n_m_s_rad = {:.3}\n", dice.within(0.01, 1.0)));
         }
-        if dice.part() < 0.5 {
+        if kind != "load_added" && dice.part() < 0.5 {
             text.push_str(&format!("until_s = {:.3}\n", from_s + dice.within(0.2, 2.0)));
         }
     }
@@ -86,7 +103,7 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         ));
     }
     let mut keys = vec![
-        Override::new("vehicle", vehicle),
+        Override::new("vehicle", name),
         Override::new("physics.engine", "articulated"),
         Override::new("duration_s", 6.0),
         Override::new("sensors.encoder_counts", [0, 4096, 65536][dice.one_of(3)]),
@@ -94,7 +111,7 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         Override::new("sensors.delay_us", [0, 1000, 2000][dice.one_of(3)]),
         Override::new(
             "control.policy",
-            ["independent", "synchronised", "load_sharing"][dice.one_of(3)],
+            Coordination::<f64>::PRESETS[dice.one_of(Coordination::<f64>::PRESETS.len())],
         ),
     ];
     if place == "flat" {
@@ -108,19 +125,19 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
 /// What came of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Found {
-    /// It came to a safe stop.
-    pub stopped: bool,
-    /// A command timed out.
-    pub timed_out: bool,
     /// A wheel was called faulty.
     pub faulty: bool,
-    /// It moved 1.2 s after a safe stop, with a wheel on ice.
+    /// A command timed out.
+    pub timed_out: bool,
+    /// It came to a stop: a safe stop, an emergency stop.
+    pub stopped: [bool; 2],
+    /// It moved after the time in which it should stand, with a wheel on ice.
     pub slid: bool,
-    /// It moved 1.2 s after a safe stop with fewer than three wheels left to hold it.
+    /// It moved after that time, and lost speed to the shorted motors of wheels that are not believed.
+    pub braked: bool,
+    /// It moved after that time, and fewer than three wheels had a hold on it, or it hung on the edge of the step.
     pub rolled_on: bool,
-    /// The fastest 1.2 s after a safe stop, over the ground \[m/s\] and about the vertical \[rad/s\].
-    pub after: [f64; 2],
-    /// Laws that it broke: a number that is none, a torque beyond its limit, motion after a safe stop, tipped over on flat ground.
+    /// Laws that it broke, as [`LAWS`].
     pub broken: [bool; 4],
 }
 
@@ -128,7 +145,7 @@ pub struct Found {
 pub const LAWS: [&str; 4] = [
     "not a number",
     "torque beyond its limit",
-    "moved after a safe stop",
+    "moved after a stop",
     "tipped on flat ground",
 ];
 
@@ -137,15 +154,14 @@ pub const LAWS: [&str; 4] = [
 pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     let column = |name: &str| trace.column(name).unwrap_or_default();
     let (mode, status) = (column("drive_mode"), column("drive_command_status"));
-    let wheels = trace.wheel_names().len();
     let mut found = Found {
-        stopped: mode.contains(&2.0),
-        timed_out: status.contains(&3.0),
         faulty: trace.wheel_names().iter().any(|name| {
             column(&format!("drive_fault_{name}"))
                 .iter()
                 .any(|fault| *fault > 0.0)
         }),
+        timed_out: status.contains(&3.0),
+        stopped: [mode.contains(&2.0), mode.contains(&3.0)],
         ..Found::default()
     };
     for (name, index) in trace.names().iter().zip(0..) {
@@ -155,70 +171,121 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
             .any(|signal| name.ends_with(signal));
         found.broken[0] |= !may_be_none && trace.column_at(index).iter().any(|value| !value.is_finite());
     }
-    for wheel in 0..wheels {
-        let of = |signal| trace.wheel(signal, wheel).unwrap_or_default();
-        let limits = of("limit_lower_n_m").iter().zip(of("limit_upper_n_m"));
-        let within = of("applied_n_m")
-            .iter()
-            .zip(limits)
-            .all(|(torque, (lower, upper))| (*lower..=*upper).contains(torque));
-        found.broken[1] |= !within;
-    }
-    let stops_at = mode.iter().position(|mode| *mode == 2.0);
-    let from = stops_at.map_or(usize::MAX, |at| {
-        at + (STOPPED_AFTER_S / scenario.period_s()) as usize
-    });
-    let mut in_hand = 0;
-    for row in stops_at.unwrap_or(usize::MAX)..trace.rows() {
-        in_hand = if is_out_of_hand(scenario, trace, row) {
-            0
-        } else {
-            in_hand + 1
-        };
-        if row < from {
-            continue;
-        }
-        let at = |name: &str| column(name)[row];
-        let speeds = [
-            at("twist_vx_m_s").hypot(at("twist_vy_m_s")),
-            at("twist_wz_rad_s").abs(),
-        ];
-        for (most, speed) in found.after.iter_mut().zip(speeds) {
-            *most = most.max(speed);
-        }
-        if speeds[0] > STANDS[0] || speeds[1] > STANDS[1] {
-            if on_ice(scenario, trace, row) {
-                found.slid = true;
-            } else if in_hand <= from - stops_at.unwrap_or(0) {
-                found.rolled_on = true;
-            } else {
-                found.broken[2] = true;
-            }
-        }
-    }
+    found.broken[1] = beyond_limits(scenario, trace);
+    judge_stops(scenario, trace, &mut found);
     let flat = scenario.terrain.obstacle().is_none();
     found.broken[3] = flat && trace.outcome().verdict == Verdict::Tipped;
     found
 }
 
-/// Have fewer than three wheels both an encoder that tells the truth, and is believed, and a motor that gives torque? No law has a hold on
-/// every motion then.
-fn is_out_of_hand(scenario: &Scenario, trace: &Trace, row: usize) -> bool {
+/// Was a torque beyond what the controller found the motor to have, or one that acted beyond what it has at rest?
+fn beyond_limits(scenario: &Scenario, trace: &Trace) -> bool {
+    let stall_n_m = scenario.vehicle().motor.stall_torque_n_m;
+    (0..trace.wheel_names().len()).any(|wheel| {
+        let of = |signal| trace.wheel(signal, wheel).unwrap_or_default();
+        let mut limits = of("limit_lower_n_m").iter().zip(of("limit_upper_n_m"));
+        let mut told = of("applied_n_m").iter();
+        // An average over the period: a rounding more than the limit.
+        let acts_within = |torque: &f64| torque.abs() <= stall_n_m * (1.0 + 1e-12);
+        told.any(|torque| {
+            limits
+                .next()
+                .is_none_or(|(lower, upper)| !(*lower..=*upper).contains(torque))
+        }) || !of("torque_n_m").iter().all(acts_within)
+    })
+}
+
+/// Does it stand after its stops, or lose its speed as fast as shorted motors take it?
+fn judge_stops(scenario: &Scenario, trace: &Trace, found: &mut Found) {
+    let periods = |time_s: f64| (time_s / scenario.period_s()).round() as usize;
+    let mode = trace.column("drive_mode").unwrap_or_default();
+    let (mut in_stop, mut stopped, mut in_hand, mut held, mut last_let_go) = (0, 0, 0, 0, 0);
+    for row in 0..trace.rows() {
+        let after = periods(STANDS_AFTER_S[usize::from(mode[row] == 3.0)]);
+        let ([believed, braked], let_go) = (holds(scenario, trace, row), let_go(trace, row));
+        // A wheel that lies drives the vehicle until it is found out, and so does its weight on an edge: the stop begins anew then.
+        let on_the_edge = on_the_edge(trace, row);
+        in_stop = if mode[row] >= 2.0 { in_stop + 1 } else { 0 };
+        found.rolled_on |= on_the_edge && in_stop > after && speed(trace, row) > 1.0;
+        let goes_on = in_stop > 0 && let_go == last_let_go && !on_the_edge;
+        stopped = if goes_on { stopped + 1 } else { 0 };
+        last_let_go = let_go;
+        in_hand = if believed >= 3 { in_hand + 1 } else { 0 };
+        held = if believed + braked >= 3 { held + 1 } else { 0 };
+        let speed = speed(trace, row);
+        if stopped <= after || speed <= 1.0 {
+            continue;
+        }
+        if on_ice(scenario, trace, row) {
+            found.slid = true;
+        } else if in_hand > after {
+            found.broken[2] = true;
+        } else if held > 0 {
+            found.braked = true;
+            let halved = periods(HALVES_IN_S);
+            found.broken[2] |= held > halved && speed > 0.5 * self::speed(trace, row - halved);
+        } else {
+            found.rolled_on = true;
+        }
+    }
+}
+
+/// How many wheels are not believed.
+fn let_go(trace: &Trace, row: usize) -> usize {
+    let faults = trace
+        .wheel_names()
+        .iter()
+        .map(|name| format!("drive_fault_{name}"));
+    faults
+        .filter(|fault| trace.column(fault).is_some_and(|fault| fault[row] > 0.0))
+        .count()
+}
+
+/// Does it hang on the edge of the step, so that its weight pulls it back?
+fn on_the_edge(trace: &Trace, row: usize) -> bool {
+    let nose_up = trace
+        .names()
+        .iter()
+        .zip(0..)
+        .filter(|(name, _)| name.ends_with("_nose_up_rad"));
+    let mut angles = nose_up.map(|(_, index)| trace.column_at(index)[row]);
+    angles.any(|angle| angle.abs() > EDGE_RAD)
+}
+
+/// How fast the vehicle moves: up to 1 it stands.
+fn speed(trace: &Trace, row: usize) -> f64 {
+    let at = |name: &str| trace.column(name).map_or(f64::NAN, |column| column[row]);
+    let linear = at("twist_vx_m_s").hypot(at("twist_vy_m_s")) / STANDS[0];
+    linear.max(at("twist_wz_rad_s").abs() / STANDS[1])
+}
+
+/// How many wheels have both an encoder that tells the truth, and is believed, and a motor that gives torque; and how many more have a
+/// motor that is shorted.
+fn holds(scenario: &Scenario, trace: &Trace, row: usize) -> [usize; 2] {
     let time_s = trace.column("time_s").map_or(0.0, |time| time[row]);
-    let lost = |name: &str| {
-        scenario.fault.iter().any(|fault| {
-            let (from_s, until_s) = fault.span_s();
-            matches!(fault, Fault::WheelLost { wheel, .. } | Fault::EncoderStuck { wheel, .. } if wheel == name)
-                && (from_s..until_s).contains(&time_s)
-        })
+    let suffers = |name: &str, kind: fn(&Fault) -> Option<&String>| {
+        let mut faults = scenario.fault.iter();
+        faults.any(|fault| kind(fault).is_some_and(|wheel| wheel == name) && fault.span_s().contains(&time_s))
     };
-    let shorted = |name: &str| {
-        trace
-            .column(&format!("drive_brake_{name}"))
-            .is_some_and(|brake| brake[row] == 1.0)
-    };
-    let names = trace.wheel_names().iter();
-    names.filter(|name| !lost(name) && !shorted(name)).count() < 3
+    let mut counts = [0, 0];
+    for name in trace.wheel_names() {
+        let lost = suffers(name, |fault| match fault {
+            Fault::WheelLost { wheel, .. } => Some(wheel),
+            _ => None,
+        });
+        let stuck = suffers(name, |fault| match fault {
+            Fault::EncoderStuck { wheel, .. } => Some(wheel),
+            _ => None,
+        });
+        let brake = trace.column(&format!("drive_brake_{name}"));
+        let shorted = brake.is_some_and(|brake| brake[row] == 1.0);
+        if shorted && !lost {
+            counts[1] += 1;
+        } else if !stuck && !lost {
+            counts[0] += 1;
+        }
+    }
+    counts
 }
 
 /// Is a wheel on ice?
@@ -239,24 +306,21 @@ fn main() -> Result<ExitCode, Error> {
         .and_then(|runs| runs.parse().ok())
         .unwrap_or(24);
     let verbose = std::env::args().any(|argument| argument == "--seeds");
-    let mut rows = vec![(0_u64, Found::default(), [0_u64; 9]); PLACES.len()];
+    let mut rows = vec![(0_u64, [0_u64; 11]); PLACES.len()];
     for seed in 0..runs {
         let scenario = scenario(seed)?;
-        let trace = run(&scenario)?;
-        let found = judge(&scenario, &trace);
-        let (count, _, sums) = &mut rows[(seed % PLACES.len() as u64) as usize];
+        let found = judge(&scenario, &run(&scenario)?);
+        let (count, sums) = &mut rows[(seed % PLACES.len() as u64) as usize];
         *count += 1;
-        let flags = [
-            found.faulty,
-            found.timed_out,
-            found.stopped,
-            found.slid,
-            found.rolled_on,
-        ];
-        for (sum, flag) in sums.iter_mut().zip(flags.into_iter().chain(found.broken)) {
+        let flags = [found.faulty, found.timed_out]
+            .into_iter()
+            .chain(found.stopped)
+            .chain([found.slid, found.braked, found.rolled_on])
+            .chain(found.broken);
+        for (sum, flag) in sums.iter_mut().zip(flags) {
             *sum += u64::from(flag);
         }
-        if verbose && found.broken.contains(&true) {
+        if verbose && (found.rolled_on || found.broken.contains(&true)) {
             eprintln!(
                 "seed {seed}, {}: {found:?} {:?}",
                 scenario.vehicle().name,
@@ -265,15 +329,16 @@ fn main() -> Result<ExitCode, Error> {
         }
     }
     println!(
-        "| ground, vehicle | runs | a wheel was called faulty | a command timed out | safe stops | slid on ice | rolled on | {} |",
+        "| ground, vehicle | runs | a wheel was called faulty | a command timed out | safe stops | emergency stops | slid on ice | braked by \
+         shorted motors | rolled on | {} |",
         LAWS.join(" | ")
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("{}", "|---".repeat(13) + "|");
     let mut broken = 0;
-    for ((place, vehicle), (count, _, sums)) in PLACES.iter().zip(&rows) {
+    for ((place, vehicle), (count, sums)) in PLACES.iter().zip(&rows) {
         let sums_text: Vec<_> = sums.iter().map(u64::to_string).collect();
         println!("| {place}, {vehicle} | {count} | {} |", sums_text.join(" | "));
-        broken += sums[5..].iter().sum::<u64>();
+        broken += sums[7..].iter().sum::<u64>();
     }
     Ok(if broken == 0 {
         ExitCode::SUCCESS

@@ -1,11 +1,14 @@
 //! The control loop: the heading hold, and the controller behind it. A simulation and a replay step the same one.
 
+use std::ops::Range;
+
 use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{Fault, Scenario};
+use crate::config::{Fault, PlannedPath, Scenario};
 use crate::controller::{AnyController, ControlSample};
+use crate::following::SIGNALS;
 use crate::sensing::Sensed;
 
 /// A scenario's controller with its heading hold.
@@ -13,7 +16,7 @@ use crate::sensing::Sensed;
 /// ```
 /// use omni_core::BodyTwist;
 /// use omni_sim::{ControlLoop, Sensed, config::Scenario, controller::{AnyController, ControlSample}};
-/// let scenario = Scenario::load("step", &[])?;
+/// let scenario = Scenario::load("flat", &[])?;
 /// let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
 /// let ahead = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
 /// let mut sample = ControlSample::default();
@@ -26,9 +29,11 @@ use crate::sensing::Sensed;
 pub struct ControlLoop {
     hold: Option<Hold>,
     controller: AnyController,
+    /// The path that is followed, whose reference is among the signals.
+    path: Option<PlannedPath>,
     /// From when to when no command arrives, and the emergency stop is pressed \[s\].
-    lost: Vec<(f64, f64)>,
-    stopped: Vec<(f64, f64)>,
+    lost: Vec<Range<f64>>,
+    stopped: Vec<Range<f64>>,
     period_s: f64,
     memory: Memory,
 }
@@ -68,6 +73,8 @@ impl ControlLoop {
         Self {
             hold,
             controller,
+            // It was planned when the scenario was loaded.
+            path: scenario.planned_path().ok().flatten(),
             lost: spans(|fault| matches!(fault, Fault::CommandLost { .. })),
             stopped: spans(|fault| matches!(fault, Fault::EmergencyStop { .. })),
             period_s: scenario.period_s(),
@@ -93,10 +100,7 @@ impl ControlLoop {
         let memory = &mut self.memory;
         let time_s = memory.periods as f64 * self.period_s;
         memory.periods += 1;
-        let now = |spans: &[(f64, f64)]| {
-            let mut spans = spans.iter();
-            spans.any(|(from_s, until_s)| time_s >= *from_s && time_s < *until_s)
-        };
+        let now = |spans: &[Range<f64>]| spans.iter().any(|span| span.contains(&time_s));
         let arrived = !now(&self.lost);
         if !self.stopped.is_empty() {
             self.controller.emergency_stop(now(&self.stopped));
@@ -113,6 +117,13 @@ impl ControlLoop {
         (readings.new_command, readings.torques_n_m) = (arrived, &memory.torques_n_m);
         let controlled = self.controller.step_readings(&readings, sample);
         (sample.asked, sample.gyro_rad_s) = (asked, sensed.gyro_rad_s);
+        if let Some(path) = &self.path {
+            // At the end of the period, as what is observed is.
+            let wanted = path.trajectory().at(memory.periods as f64 * self.period_s).pose;
+            let controllers = self.controller.signal_names().len() - SIGNALS.len();
+            sample.own.resize(controllers, f64::NAN);
+            sample.own.extend([wanted.x_m, wanted.y_m, wanted.yaw_rad]);
+        }
         memory.torques_n_m.clear();
         memory
             .torques_n_m

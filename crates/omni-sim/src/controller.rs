@@ -5,6 +5,7 @@ mod link;
 mod linked;
 mod own;
 mod qemu;
+mod traction;
 
 use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
@@ -16,7 +17,9 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::config::{self, Precision, Scenario};
 use crate::error::unknown;
+use crate::following::SIGNALS;
 pub use link::{Link, LinkCounters};
+pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
 /// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
@@ -38,6 +41,8 @@ pub struct ControlSample {
     pub wheels: Vec<WheelSignals>,
     /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with the slope of its torque over speed.
     pub brake: Vec<bool>,
+    /// Times that traction control backed off for another try since the start; none of a controller that does not try again.
+    pub retries: Option<u32>,
     /// Signals that only this controller has, in the order of [`AnyController::signal_names`].
     pub own: Vec<f64>,
 }
@@ -112,6 +117,7 @@ impl ControlSample {
             common_factor: UNKNOWN,
             wheels: torques_n_m.iter().map(signals).collect(),
             brake: Vec::new(),
+            retries: None,
             own: Vec::new(),
         }
     }
@@ -127,6 +133,7 @@ impl Default for ControlSample {
             common_factor: 1.0,
             wheels: Vec::new(),
             brake: Vec::new(),
+            retries: None,
             own: Vec::new(),
         }
     }
@@ -204,6 +211,7 @@ impl ControlSample {
         self.command = double(&s.command);
         self.estimated = double(estimated);
         self.common_factor = s.wheels.common_factor.as_f64();
+        self.retries = None;
         self.wheels.clear();
         self.wheels.extend((0..N).map(|i| WheelSignals {
             reference_rad_s: s.wheels.reference.rad_s[i].as_f64(),
@@ -264,6 +272,8 @@ pub struct AnyController {
     control: Box<dyn Loop>,
     policy: String,
     own: bool,
+    /// Signals of the loop, then those of a path that is followed.
+    names: Vec<String>,
 }
 
 impl AnyController {
@@ -284,6 +294,7 @@ impl AnyController {
 
     fn of_scenario(scenario: &Scenario, control: Box<dyn Loop>) -> Self {
         Self {
+            names: names(scenario, &*control),
             control,
             policy: scenario.control.law(),
             own: false,
@@ -295,8 +306,8 @@ impl AnyController {
     /// remembers.
     ///
     /// # Errors
-    /// As [`AnyController::new`]; [`Error::Config`] for a scenario with a `[drive]`; [`Error::Signal`] where the name of a signal of its own is none, is there twice, or is that of a column
-    /// that every trace has.
+    /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a `[drive]`; [`Error::Signal`] where the name of
+    /// a signal of its own is none, is there twice, or is that of a column that every trace has.
     ///
     /// ```
     /// use omni_core::{Policy, Readings};
@@ -337,9 +348,11 @@ impl AnyController {
         let refuse = |_| Err(wheel_count_refused(scenario));
         let count = scenario.vehicle().wheel.len();
         let name = policy.name().to_owned();
+        check_name(&name)?;
         let control = for_wheel_count!(count, owned[](scenario, policy), refuse)?;
         own::check_names(scenario, &name, control.signal_names())?;
         Ok(Self {
+            names: names(scenario, &*control),
             control,
             policy: name,
             own: true,
@@ -352,14 +365,7 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
-        let stops = |fault: &config::Fault| matches!(fault, config::Fault::EmergencyStop { .. });
-        if let Some(k) = scenario.fault.iter().position(stops) {
-            return Err(refused(
-                scenario,
-                format!("fault[{k}].kind"),
-                "\"emergency_stop\", allowed: not with a controller at the other end of a link, which is told of none",
-            ));
-        }
+        scenario.without_traction(FAR_END)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
         let control = for_wheel_count!(count, linked[](scenario, link), refuse)?;
@@ -371,6 +377,7 @@ impl AnyController {
     /// # Errors
     /// As [`AnyController::over_link`], and [`Error::Firmware`] where the image or the emulator is missing.
     pub fn in_qemu(scenario: &Scenario, firmware: &Firmware) -> Result<Self, Error> {
+        scenario.without_traction(FAR_END)?; // whatever image there is
         Self::over_link(scenario, firmware.start()?)
     }
 
@@ -432,10 +439,10 @@ impl AnyController {
         self.control.emergency_stop(pressed);
     }
 
-    /// Names of signals that only this controller has: columns of the trace beside those that every one has.
+    /// Names of signals that only this controller has, and those of a path that it follows: columns of the trace beside those that every one has.
     #[must_use]
     pub fn signal_names(&self) -> &[String] {
-        self.control.signal_names()
+        &self.names
     }
 
     /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
@@ -459,6 +466,16 @@ impl AnyController {
     }
 }
 
+/// Names of the signals that only a run of this scenario with this loop has.
+fn names(scenario: &Scenario, control: &dyn Loop) -> Vec<String> {
+    let path = SIGNALS.iter().filter(|_| scenario.command.path.is_some());
+    let own = control.signal_names().iter().cloned();
+    own.chain(path.map(|name| (*name).to_owned())).collect()
+}
+
+/// Where traction control is refused.
+const FAR_END: &str = "with a controller at the other end of a link";
+
 /// A key of a scenario that its controller does not go with.
 fn refused(scenario: &Scenario, key: String, message: &str) -> Error {
     let file = format!("scenario {}", scenario.name);
@@ -479,6 +496,9 @@ fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
 ) -> Result<Box<dyn Loop>, config::Error> {
     if let Some(drive) = scenario.drive::<R, N>()? {
         return Ok(Box::new(drive::Driven::new(scenario, drive)));
+    }
+    if let Some(policy) = scenario.traction::<R, N>()? {
+        return Ok(Box::new(traction::Gripping::new(scenario, policy)));
     }
     let (limiter, controller) = (scenario.limiter()?, scenario.controller::<R, N>()?);
     Ok(Box::new(Sized(ControllerPolicy::new(limiter, controller))))

@@ -4,6 +4,7 @@
 mod control_loop;
 pub mod controller;
 mod error;
+mod following;
 pub mod ground;
 mod history;
 pub mod learn;

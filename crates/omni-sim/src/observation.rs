@@ -124,7 +124,7 @@ pub struct Energy {
     pub impact_loss_j: f64,
     /// Taken by joints \[J\]: the dampers and stops of hinges, and the give of all joints in impacts.
     pub joint_loss_j: f64,
-    /// Taken by drags on wheels \[J\].
+    /// Taken by drags on wheels and friction of gears \[J\].
     pub drag_loss_j: f64,
 }
 

@@ -93,6 +93,10 @@ pub struct Outcome {
     /// The foremost row of wheels that had not passed the obstacle then, 1 is the front row
     /// ([`crate::config::Vehicle::rows`]); none unless stalled.
     pub stalled_row: Option<usize>,
+    /// Times that traction control (`steady`, `reach`) backed off for another try, from the start to the end of the crossing; none of a
+    /// controller that does not try again.
+    #[serde(default)] // logs of before do not say it
+    pub retries: Option<u32>,
     /// Largest nose-up angle of any body during the crossing \[deg\].
     #[serde(deserialize_with = "or_nan")]
     pub pitch_peak_deg: f64,
@@ -139,6 +143,10 @@ pub struct Outcome {
     /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
     #[serde(deserialize_with = "or_nan")]
     pub energy_residual: f64,
+    /// Root mean square over time of the distance from where the path wants the base \[m\]; none without a path.
+    pub path_error_rms_m: Option<f64>,
+    /// Largest such distance \[m\]; none without a path.
+    pub path_error_peak_m: Option<f64>,
 }
 
 impl Outcome {
@@ -180,6 +188,7 @@ impl Outcome {
             crossing_s: None,
             stalled_at_m: None,
             stalled_row: None,
+            retries: None,
             pitch_peak_deg: f64::NAN,
             yaw_error_deg: f64::NAN,
             slip_rms: f64::NAN,
@@ -194,6 +203,8 @@ impl Outcome {
             e_over_mgh: None,
             required_friction: f64::NAN,
             energy_residual: f64::NAN,
+            path_error_rms_m: None,
+            path_error_peak_m: None,
         }
     }
 }

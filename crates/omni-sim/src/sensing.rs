@@ -1,14 +1,25 @@
 //! What a vehicle's sensors make of the truth.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
-use omni_core::{BodyTwist, Imu, Readings};
+use omni_core::{BodyTwist, Imu, Readings, VelocityEstimator, VelocityState};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Fault, Scenario, Sensors, Vehicle};
 use crate::observation::Observation;
+
+/// Columns of what the inertial measurement unit says, and of each hinge: a log is enough to replay a controller that was told it.
+pub(crate) const SENSED: [&str; 5] = [
+    "sensed_roll_rate_rad_s",
+    "sensed_pitch_rate_rad_s",
+    "sensed_yaw_rate_rad_s",
+    "sensed_roll_rad",
+    "sensed_pitch_rad",
+];
+pub(crate) const SENSED_HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 
 /// What a vehicle's sensors say in one control period.
 ///
@@ -28,7 +39,7 @@ use crate::observation::Observation;
 pub struct Sensed {
     /// Actuator velocities \[rad/s\], one a wheel; NaN where no reading arrived.
     pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge.
+    /// Angles of the hinges \[rad\], one a hinge; NaN where they have no encoders.
     pub hinges_rad: Vec<f64>,
     /// Rates of the hinges \[rad/s\], one a hinge.
     pub hinges_rad_s: Vec<f64>,
@@ -52,6 +63,56 @@ impl Sensed {
         }
     }
 
+    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that was told it (`steady`, `reach`): their
+    /// names and values in one control period. Says whether everything was there.
+    ///
+    /// ```
+    /// use omni_sim::{Sensed, Simulation, config::Scenario};
+    /// let scenario = Scenario::load("step", &[])?.with_policy("steady")?;
+    /// let mut simulation = Simulation::new(&scenario)?;
+    /// let sensed = simulation.sensed().clone();
+    /// simulation.step(&simulation.scenario_command())?;
+    /// let (names, values) = (simulation.controller().signal_names(), &simulation.sample().own);
+    /// let mut again = Sensed::at_rest(scenario.vehicle());
+    /// assert!(again.take_signals(scenario.vehicle(), names, values));
+    /// assert_eq!((again.imu.pitch_rad, &again.hinges_rad), (sensed.imu.pitch_rad, &sensed.hinges_rad));
+    /// assert!(!again.take_signals(scenario.vehicle(), &names[1..], values)); // the names of other values
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    #[must_use]
+    pub fn take_signals(&mut self, vehicle: &Vehicle, names: &[String], values: &[f64]) -> bool {
+        if names.len() != values.len() {
+            return false;
+        }
+        let value = |name: &str| {
+            let at = names.iter().position(|each| each == name)?;
+            values.get(at).copied()
+        };
+        let take = |to: &mut f64, name: &str| value(name).map(|value| *to = value).is_some();
+        let Imu {
+            rate_rad_s: [roll_rate, pitch_rate, yaw_rate],
+            roll_rad,
+            pitch_rad,
+            ..
+        } = &mut self.imu;
+        let mut there = true;
+        for (to, name) in [roll_rate, pitch_rate, yaw_rate, roll_rad, pitch_rad]
+            .into_iter()
+            .zip(SENSED)
+        {
+            there &= take(to, name);
+        }
+        for (readings, signal) in [&mut self.hinges_rad, &mut self.hinges_rad_s]
+            .into_iter()
+            .zip(SENSED_HINGE)
+        {
+            for (to, hinge) in readings.iter_mut().zip(&vehicle.hinge) {
+                there &= take(to, &format!("{signal}_{}", hinge.name));
+            }
+        }
+        there
+    }
+
     /// With a new command: what a controller is told.
     #[must_use]
     pub fn readings(&self, command: BodyTwist<f64>) -> Readings<'_, f64> {
@@ -73,9 +134,12 @@ enum Trouble {
 /// The sensors of a vehicle.
 pub(crate) struct Sensing {
     sensors: Sensors,
+    /// What makes velocities of counts, where that is not the counts of a period.
+    estimator: Option<VelocityEstimator<f64>>,
     gravity_m_s2: f64,
     period_s: f64,
-    trouble: Vec<(usize, Trouble, (f64, f64))>,
+    /// Of which wheel, what, and from when to when \[s\].
+    trouble: Vec<(usize, Trouble, Range<f64>)>,
     state: State,
 }
 
@@ -87,6 +151,8 @@ pub(crate) struct State {
     tilt_rng: ChaCha8Rng,
     /// Whole counts of each encoder after the last period.
     counts: Vec<f64>,
+    /// What is remembered for the velocity of each encoder, and its angle after the last period \[rad\]; empty where nothing is.
+    velocities: Vec<(VelocityState<f64>, f64)>,
     /// What each encoder last read \[rad/s\].
     read: Vec<f64>,
     /// Velocity of the base a period ago \[m/s\].
@@ -115,8 +181,12 @@ impl Sensing {
             rng.set_stream(stream); // the perturbation draws from stream 0
             rng
         };
+        // A loaded scenario's method goes with its period.
+        let estimator = scenario.velocity_estimator().ok().flatten();
+        let remembered = if estimator.is_some() { wheels } else { 0 };
         Self {
             sensors,
+            estimator,
             gravity_m_s2: scenario.physics.gravity_m_s2,
             period_s: scenario.period_s(),
             trouble: trouble.collect(),
@@ -124,6 +194,7 @@ impl Sensing {
                 rng: stream(1),
                 tilt_rng: stream(2),
                 counts: vec![0.0; wheels],
+                velocities: vec![(VelocityState::at_rest(), 0.0); remembered],
                 read: vec![0.0; wheels],
                 velocity_m_s: [0.0; 3],
                 // At rest before the start.
@@ -172,6 +243,13 @@ impl Sensing {
         }
         let level = |axis: [f64; 3]| libm::asin(axis[2].clamp(-1.0, 1.0));
         (sensed.imu.pitch_rad, sensed.imu.roll_rad) = (level(axes[0]), level(axes[1]));
+        if sensors.no_hinge_encoders {
+            sensed.hinges_rad.fill(f64::NAN);
+            sensed.hinges_rad_s.fill(f64::NAN);
+        }
+        if sensors.no_imu {
+            sensed.imu = Imu::silent();
+        }
         if sensors.delay_us > 0 {
             state.line.push_back(sensed.clone());
             if let Some(old) = state.line.pop_front() {
@@ -183,6 +261,7 @@ impl Sensing {
     fn read_encoders(&mut self, time_s: f64, angles_rad: &[f64], velocities_rad_s: &mut [f64]) {
         let Self {
             sensors,
+            estimator,
             period_s,
             trouble,
             state,
@@ -192,16 +271,26 @@ impl Sensing {
             if sensors.encoder_counts > 0 {
                 let per_rad = f64::from(sensors.encoder_counts) / std::f64::consts::TAU;
                 let counts = (angles_rad[i] * per_rad).floor();
-                *velocity = (counts - state.counts[i]) / per_rad / *period_s;
+                let counted = counts - state.counts[i];
                 state.counts[i] = counts;
+                *velocity = match (&*estimator, state.velocities.get_mut(i)) {
+                    (Some(estimator), Some((remembered, before_rad))) => {
+                        // When the last edge passed, the wheel turning evenly over the period: of a count it is the lower end.
+                        let edge_rad = if counted > 0.0 { counts } else { counts + 1.0 } / per_rad;
+                        let part = (angles_rad[i] - edge_rad) / (angles_rad[i] - *before_rad);
+                        *before_rad = angles_rad[i];
+                        estimator.step(remembered, counted as i32, Some(part * *period_s))
+                    }
+                    _ => counted / per_rad / *period_s,
+                };
             }
             if sensors.encoder_noise_rad_s > 0.0 {
                 *velocity += sensors.encoder_noise_rad_s * normal(&mut state.rng);
             }
             let suffers = |what: Trouble| {
-                trouble.iter().any(|(wheel, trouble, (from_s, until_s))| {
-                    *wheel == i && *trouble == what && time_s >= *from_s && time_s < *until_s
-                })
+                let mut trouble = trouble.iter();
+                trouble
+                    .any(|(wheel, trouble, span)| *wheel == i && *trouble == what && span.contains(&time_s))
             };
             if suffers(Trouble::Stuck) {
                 *velocity = state.read[i];

@@ -8,6 +8,7 @@ use crate::Error;
 use crate::config::{Command, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
+use crate::following::Following;
 use crate::observation::Observation;
 use crate::sensing::{Sensed, Sensing};
 use crate::world::{AnyPlant, plant};
@@ -34,6 +35,8 @@ pub struct Simulation {
     pub(crate) sensed: Sensed,
     torques: Vec<f64>,
     command: Command,
+    /// Who follows the command's path.
+    pub(crate) following: Option<Following>,
 }
 
 impl Simulation {
@@ -48,7 +51,7 @@ impl Simulation {
     /// The scenario at its start, at rest, with a controller that was made for it and is freshly started.
     ///
     /// # Errors
-    /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows.
+    /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows, and for a path that cannot be planned.
     pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Result<Self, Error> {
         let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
         // 53 bits: uniform in -1..1.
@@ -59,6 +62,7 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
+        let following = Following::new(scenario, &controller)?;
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
@@ -68,6 +72,7 @@ impl Simulation {
             sensed: Sensed::at_rest(scenario.vehicle()),
             torques: Vec::new(),
             command: scenario.command.clone(),
+            following,
         };
         simulation.sense();
         Ok(simulation)
@@ -78,14 +83,33 @@ impl Simulation {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing
             .read(self.world.angles_rad(), &self.observation, &mut self.sensed);
+        if let Some(following) = &mut self.following {
+            following.turned(&self.sensed.wheels_rad_s);
+        }
     }
 
     /// The scenario's own command for the next period, as the vehicle looks now.
     #[must_use]
     pub fn scenario_command(&self) -> BodyTwist<f64> {
-        let heading_rad = self.observation.pose.yaw_rad();
-        self.command
-            .for_heading(self.time_ns() as f64 * 1e-9, heading_rad)
+        self.scenario_command_at(self.time_ns() as f64 * 1e-9)
+    }
+
+    /// The scenario's own command at a time \[s\], for a vehicle that looks, and follows a path from where it is, as now.
+    ///
+    /// ```
+    /// use omni_sim::{Simulation, config::Scenario};
+    /// let simulation = Simulation::new(&Scenario::load("square", &[])?)?;
+    /// assert_eq!(simulation.scenario_command().vx_m_s, 0.0);
+    /// // A second later it should be on its way at 0.6 m/s, and here is 0.3 m/s of correction for being late.
+    /// assert!((simulation.scenario_command_at(1.0).vx_m_s - 0.9).abs() < 1e-9);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    #[must_use]
+    pub fn scenario_command_at(&self, time_s: f64) -> BodyTwist<f64> {
+        match &self.following {
+            Some(following) => following.command(time_s, &self.sample, &self.observation),
+            None => self.command.for_heading(time_s, self.observation.pose.yaw_rad()),
+        }
     }
 
     /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It takes over
@@ -112,9 +136,9 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
-    /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has stopped, and ever after: the
-    /// vehicle runs on without torque; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
-    /// where it says that it failed.
+    /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after;
+    /// [`Error::Link`] where the link to the controller has stopped, and ever after: the vehicle runs on without torque; [`Error::Policy`]
+    /// where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),
@@ -147,7 +171,9 @@ impl Simulation {
         self.torques.clear();
         self.torques
             .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
-        self.control.gave(&self.torques);
+        if !added_n_m.is_empty() {
+            self.control.gave(&self.torques);
+        }
         self.world.brake(&self.sample.brake);
         self.world.step(&self.torques, &mut self.observation)?;
         self.sense();

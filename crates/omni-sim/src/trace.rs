@@ -1,10 +1,12 @@
 //! A run as columns, one row a control period.
 
+use omni_core::PlanarPose;
 use serde::{Deserialize, Serialize};
 
 use crate::Outcome;
 use crate::config::Vehicle;
 use crate::controller::{ControlSample, WheelSignals};
+use crate::following::{SIGNALS, error_of};
 use crate::observation::{Observation, WheelObservation};
 
 /// Columns that every vehicle has, in order.
@@ -42,6 +44,9 @@ const COMMON: [&str; 32] = [
     "drag_loss_j",
     "energy_residual_j",
 ];
+
+/// Columns of a run that follows a path, behind where it should be: how far it is from there, and how far it is turned to the left.
+const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 
 /// A signal of each wheel: its column is `wheel_NAME_SIGNAL`.
 type WheelColumn = (&'static str, fn(&WheelSignals, &WheelObservation) -> f64);
@@ -307,6 +312,8 @@ pub struct TraceBuilder {
     rows: Rows,
     /// Signals that only its controller has.
     own: usize,
+    /// Where a path's reference begins among them.
+    path: Option<usize>,
 }
 
 impl TraceBuilder {
@@ -335,10 +342,15 @@ impl TraceBuilder {
             ]);
         }
         names.extend_from_slice(own);
+        let path = own.iter().position(|name| name == SIGNALS[0]);
+        if path.is_some() {
+            names.extend(PATH_ERRORS.map(String::from));
+        }
         let signals = WHEEL.iter().map(|(name, _)| *name).collect();
         Self {
             rows: Rows::new(vehicle, names, signals),
             own: own.len(),
+            path,
         }
     }
 
@@ -377,6 +389,18 @@ impl TraceBuilder {
         }
         // None of them is known of a period that the controller had no part in.
         rows.extend((0..self.own).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN)));
+        if let Some(path) = self.path {
+            let wanted = sample
+                .own
+                .get(path..path + SIGNALS.len())
+                .unwrap_or(&[f64::NAN; 3]);
+            let wanted = PlanarPose {
+                x_m: wanted[0],
+                y_m: wanted[1],
+                yaw_rad: wanted[2],
+            };
+            rows.extend(error_of(&wanted, seen));
+        }
         for (_, signal) in &WHEEL {
             rows.extend(sample.wheels.iter().zip(&seen.wheels).map(|(s, o)| signal(s, o)));
         }

@@ -24,6 +24,7 @@ mod part_writer;
 mod plan;
 mod row;
 mod run;
+mod said;
 mod statistics;
 mod store;
 

@@ -47,7 +47,7 @@ pub struct PairedFigure {
 /// let rows = rows(plan.runs(), &false.into());
 /// let against = Override::parse("control.policy=independent")?;
 /// let cells = paired(&plan, &rows, &against, &["climbed".into()])?;
-/// assert_eq!(cells.len(), 3); // the other policies
+/// assert_eq!(cells.len(), 4); // the other policies
 /// assert_eq!((cells[0].figures[0].pairs, cells[0].figures[0].only), (24, Some([0, 0]))); // a tenth of a second is for none
 /// # Ok::<(), omni_study::Error>(())
 /// ```

@@ -64,7 +64,7 @@ impl Run {
 /// use omni_config::{Override, Study};
 /// use omni_study::Plan;
 /// let plan = Plan::new(&Study::load("climb_map")?, &[Override::parse("duration_s=0.5")?])?;
-/// assert_eq!(plan.runs().len(), 4 * 4 * 4 * 5);
+/// assert_eq!(plan.runs().len(), 4 * 4 * 5 * 5);
 /// assert_eq!(plan.columns().axes[1].name, "terrain_height_m");
 /// # Ok::<(), omni_study::Error>(())
 /// ```
@@ -116,8 +116,8 @@ impl Plan {
     /// use omni_config::Study;
     /// use omni_study::Plan;
     /// let mut looked_at = 0;
-    /// assert_eq!(Plan::check(&Study::load("climb_map")?, |_| looked_at += 1)?, 4 * 4 * 4);
-    /// assert_eq!(looked_at, 1 + 3 * 3);
+    /// assert_eq!(Plan::check(&Study::load("climb_map")?, |_| looked_at += 1)?, 4 * 4 * 5);
+    /// assert_eq!(looked_at, 1 + 3 + 3 + 4);
     /// # Ok::<(), omni_study::Error>(())
     /// ```
     pub fn check(study: &Study, mut watch: impl FnMut(&Scenario)) -> Result<usize, Error> {

@@ -49,11 +49,12 @@ pub(crate) fn compute_into(
         path: "threads".into(),
         source: std::io::Error::other(error),
     })?;
-    let (sender, receiver) = mpsc::channel();
+    // Threads wait where writing cannot keep up: what a program that is killed loses stays small.
+    let (sender, receiver) = mpsc::sync_channel(2 * pool.current_num_threads());
     std::thread::scope(|scope| {
         let worker = scope.spawn(move || {
             pool.install(|| {
-                let each = |sender: &mut mpsc::Sender<Row>, run: &Run| {
+                let each = |sender: &mut mpsc::SyncSender<Row>, run: &Run| {
                     if let Some(row) = row(run, stop) {
                         // Nobody receives any more where writing has failed.
                         let _ = sender.send(row);
@@ -62,7 +63,7 @@ pub(crate) fn compute_into(
                 runs.par_iter().with_max_len(1).for_each_with(sender, each);
             });
         });
-        let written = collect(&receiver, part, &mut watch);
+        let written = collect(receiver, part, &mut watch);
         if written.is_err() {
             stop.store(true, Ordering::Relaxed);
         }
@@ -72,9 +73,10 @@ pub(crate) fn compute_into(
     })
 }
 
-/// Writes rows as they come, until nobody sends any. Those that come while others are written wait for one another.
+/// Writes rows as they come, until nobody sends any. Those that come while others are written wait for one another. Whoever
+/// still sends after an error is not kept waiting: the receiver ends with this.
 fn collect(
-    receiver: &mpsc::Receiver<Row>,
+    receiver: mpsc::Receiver<Row>,
     mut part: PartWriter<'_>,
     watch: &mut dyn FnMut(&Row),
 ) -> Result<Computed, Error> {

@@ -34,7 +34,7 @@ pub(crate) enum Command {
     Run {
         #[command(flatten)]
         args: RunArgs,
-        /// Coordination policy instead of the scenario's: independent, paper, synchronised or load_sharing.
+        /// Coordination policy instead of the scenario's: independent, paper, synchronised, load_sharing, reach or steady.
         #[arg(long)]
         policy: Option<String>,
         /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
@@ -86,6 +86,19 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Prints what a step takes at least, from the balance of forces, without a run: torque and run-up of each row of wheels,
+    /// and whether the scenario has them.
+    Bound {
+        /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
+        #[arg(default_value = "step")]
+        scenario: String,
+        /// Replaces a key, as terrain.height_m=0.04, vehicle.motor.stall_torque_n_m=1; repeat for more.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// Prints one JSON object a row of wheels a line and nothing else.
+        #[arg(long)]
+        json: bool,
+    },
     /// Reads logs from start to end, checks every checksum, prints what they hold and their runs' figures.
     Inspect {
         /// MCAP files, finished or not.
@@ -100,7 +113,7 @@ pub(crate) enum Command {
     Replay {
         /// An MCAP file.
         log: PathBuf,
-        /// Shows what another policy would have commanded: independent, paper, synchronised or load_sharing.
+        /// Shows what another policy would have commanded: independent, paper, synchronised, load_sharing, reach or steady.
         #[arg(long)]
         policy: Option<String>,
         /// Replaces a key of the logged scenario, as vehicle.gains.kp_n_m_s_rad=0.5; repeat for more.
@@ -127,6 +140,12 @@ pub(crate) enum Command {
         /// Files, or names of what is built in.
         #[arg(required = true)]
         files: Vec<String>,
+        /// Warns of motors that are too weak for a step of this height.
+        #[arg(long, value_name = "HEIGHT_M")]
+        step: Option<f64>,
+        /// Ends with exit code 1 where anything was warned of.
+        #[arg(long)]
+        strict: bool,
     },
     /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml.
     New {

@@ -9,17 +9,19 @@ use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use omni_config::{Engine, Override, Precision, Scenario};
-use omni_core::Coordination;
+use omni_config::{Engine, Override, POLICIES, PathChoice, Precision, Scenario};
 use omni_log::{FinishedLog, RunLog, record};
 use omni_sim::Outcome;
 use omni_sim::controller::{AnyController, Firmware, LinkCounters};
 
 use crate::Error;
 use crate::args::RunArgs;
-use crate::notices::announce;
-use crate::output::{BEYOND_BALLS, aligned, marked, print, print_path, say};
+use crate::drive_notes::DriveNotes;
+use crate::figures::{cells, figures, headings};
+use crate::notices::{announce, warn_of_policies};
+use crate::output::{BEYOND_BALLS, aligned, print, print_path, say};
 use crate::signals::stop_flag;
+use crate::trying::Trying;
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -34,6 +36,12 @@ struct Row {
     /// For as long as it is told of, no other run replaces it.
     #[serde(skip)]
     _log: FinishedLog,
+    /// What its drive found.
+    #[serde(skip)]
+    notes: DriveNotes,
+    /// That it still tried at the end.
+    #[serde(skip)]
+    trying: Option<String>,
 }
 
 /// A key that one engine alone has is refused where every engine runs; the message says who asked for that.
@@ -79,6 +87,7 @@ pub(super) fn compare(
         Policies::All => presets(&scenario)?,
         Policies::One(_) => vec![scenario.clone()],
     };
+    warn_of_policies(&scenario, &runs);
     if !engines.is_empty() {
         let with = |run: &Scenario, engine: &Engine| {
             run.with(&args.scenario, &[Override::new("physics.engine", engine.name())])
@@ -146,11 +155,11 @@ pub(super) fn compare(
 
 /// A policy of the command line as a key.
 pub(super) fn policy_key(policy: &str) -> Result<Override, omni_config::Error> {
-    if Coordination::<f64>::preset(policy).is_none() {
+    if !POLICIES.contains(&policy) {
         return Err(omni_config::Error::UnknownName {
             kind: "policy",
             name: policy.into(),
-            known: Coordination::<f64>::PRESETS.join(", "),
+            known: POLICIES.join(", "),
         });
     }
     Ok(Override::new("control.policy", policy))
@@ -159,7 +168,7 @@ pub(super) fn policy_key(policy: &str) -> Result<Override, omni_config::Error> {
 /// The scenario under every preset, and under its own law where that is none of them.
 fn presets(scenario: &Scenario) -> Result<Vec<Scenario>, omni_config::Error> {
     let own = (!scenario.control.is_preset()).then(|| Ok(scenario.clone()));
-    let presets = Coordination::<f64>::PRESETS.map(|policy| scenario.with_policy(policy));
+    let presets = POLICIES.map(|policy| scenario.with_policy(policy));
     presets.into_iter().chain(own).collect()
 }
 
@@ -179,6 +188,25 @@ fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Er
     )?;
     if scenario.beyond_balls().is_some() {
         print(out, &format!("{BEYOND_BALLS}\n"))?;
+    }
+    for row in rows {
+        let which = match (rows.len(), one) {
+            (1, _) => None,
+            (_, true) => Some(format!("policy {}", row.policy)),
+            (_, false) => Some(format!(
+                "policy {}, engine {}",
+                row.policy,
+                row.outcome.engine.name()
+            )),
+        };
+        let of = which
+            .as_ref()
+            .map_or_else(String::new, |which| format!(", {which}"));
+        print(out, &row.notes.text(&of))?;
+        if let Some(trying) = &row.trying {
+            let which = which.map_or_else(String::new, |which| format!("{which}: "));
+            print(out, &format!("{which}{trying}\n"))?;
+        }
     }
     rows.iter().try_for_each(|row| print_path(out, &row.mcap))
 }
@@ -259,6 +287,8 @@ fn one(
         Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
         None => AnyController::new(scenario)?,
     };
+    let mut notes = DriveNotes::new(controller.signal_names());
+    let mut trying = Trying::new(scenario, controller.signal_names());
     let start = Instant::now();
     let mut log = RunLog::create(path, scenario, &controller)?;
     let mut simulated = 0.0;
@@ -270,6 +300,8 @@ fn one(
     let record = record(scenario, controller, &mut log, |simulation, part| {
         simulated = simulation.time_ns() as f64 * 1e-9;
         progress(part);
+        notes.look(simulation.time_ns(), &simulation.sample().own);
+        trying.look(simulation);
         if stop.load(Ordering::SeqCst) {
             Err(interrupted(simulated, None))
         } else {
@@ -287,11 +319,13 @@ fn one(
     let seconds = start.elapsed().as_secs_f64();
     let row = Row {
         policy: scenario.control.law(),
+        trying: trying.note(&record.outcome),
         outcome: record.outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
         realtime_factor: simulated / seconds,
         mcap: log.path().to_owned(),
         _log: log,
+        notes,
     };
     Ok((row, record.link, record.ended))
 }
@@ -310,43 +344,20 @@ pub(super) fn headline(scenario: &Scenario) -> String {
         some if some < wheels.len() => " on balls and rollers",
         _ => " on rollers",
     };
+    let told = match (&command.path, &command.file) {
+        (Some(PathChoice::Name(name)), _) => format!("along the path {name}"),
+        (Some(_), _) => "along a path".to_owned(),
+        (_, Some(file)) => format!("by a table of {} twists", file.rows().len()),
+        _ => format!(
+            "at ({}, {}) m/s and {} rad/s",
+            command.vx_m_s, command.vy_m_s, command.wz_rad_s
+        ),
+    };
     format!(
-        "{vehicle}{on} {}, friction {}, at ({}, {}) m/s and {} rad/s, torque limit {torque} N.m",
+        "{vehicle}{on} {}, friction {}, {told}, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
-        command.vx_m_s,
-        command.vy_m_s,
-        command.wz_rad_s
     )
-}
-
-/// Headings of [`figures`] behind the verdict.
-pub(super) const FIGURES: [&str; 9] = [
-    "crossing [s]",
-    "pitch [deg]",
-    "yaw [deg]",
-    "slip rms",
-    "disturbed rms",
-    "spread rms",
-    "linkage spread",
-    "heat [N2m2s]",
-    "work [J]",
-];
-
-/// The verdict and the figures of a run, as tables show them.
-pub(super) fn figures(o: &Outcome) -> [String; 10] {
-    [
-        verdict(o),
-        number(o.crossing_s.unwrap_or(f64::NAN), 2),
-        number(o.pitch_peak_deg, 2),
-        number(o.yaw_error_deg, 1),
-        number(o.slip_rms, 3),
-        number(o.disturbed_rms, 3),
-        number(o.spread_rms, 3),
-        number(o.linkage_spread, 3),
-        number(o.heat_n2m2s, 1),
-        number(o.work_j, 1),
-    ]
 }
 
 fn table(rows: &[Row], engines: bool) -> Table {
@@ -355,31 +366,14 @@ fn table(rows: &[Row], engines: bool) -> Table {
     } else {
         &["policy"]
     };
-    let headings = names.iter().copied().chain(["verdict"]).chain(FIGURES);
+    let figures = figures(rows.iter().map(|row| &row.outcome));
+    let headings = names.iter().copied().chain(headings(&figures));
     let rows = rows.iter().map(|row| {
         let engine = engines.then(|| row.outcome.engine.name().to_owned());
         let named = std::iter::once(row.policy.clone())
             .chain(engine)
-            .chain(figures(&row.outcome));
+            .chain(cells(&row.outcome, &figures));
         named.chain([format!("{:.1}", row.realtime_factor)])
     });
     aligned(headings.chain(["x real time"]), rows, names.len())
-}
-
-/// How it ended, and where if it stalled.
-fn verdict(outcome: &Outcome) -> String {
-    let text = match (outcome.stalled_at_m, outcome.stalled_row) {
-        (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
-        _ => outcome.verdict.name().into(),
-    };
-    marked(text, outcome.wheel_model_valid)
-}
-
-/// A figure with so many decimals, `-` where nothing was measured.
-fn number(figure: f64, decimals: usize) -> String {
-    if figure.is_nan() {
-        "-".into()
-    } else {
-        format!("{figure:.decimals$}")
-    }
 }

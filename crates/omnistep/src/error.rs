@@ -18,6 +18,10 @@ pub enum Error {
     #[cfg(feature = "study")]
     #[error(transparent)]
     Study(#[from] omni_study::Error),
+    /// What a climb takes at least.
+    #[cfg(feature = "bound")]
+    #[error(transparent)]
+    Bound(omni_bound::Error),
     /// An argument is not usable.
     #[error("{name} = {}, allowed: {allowed}", shortened(value))]
     Argument {
@@ -83,6 +87,16 @@ impl From<omni_config::Error> for Error {
     }
 }
 
+#[cfg(feature = "bound")]
+impl From<omni_bound::Error> for Error {
+    fn from(error: omni_bound::Error) -> Self {
+        match error {
+            omni_bound::Error::Config(error) => error.into(),
+            other => Self::Bound(other),
+        }
+    }
+}
+
 impl From<omni_log::LogError> for Error {
     fn from(error: omni_log::LogError) -> Self {
         Self::Log(error.into())
@@ -105,6 +119,8 @@ impl Error {
             Self::Log(error) => error.is_bad_input(),
             #[cfg(feature = "study")]
             Self::Study(error) => error.is_bad_input(),
+            #[cfg(feature = "bound")]
+            Self::Bound(error) => error.is_bad_input(),
             Self::StudyInterrupted { .. } | Self::RunInterrupted { .. } => false,
             _ => true,
         }

@@ -8,8 +8,13 @@
 #![forbid(unsafe_code)]
 
 mod args;
+#[cfg(feature = "bound")]
+mod bound;
+mod check;
 mod compare;
+mod drive_notes;
 mod error;
+mod figures;
 mod files;
 mod list;
 #[cfg(feature = "live")]
@@ -21,6 +26,7 @@ mod ripple;
 mod signals;
 #[cfg(feature = "study")]
 mod study;
+mod trying;
 mod wheels;
 
 use std::ffi::OsString;
@@ -82,7 +88,14 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
     };
     let done = match cli.command.unwrap_or_else(default) {
         Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
-        Command::Check { files } => return Ok(each(&files, |file| files::check(file, out))),
+        Command::Check { files, step, strict } => {
+            let mut doubtful = false;
+            let code = each(&files, |file| {
+                doubtful |= check::check(file, step, out)?;
+                Ok(())
+            });
+            return Ok(code.max(u8::from(strict && doubtful)));
+        }
         Command::Compare { args, engines } => {
             let engines: &[Engine] = if engines { &Engine::ALL } else { &[] };
             compare::compare(&args, Policies::All, engines, None, out).map_err(to_command("compare"))
@@ -135,6 +148,11 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             overrides,
             json,
         } => ripple::ripple(&vehicle, &overrides, json, out),
+        Command::Bound {
+            scenario,
+            overrides,
+            json,
+        } => run_bound(&scenario, &overrides, json, out),
         Command::Replay {
             log,
             policy,
@@ -181,6 +199,20 @@ fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
     Err(Error::NotBuilt {
         what: "study",
         feature: "study",
+    })
+}
+
+/// `omnistep bound`.
+#[cfg(feature = "bound")]
+fn run_bound(scenario: &str, overrides: &[String], json: bool, out: &mut dyn Write) -> Result<(), Error> {
+    bound::bound(scenario, overrides, json, out)
+}
+
+#[cfg(not(feature = "bound"))]
+fn run_bound(_: &str, _: &[String], _: bool, _: &mut dyn Write) -> Result<(), Error> {
+    Err(Error::NotBuilt {
+        what: "bound",
+        feature: "bound",
     })
 }
 

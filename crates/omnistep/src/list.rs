@@ -3,8 +3,9 @@
 use std::io::Write;
 
 use clap::ValueEnum;
-use omni_config::{FileKind, builtin_scenarios, builtin_studies, builtin_vehicles, policy_in_a_line};
-use omni_core::Coordination;
+use omni_config::{
+    FileKind, POLICIES, builtin_scenarios, builtin_studies, builtin_vehicles, policy_in_a_line,
+};
 
 use crate::Error;
 use crate::output::print;
@@ -24,7 +25,7 @@ impl Listed {
         match self {
             Self::Scenarios => builtin_scenarios(),
             Self::Vehicles => builtin_vehicles(),
-            Self::Policies => Coordination::<f64>::PRESETS.to_vec(),
+            Self::Policies => POLICIES.to_vec(),
             Self::Studies => builtin_studies(),
             Self::Experiments => vec!["wheels"],
         }

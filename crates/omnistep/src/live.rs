@@ -9,7 +9,8 @@ use omni_sim::Simulation;
 
 use crate::Error;
 use crate::args::{LiveArgs, RunArgs};
-use crate::compare::{FIGURES, figures, headline, policy_key};
+use crate::compare::{headline, policy_key};
+use crate::figures::{cells, figures, headings};
 use crate::notices::announce;
 use crate::output::{BEYOND_BALLS, aligned, print, say};
 use crate::signals::stop_flag;
@@ -56,8 +57,9 @@ pub(super) fn live(
             &format!("{}\n", serde_json::to_string(&outcome).unwrap_or_default()),
         )?;
     } else {
-        let headings = ["verdict"].into_iter().chain(FIGURES);
-        let table = aligned(headings, [figures(&outcome)], FIGURES.len() + 1);
+        let shown = figures([&outcome]);
+        let row: Vec<_> = cells(&outcome, &shown).collect();
+        let table = aligned(headings(&shown), [row], shown.len() + 1);
         let engine = outcome.engine.name();
         print(
             out,

@@ -7,12 +7,13 @@ use comfy_table::Table;
 use serde::Serialize;
 
 use omni_config::{Override, Source, Vehicle};
-use omni_log::{LogFile, Replay, read_log, replay, vehicle_urdf};
+use omni_log::{LogFile, LogMessage, Replay, read_log, replay, vehicle_urdf};
 use omni_sim::Outcome;
 
 use crate::Error;
 use crate::args::parse_overrides;
-use crate::compare::{FIGURES, figures};
+use crate::drive_notes::DriveNotes;
+use crate::figures::{cells, figures, headings};
 use crate::output::{BEYOND_BALLS, aligned, each, print};
 
 /// A log as `--json` shows it.
@@ -30,7 +31,15 @@ struct Inspected<'a> {
 pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {
-        let file = read_log(path, |_, _| Ok(()))?;
+        let mut notes = None;
+        let file = read_log(path, |time_ns, message| {
+            if let LogMessage::ControllerSignals(signals) = message {
+                notes
+                    .get_or_insert_with(|| DriveNotes::new(&signals.name))
+                    .look(time_ns, &signals.value);
+            }
+            Ok(())
+        })?;
         if json {
             let shown = Inspected {
                 file: path.display().to_string(),
@@ -47,6 +56,10 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
             )?;
         } else {
             print(out, &described(&file))?;
+            // A controller of somebody's own may call its signals as it likes.
+            if let Some(notes) = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller) {
+                print(out, &notes.text(""))?;
+            }
         }
         files.push(file);
         Ok(())
@@ -54,6 +67,7 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     if json || files.is_empty() {
         return Ok(code);
     }
+    let shown = figures(files.iter().filter_map(|file| file.outcome.as_ref()));
     let rows = files.iter().map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
         let engine = file.scenario.physics.engine.name().into();
@@ -62,12 +76,12 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
         let policy = policy.unwrap_or_else(|| file.scenario.control.law());
         let mut row = vec![name.into_owned(), policy, engine];
         match &file.outcome {
-            Some(outcome) => row.extend(figures(outcome)),
+            Some(outcome) => row.extend(cells(outcome, &shown)),
             None => row.push("ended early".into()),
         }
         row
     });
-    let headings = ["log", "policy", "engine", "verdict"].into_iter().chain(FIGURES);
+    let headings = ["log", "policy", "engine"].into_iter().chain(headings(&shown));
     let table = aligned(headings, rows, 4);
     let marks = files.iter().filter_map(|file| file.outcome);
     let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {

@@ -4,9 +4,36 @@ use omni_config::{DerivedGains, Scenario, WheelModel};
 
 use crate::output::{say, warn};
 
-/// Warns of a scenario that ends before its vehicle can be across, and of encoders of which one count is more than the motor has.
-pub(crate) fn warn_of(scenario: &Scenario) {
-    for text in scenario.too_short().into_iter().chain(coarse(scenario)) {
+/// What is doubtful of a scenario: that it ends before its vehicle can be across, that one count of its encoders is more than the motor
+/// has, what its traction control lacks.
+pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
+    let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
+    doubts.chain(scenario.traction_notes()).collect()
+}
+
+/// Warns of that.
+fn warn_of(scenario: &Scenario) {
+    for text in doubts_of(scenario) {
+        warn(&format!("{}: {text}", scenario.name));
+    }
+}
+
+/// Warns of what other policies do without that a scenario is run under too: sensors, motors, keys that they have not.
+pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
+    let others = || {
+        let other = |run: &&Scenario| run.control.policy != scenario.control.policy;
+        runs.iter().filter(other)
+    };
+    for text in others().flat_map(Scenario::traction_notes) {
+        warn(&format!("{}: {text}", scenario.name));
+    }
+    let rests = others().filter(|run| run.control.rest != scenario.control.rest);
+    let rests: Vec<_> = rests.map(|run| run.control.policy.as_str()).collect();
+    if !rests.is_empty() {
+        let text = format!(
+            "{} without [control.rest]: only loops of the wheels have it",
+            rests.join(", ")
+        );
         warn(&format!("{}: {text}", scenario.name));
     }
 }

@@ -2,6 +2,7 @@
 
 mod tables;
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -9,7 +10,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 
-use omni_config::{Override, Scenario, Seeds, Study};
+use omni_config::{Override, Seeds, Study};
 use omni_study::{MapCell, PairedCell, Plan, Store, cells, compute, paired};
 
 use crate::Error;
@@ -38,8 +39,9 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     if let Some(short) = too_short(&plan) {
         warn(&short);
     }
-    for why in [notices::beyond_balls, notices::coarse].map(|why| of_runs(&plan, why)) {
-        why.iter().for_each(|why| warn(why));
+    let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
+    for why in said.iter().flatten().chain(&plan.traction_notes()) {
+        warn(why);
     }
     let folder = args
         .out
@@ -119,7 +121,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     Ok(())
 }
 
-/// `climb_map: 320 runs: 64 combinations of 3 axes with 5 seeds, scenario step`.
+/// `climb_map: 400 runs: 80 combinations of 3 axes with 5 seeds, scenario step`.
 fn described(study: &Study, combinations: usize) -> String {
     let seeds = study.seeds.list().len();
     format!(
@@ -132,15 +134,21 @@ fn described(study: &Study, combinations: usize) -> String {
 }
 
 /// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
-/// wheels; warns of the first that ends before its vehicle can be across, and of the first whose encoders are too coarse.
-pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> {
+/// wheels. Doubtful: what is so of a vehicle, the first run that ends before its vehicle can be across, the first whose encoders are too coarse, and the
+/// first whose traction control lacks something.
+pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<String>), Error> {
     let mut looked_at = 0;
     let (mut beyond, mut short, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
+    let mut without = Vec::new();
+    let mut of_vehicles = BTreeSet::new();
     let combinations = Plan::check(study, |scenario| {
         looked_at += 1;
         beyond.extend(notices::beyond_balls(scenario));
         short.extend(scenario.too_short());
         coarse.extend(notices::coarse(scenario));
+        let notes = scenario.traction_notes();
+        without.extend((!notes.is_empty()).then(|| notes.join("; ")));
+        of_vehicles.extend(scenario.vehicle().doubts(scenario.period_s()).unwrap_or_default());
     })?;
     let seeds = study.seeds.list().len();
     let some = |count: usize| {
@@ -150,34 +158,20 @@ pub(super) fn checked(study: &Study) -> Result<(String, Option<String>), Error> 
             format!("{count} of the {looked_at} combinations looked at")
         }
     };
+    let mut doubts: Vec<String> = of_vehicles.into_iter().collect();
     if let Some(first) = short.first() {
-        warn(&format!(
-            "{}: {} cannot get across in time; the first: {first}",
-            study.name,
-            some(short.len())
-        ));
+        let runs = some(short.len());
+        doubts.push(format!("{runs} cannot get across in time; the first: {first}"));
     }
-    if let Some(first) = coarse.first() {
-        warn(&format!("{}: {}: {first}", study.name, some(coarse.len())));
+    for found in [coarse, without] {
+        if let Some(first) = found.first() {
+            doubts.push(format!("{}: {first}", some(found.len())));
+        }
     }
     let warning = beyond
         .first()
         .map(|first| format!("{}: {first}", some(beyond.len())));
-    Ok((described(study, combinations), warning))
-}
-
-/// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what of the first; nothing where there are none.
-fn of_runs(plan: &Plan, why: fn(&Scenario) -> Option<String>) -> Option<String> {
-    let (runs, seeds) = (plan.runs(), plan.study().seeds.list().len().max(1));
-    let mut whys = runs
-        .chunks(seeds)
-        .filter_map(|same| why(&same.first()?.scenario()));
-    let first = whys.next()?;
-    Some(format!(
-        "{} of {} runs: {first}",
-        seeds * (1 + whys.count()),
-        runs.len()
-    ))
+    Ok((described(study, combinations), doubts, warning))
 }
 
 /// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.

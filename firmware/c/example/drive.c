@@ -21,6 +21,15 @@ static uint32_t take(uint32_t hash, float value) {
     return hash;
 }
 
+/* Motors that are to be shorted. */
+static int shorted(void) {
+    int count = 0;
+    for (int i = 0; i < 7; i++) {
+        count += output.brake[i];
+    }
+    return count;
+}
+
 static bool within(int k, int first, int end) { return k >= first && k < end; }
 
 /* What has to be so after period k: a hash alone would not say that the stops happened. */
@@ -31,7 +40,7 @@ static bool as_expected(int k) {
     case 1500: /* no command for 0.5 s */
         return output.status == OMNI_COMMAND_STATUS_TIMED_OUT && output.references.rad_s[0] == 0.0f && output.torques.n_m[0] < 1e-3f;
     case 2100: /* let go, while the others drive on */
-        return output.mode == OMNI_DRIVE_MODE_DEGRADED && output.faults[2] == OMNI_FAULT_SILENT && !output.active[2];
+        return output.mode == OMNI_DRIVE_MODE_DEGRADED && output.faults[2] == OMNI_FAULT_SILENT && !output.active[2] && shorted() == 0;
     case 2440: /* it has said what the others say for long enough */
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.active[2];
     case 2540: /* it slips: left out, but controlled */
@@ -40,10 +49,10 @@ static bool as_expected(int k) {
         return output.excluded[6] && output.active[6];
     case 2980:
         return output.mode == OMNI_DRIVE_MODE_EMERGENCY_STOP && output.references.rad_s[0] == 0.0f;
-    case 3250: /* nobody tells the motion */
-        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && !output.motion_known;
-    case 3650: /* readings are back, but it waits for a release */
-        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP;
+    case 3250: /* nobody tells the motion: every motor is shorted */
+        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && !output.motion_known && shorted() == 7;
+    case 3650: /* readings are back, and the motors, but it waits for a release */
+        return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && shorted() == 0;
     case 3800: /* where it was said to be, at most 1 mm on */
         return output.pose.x_m > 0.999f && output.pose.x_m < 1.001f;
     case 3900:
@@ -95,6 +104,7 @@ int main(void) {
             hash = take(hash, output.torques.n_m[i]);
             hash = take_byte(hash, output.faults[i]);
             hash = take_byte(hash, output.excluded[i]);
+            hash = take_byte(hash, output.brake[i]);
         }
         hash = take_byte(take_byte(hash, output.mode), output.motion_known);
         hash = take(take(take(hash, output.pose.x_m), output.pose.y_m), output.pose.yaw_rad);

@@ -1031,6 +1031,9 @@ typedef struct {
   bool saturated[3];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[3];
+  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
+  // not believed, and a vehicle of three wheels rolls on past it.
+  bool brake[3];
 } omni3_drive_output;
 
 // What arrived since the period before.
@@ -1143,6 +1146,9 @@ typedef struct {
   bool saturated[4];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[4];
+  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
+  // not believed, and a vehicle of three wheels rolls on past it.
+  bool brake[4];
 } omni4_drive_output;
 
 // What arrived since the period before.
@@ -1245,6 +1251,9 @@ typedef struct {
   bool saturated[6];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[6];
+  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
+  // not believed, and a vehicle of three wheels rolls on past it.
+  bool brake[6];
 } omni6_drive_output;
 
 // What arrived since the period before.
@@ -1347,6 +1356,9 @@ typedef struct {
   bool saturated[7];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[7];
+  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
+  // not believed, and a vehicle of three wheels rolls on past it.
+  bool brake[7];
 } omni7_drive_output;
 
 // What arrived since the period before.

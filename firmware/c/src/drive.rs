@@ -61,6 +61,9 @@ pub struct Output<const N: usize> {
     pub saturated: [bool; N],
     /// The wheel is left out of the motion: faulty, lifted or slipping.
     pub excluded: [bool; N],
+    /// The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
+    /// not believed, and a vehicle of three wheels rolls on past it.
+    pub brake: [bool; N],
 }
 
 /// How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
@@ -145,6 +148,7 @@ fn init<const N: usize, const WORDS: usize>(
         active: [false; N],
         saturated: [false; N],
         excluded: [false; N],
+        brake: [false; N],
     });
     true
 }
@@ -193,6 +197,7 @@ fn tell<const N: usize>(sample: DriveSample<f32, N>, output: &mut Output<N>) {
         active: wheels.active,
         saturated: wheels.saturated,
         excluded: sample.slip.excluded,
+        brake: sample.brake,
     };
 }
 

@@ -114,6 +114,7 @@ fn sent<const N: usize>(u: &mut Unstructured<'_>, sequence: &mut u32) -> Vec<u8>
         ToController::Request(Request {
             sequence: *sequence,
             restart: one_in(u, 10),
+            emergency_stop: one_in(u, 20),
             command: omni_core::BodyTwist::from_array(std::array::from_fn(|_| number(u))),
             measured_rad_s: std::array::from_fn(|_| number(u)),
         })

@@ -20,6 +20,14 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
             expression(&**drive)
         )
     });
+    let traction = values.traction.as_ref().map_or_else(String::new, |traction| {
+        format!(
+            "/// Traction control.\npub static TRACTION: omni_core::Traction<f32, {count}> = {};\n\
+             /// What chooses its target speed.\npub static SUPERVISOR: omni_core::Supervisor<f32, {count}> = {};\n",
+            expression(&*traction.traction),
+            expression(&*traction.supervisor)
+        )
+    });
     format!(
         "// Generated from the vehicle file; not to be edited.\n\
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
@@ -30,7 +38,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
          /// The limits of the command.\npub static LIMITER: omni_core::TwistLimiter<f32> = {limiter};\n\
          /// Dead reckoning.\npub static ODOMETRY: omni_core::Odometry<f32, {count}> = \
-         omni_core::parts::Odometry::from_constants(({period_s},));\n{drive}"
+         omni_core::parts::Odometry::from_constants(({period_s},));\n{drive}{traction}"
     )
 }
 

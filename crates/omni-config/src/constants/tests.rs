@@ -77,7 +77,8 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
         .expect("valid");
     table.insert("vehicle".into(), vehicle.into());
     let source = crate::Source::text("eight.toml", table.to_string());
-    let scenario = Scenario::from_source(&source, &[]).expect("valid");
+    let loops = crate::Override::new("control.policy", "synchronised");
+    let scenario = Scenario::from_source(&source, &[loops]).expect("valid");
     assert!(
         scenario
             .constants(Language::Rust)

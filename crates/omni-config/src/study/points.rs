@@ -55,8 +55,8 @@ impl Study {
     /// what is wrong with one is wrong with the study. What only two values together break is not found.
     ///
     /// ```
-    /// let study = omni_config::Study::load("climb_map")?; // three axes of four values
-    /// assert_eq!((study.each_value(&[])?.len(), study.each_point(&[])?.len()), (1 + 3 * 3, 4 * 4 * 4));
+    /// let study = omni_config::Study::load("climb_map")?; // three axes of four and five values
+    /// assert_eq!((study.each_value(&[])?.len(), study.each_point(&[])?.len()), (1 + 3 + 3 + 4, 4 * 4 * 5));
     /// assert_eq!(study.each_value(&[])?.next().transpose()?, study.each_point(&[])?.next().transpose()?);
     /// # Ok::<(), omni_config::Error>(())
     /// ```

@@ -10,6 +10,9 @@ use crate::wheel_spec::{WheelContact, WheelSpec};
 impl Vehicle {
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
+        if let Some(message) = self.motor.refusal() {
+            return Err(source.refuse("motor", message));
+        }
         own_names(source, self)?;
         unique(source, "body", self.body.iter().map(|b| &b.name))?;
         unique(source, "hinge", self.hinge.iter().map(|h| &h.name))?;

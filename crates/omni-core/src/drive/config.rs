@@ -143,6 +143,28 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
+    /// [`DriveInput::measured`], but a reading of NaN did not arrive: so a link, a log and [`Readings`](crate::Readings) say it. What is
+    /// no velocity otherwise, as an infinite one, is for the monitor to judge.
+    ///
+    /// ```
+    /// use omni_core::{DriveInput, WheelVelocities};
+    /// let input = DriveInput::heard(&WheelVelocities { rad_s: [3.0, f64::NAN, -3.0] });
+    /// assert_eq!(input.readings_rad_s, [Some(3.0), None, Some(-3.0)]);
+    /// ```
+    #[must_use]
+    #[expect(
+        clippy::eq_op,
+        reason = "what is not a number is not equal to itself, in any scalar"
+    )]
+    pub fn heard(velocities: &WheelVelocities<R, N>) -> Self {
+        Self {
+            readings_rad_s: velocities
+                .rad_s
+                .map(|velocity| (velocity == velocity).then_some(velocity)),
+            ..Self::measured(velocities)
+        }
+    }
+
     /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by
     /// [`Drive::step`](crate::Drive::step).
     ///

@@ -102,6 +102,10 @@ impl<R: Real> DcMotor<R> {
         Ok(Self { config, limit })
     }
 
+    pub(super) fn config(&self) -> &DcMotorConfig<R> {
+        &self.config
+    }
+
     /// The torque-speed line at the shaft \[N.m, rad/s\], friction taken off, capped by the current limit: stall torque
     /// `kt (U / R - i0)`, slope `kt^2 / R`. Braking, friction would help; it is left out, on the safe side.
     ///

@@ -146,7 +146,7 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
 }
 
 /// Velocities of `N` wheels; those beyond what there is count as not heard.
-fn of_wheels<R: Real, const N: usize>(rad_s: &[R]) -> WheelVelocities<R, N> {
+pub(crate) fn of_wheels<R: Real, const N: usize>(rad_s: &[R]) -> WheelVelocities<R, N> {
     let mut velocities = WheelVelocities {
         rad_s: [R::of(f64::NAN); N],
     };
@@ -304,17 +304,8 @@ impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
         *self = Self::new(self.drive);
     }
 
-    #[expect(
-        clippy::eq_op,
-        reason = "what is not a number is not equal to itself, in any scalar"
-    )]
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
-        let measured = of_wheels::<R, N>(readings.wheels_rad_s);
-        let mut input = DriveInput::measured(&measured);
-        for (heard, velocity) in input.readings_rad_s.iter_mut().zip(measured.rad_s) {
-            // What is not a number did not arrive; what is no velocity is for the monitor to judge.
-            *heard = (velocity == velocity).then_some(velocity);
-        }
+        let mut input = DriveInput::heard(&of_wheels(readings.wheels_rad_s));
         input.command = readings.new_command.then_some(readings.command);
         let sample = self.drive.step(&mut self.state, &input);
         for (torque, applied) in torques_n_m.iter_mut().zip(sample.wheels.applied.n_m) {

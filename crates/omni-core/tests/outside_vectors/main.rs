@@ -8,6 +8,7 @@ mod limits;
 mod mixers;
 mod odometry;
 mod paper;
+mod path;
 mod pid;
 
 use serde_json::Value;
@@ -164,6 +165,23 @@ const CHECKS: &[(&str, &str, Check)] = &[
         "tigers_matrix_motor_model",
         "fk_one_wheel_slipping",
         kinematics::tigers_forward,
+    ),
+    ("ruckig_rest_to_rest", "cruise", path::ruckig),
+    ("ruckig_rest_to_rest", "no_cruise", path::ruckig),
+    ("ruckig_rest_to_rest", "acceleration_not_reached", path::ruckig),
+    (
+        "ruckig_rest_to_rest",
+        "cruise_without_full_acceleration",
+        path::ruckig,
+    ),
+    ("ruckig_rest_to_rest", "long", path::ruckig),
+    ("wpilib_holonomic", "behind", path::wpilib_holonomic),
+    ("wpilib_holonomic", "beside_looking_left", path::wpilib_holonomic),
+    ("wpilib_holonomic", "across_the_seam", path::wpilib_holonomic),
+    (
+        "wpilib_holonomic",
+        "at_rest_too_far_right",
+        path::wpilib_holonomic,
     ),
     ("paper_7wheel", "eq9_forward", paper::equation_9),
     ("paper_7wheel", "eq9_yaw", paper::equation_9),

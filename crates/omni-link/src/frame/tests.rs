@@ -24,6 +24,7 @@ fn request(sequence: u32, values: [f32; 3 + N]) -> ToController<N> {
     ToController::Request(Request {
         sequence,
         restart: sequence.is_multiple_of(2),
+        emergency_stop: sequence.is_multiple_of(3),
         command: BodyTwist {
             vx_m_s: values[0],
             vy_m_s: values[1],
@@ -281,6 +282,7 @@ fn the_lengths_are_those_announced_for_every_number_of_wheels() {
         let request = ToController::Request(Request {
             sequence: u32::MAX,
             restart: true,
+            emergency_stop: true,
             command: BodyTwist::zero(),
             measured_rad_s: [f32::from_bits(u32::MAX); WHEELS],
         });

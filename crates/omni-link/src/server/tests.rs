@@ -52,6 +52,7 @@ fn request(sequence: u32, restart: bool) -> Request<N> {
     Request {
         sequence,
         restart,
+        emergency_stop: false,
         command,
         measured_rad_s: [0.1, 0.2, 0.3, sequence as f32 * 0.01],
     }
@@ -329,13 +330,19 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
     let (drive, mut server) = (drive(), Server::new(7, 1000));
     let mut state = DriveState::new(&drive);
     for k in 1..50 {
-        // Wheel 2 is silent for a while; commands end at some time.
+        // Wheel 2 is silent for a while; the emergency stop is pressed for a while; commands end at some time.
         let mut asked = request(k, k == 1);
         if (20..30).contains(&k) {
             asked.measured_rad_s[1] = f32::NAN;
         }
         if k >= 35 {
             asked.command = BodyTwist::from_array([f32::NAN; 3]);
+        }
+        asked.emergency_stop = (10..15).contains(&k);
+        if asked.emergency_stop {
+            state.emergency_stop();
+        } else {
+            state.release_emergency_stop();
         }
         let mut input = DriveInput::measured(&asked.measured_rad_s.into());
         if (20..30).contains(&k) {
@@ -361,12 +368,15 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
             pose: [sample.pose.x_m, sample.pose.y_m, sample.pose.yaw_rad],
         };
         assert_eq!(answer.drive, report);
+        assert_eq!(answer.drive.brake(), sample.brake);
+        assert_eq!(server.report(), &report);
         // From its third silent period to one good reading the wheel is let go; the others drive on.
         let silent = (22..30).contains(&k);
         assert_eq!(answer.drive.faults[1] == Fault::Silent.number(), silent, "{k}");
         assert_eq!(answer.drive.mode == DriveMode::Degraded.number(), silent, "{k}");
-        // The last command came in period 34 and is good for five more.
-        assert_eq!(answer.sample.command == BodyTwist::ZERO, k >= 40, "{k}");
+        // The last command came in period 34 and is good for five more; this drive's emergency stop is at once.
+        let at_rest = k >= 40 || asked.emergency_stop;
+        assert_eq!(answer.sample.command == BodyTwist::ZERO, at_rest, "{k}");
     }
 }
 
@@ -381,6 +391,9 @@ fn a_drive_that_sees_nothing_any_more_says_that_it_stops() {
     let modes: std::vec::Vec<_> = (2..20)
         .map(|k| {
             let report = ask_drive(&mut server, &drive, blind(k)).drive;
+            let stopped = report.mode == DriveMode::SafeStop.number();
+            // Every wheel is silent by then; before the stop none is shorted.
+            assert_eq!(server.report().brake(), [stopped; N], "{k}");
             (report.mode, report.motion_known)
         })
         .collect();

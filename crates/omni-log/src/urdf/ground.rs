@@ -27,7 +27,7 @@ const MOST_COLUMNS: usize = 40;
 /// ```
 #[must_use]
 pub fn ground_urdf(scenario: &Scenario) -> String {
-    let way = scenario.command.fastest_m_s() * scenario.duration_s + 2.0 * MARGIN_M;
+    let way = scenario.farthest_m() + 2.0 * MARGIN_M;
     let [x, y] = [scenario.start.x_m, scenario.start.y_m];
     let around = [[x - way, x + way], [y - way, y + way]];
     let all = shapes(scenario, 1e3);

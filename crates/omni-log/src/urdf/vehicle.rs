@@ -168,7 +168,7 @@ fn of_axle(xml: &mut Xml, vehicle: &Vehicle, wheel: &WheelSpec) -> io::Result<()
     let [x, y] = wheel.position_m;
     let yaw = axle_yaw_rad(wheel);
     let motor = &vehicle.motor;
-    let no_load = motor.stall_torque_n_m / motor.slope_n_m_s_rad * wheel.gear;
+    let no_load = vehicle.no_load_rad_s().unwrap_or(f64::INFINITY) * wheel.gear;
     let name = wheel_link(&wheel.name);
     let joint = Joint {
         name: &name,

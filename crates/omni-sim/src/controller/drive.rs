@@ -1,8 +1,6 @@
 //! omni-core's whole step in the loop: what firmware runs.
 
-use omni_core::{
-    BodyTwist, CommandStatus, Drive, DriveMode, DrivePolicy, DriveSample, Fault, Policy, Readings, Real,
-};
+use omni_core::{BodyTwist, CommandStatus, Drive, DrivePolicy, DriveSample, Fault, Policy, Readings, Real};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -43,10 +41,9 @@ pub(super) struct Told<const N: usize> {
     /// [`Fault::number`] of each wheel.
     pub(super) faults: [u8; N],
     pub(super) left_out: [bool; N],
+    /// Motors whose windings are shorted.
+    pub(super) brake: [bool; N],
 }
-
-/// The number of a stop among modes, and of what goes beyond it.
-const STOP: u8 = DriveMode::SafeStop.number();
 
 impl<const N: usize> Told<N> {
     /// Writes it into a sample, whose wheels are there already; `measured` is as the encoders said it, not as the monitor took it: who
@@ -56,9 +53,7 @@ impl<const N: usize> Told<N> {
             wheel.measured_rad_s = *measured;
         }
         sample.brake.clear();
-        sample
-            .brake
-            .extend(self.faults.map(|fault| fault != 0 && self.mode >= STOP));
+        sample.brake.extend(self.brake);
         let flag = |flag: bool| f64::from(u8::from(flag));
         let own = &mut sample.own;
         own.clear();
@@ -67,7 +62,7 @@ impl<const N: usize> Told<N> {
         own.extend(self.deviations);
         own.extend(self.faults.map(f64::from));
         own.extend(self.left_out.map(flag));
-        own.extend(sample.brake.iter().map(|brake| flag(*brake)));
+        own.extend(self.brake.map(flag));
     }
 }
 
@@ -117,6 +112,7 @@ impl<R: Real, const N: usize> Driven<R, N> {
             deviations: deviations.map(Real::as_f64),
             faults: drive.faults.map(|fault| fault.map_or(0, Fault::number)),
             left_out: drive.slip.excluded,
+            brake: drive.brake,
         };
         told.put_into(measured, sample);
     }

@@ -1,8 +1,10 @@
 //! A controller at the other end of a link, in lock-step: greeted, asked once a control period, its answers checked.
 
+mod believable;
+
 use std::time::Instant;
 
-use omni_core::{BodyTwist, Controller, DriveMode, Fault, Readings, TorqueLimit, WheelTorques};
+use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
 use omni_link::{
     Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
 };
@@ -16,12 +18,6 @@ use crate::config::Scenario;
 /// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were late are no more than the
 /// greetings and the periods of a hold.
 const MOST_UNDUE: u32 = 100;
-/// The largest numbers of a mode and of a fault.
-const MOST_MODE: u8 = DriveMode::EmergencyStop.number();
-const MOST_FAULT: u8 = Fault::Lost.number();
-/// How far beyond the motor's range a torque may be, as a part of it: another processor's rounding in `f32`, and far below what
-/// any motor's data sheet promises.
-const ROUNDING: f64 = 1e-5;
 
 /// Counts messages that answer nothing.
 struct Undue(u32);
@@ -53,6 +49,7 @@ pub(super) struct Linked<const N: usize> {
     names: Vec<String>,
     /// Start the loops afresh: until the controller says that it has.
     restart: bool,
+    emergency_stop: bool,
     last: Answer<N>,
     period_s: f64,
     periods: u64,
@@ -88,6 +85,7 @@ impl<const N: usize> Linked<N> {
                 Vec::new()
             },
             restart: true,
+            emergency_stop: false,
             last: Answer::stopped(),
             period_s: scenario.period_s(),
             periods: 0,
@@ -101,6 +99,7 @@ impl<const N: usize> Linked<N> {
         let request = Request {
             sequence,
             restart: self.restart,
+            emergency_stop: self.emergency_stop,
             // To a drive a command of NaN says that none arrived; the loops go on with the last one.
             command: if readings.new_command || self.names.is_empty() {
                 scalar(&readings.command)
@@ -122,7 +121,7 @@ impl<const N: usize> Linked<N> {
         let action = loop {
             match self.link.hear(until) {
                 Event::Message(FromController::Answer(answer)) if due(&answer, self.restart) => {
-                    self.believable(&answer, &request.measured_rad_s)?;
+                    self.believable(&answer, &request)?;
                     break self.take(answer);
                 }
                 // A late one.
@@ -140,60 +139,6 @@ impl<const N: usize> Linked<N> {
                 HOLD_PERIODS + 1
             )),
         }
-    }
-
-    /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
-    /// make of it.
-    fn believable(&self, answer: &Answer<N>, measured_rad_s: &[f32; N]) -> Result<(), String> {
-        if answer.action == Action::Hold {
-            return Ok(()); // none of its signals is used
-        }
-        plausible(answer, measured_rad_s, &self.asked, !self.names.is_empty())?;
-        if answer.action == Action::Stop {
-            return Ok(()); // its torques are not used
-        }
-        let torques = answer.sample.wheels.applied.n_m;
-        let velocities = if self.names.is_empty() {
-            *measured_rad_s
-        } else {
-            self.taken(answer, measured_rad_s)?
-        };
-        for ((torque, velocity), (wheel, motor)) in torques.iter().zip(&velocities).zip(&self.motors) {
-            let range = motor.range(*velocity);
-            let (lower, upper) = (f64::from(range.lower_n_m), f64::from(range.upper_n_m));
-            let room = ROUNDING * (upper - lower);
-            // Not so for a NaN.
-            if !(lower - room..=upper + room).contains(&f64::from(*torque)) {
-                return Err(format!(
-                    "the firmware answers {torque} N.m for wheel {wheel}, allowed: {lower} to {upper}, what its motor gives at \
-                     {velocity} rad/s"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// The velocities that a drive worked with: as sent, or as it took them in the period before. A wheel that it does not believe, whose
-    /// velocity it takes for 0, gets no torque.
-    fn taken(&self, answer: &Answer<N>, sent: &[f32; N]) -> Result<[f32; N], String> {
-        let wheels = &answer.sample.wheels;
-        for (i, (said, sent)) in wheels.measured.rad_s.iter().zip(sent).enumerate() {
-            let (wheel, _) = &self.motors[i];
-            let before = self.last.sample.wheels.measured.rad_s[i];
-            let let_go = wheels.applied.n_m[i] == 0.0;
-            if said != sent && *said != before && !(*said == 0.0 && let_go) {
-                return Err(format!(
-                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent}, which was sent, {before}, as \
-                     before, or 0 without torque"
-                ));
-            }
-            if answer.drive.faults[i] != 0 && !let_go {
-                return Err(format!(
-                    "the firmware answers a torque for wheel {wheel}, which it says it does not believe, allowed: 0"
-                ));
-            }
-        }
-        Ok(wheels.measured.rad_s)
     }
 
     fn take(&mut self, answer: Answer<N>) -> Action {
@@ -230,8 +175,9 @@ impl<const N: usize> Loop for Linked<N> {
             self.stopped = Some((time_s, reason));
         }
         sample.take(&self.last.sample, &self.last.estimated, &self.last.residual);
-        sample.mark_silent(readings.wheels_rad_s);
-        if !self.names.is_empty() {
+        if self.names.is_empty() {
+            sample.mark_silent(readings.wheels_rad_s);
+        } else {
             let report = &self.last.drive;
             let told = Told::<N> {
                 mode: report.mode,
@@ -241,6 +187,7 @@ impl<const N: usize> Loop for Linked<N> {
                 deviations: [f64::NAN; 3],
                 faults: report.faults,
                 left_out: report.excluded,
+                brake: report.brake(),
             };
             told.put_into(readings.wheels_rad_s, sample);
         }
@@ -256,6 +203,10 @@ impl<const N: usize> Loop for Linked<N> {
 
     fn signal_names(&self) -> &[String] {
         &self.names
+    }
+
+    fn emergency_stop(&mut self, pressed: bool) {
+        self.emergency_stop = pressed;
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
@@ -274,75 +225,6 @@ impl<const N: usize> Linked<N> {
             requests: self.last.counters,
         }
     }
-}
-
-/// Are the signals of an answer those of a controller that was told what was sent? They go into logs and figures.
-fn plausible<const N: usize>(
-    answer: &Answer<N>,
-    measured_rad_s: &[f32; N],
-    asked: &[f32; 3],
-    drives: bool,
-) -> Result<(), String> {
-    let wheels = &answer.sample.wheels;
-    let of_wheels = [
-        ("reference", &wheels.reference.rad_s),
-        ("measured velocity", &wheels.measured.rad_s),
-        ("proportional term", &wheels.p_n_m),
-        ("integral term", &wheels.i_n_m),
-        ("derivative term", &wheels.d_n_m),
-        ("feed-forward", &wheels.ff_n_m),
-        ("requested torque", &wheels.requested.n_m),
-        ("lower limit", &wheels.range.lower_n_m),
-        ("upper limit", &wheels.range.upper_n_m),
-        ("residual", &answer.residual.rad_s),
-    ];
-    for (signal, values) in of_wheels {
-        if let Some((i, value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-            return Err(format!(
-                "the firmware answers {value} as {signal} of wheel {}, allowed: finite",
-                i + 1
-            ));
-        }
-    }
-    let (command, estimated) = (answer.sample.command.to_array(), answer.estimated.to_array());
-    let of_vehicle = estimated.iter().chain(&command).chain([&wheels.common_factor]);
-    if let Some(value) = of_vehicle.into_iter().find(|value| !value.is_finite()) {
-        return Err(format!(
-            "the firmware answers {value} as a twist or common factor, allowed: finite"
-        ));
-    }
-    let report = &answer.drive;
-    if report.mode > MOST_MODE || report.faults.iter().any(|fault| *fault > MOST_FAULT) {
-        return Err(format!(
-            "the firmware answers mode {} and faults {:?}, allowed: 0 to {MOST_MODE} and 0 to {MOST_FAULT}",
-            report.mode, report.faults
-        ));
-    }
-    if let Some(value) = report.pose.iter().find(|value| !value.is_finite()) {
-        return Err(format!(
-            "the firmware answers {value} as a part of its pose, allowed: finite"
-        ));
-    }
-    // A controller that has stopped repeats its last period; a wheel that is let go has 0.
-    let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
-    for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
-        // A drive goes on with the last reading for a while where none arrives.
-        // A drive judges readings: what it does not believe it replaces.
-        if said != sent && *said != 0.0 && !drives {
-            return Err(format!(
-                "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent}, which was sent, or 0",
-                i + 1
-            ));
-        }
-    }
-    for (said, most) in command.iter().zip(asked) {
-        if said.abs() > most * (1.0 + ROUNDING as f32) {
-            return Err(format!(
-                "the firmware answers {said} as part of its command, allowed: -{most} to {most}, the most that it was ever sent"
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// Who is there? Asks again where the question or its answer is lost.

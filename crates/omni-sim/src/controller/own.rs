@@ -7,7 +7,9 @@ use crate::config::{self, Scenario};
 use crate::{Error, TraceBuilder};
 
 /// Signals of a policy at most: a name costs at each message of a log.
-const MOST_SIGNALS: usize = 256;
+pub const MOST_SIGNALS: usize = 256;
+/// Characters of a policy's name at most.
+const LONGEST_NAME: usize = 80;
 /// What its snapshots begin with: those of another controller are not taken for its own.
 const OWN: &str = "a controller of one's own";
 /// Columns that a log has beside a trace's.
@@ -47,6 +49,36 @@ impl<const N: usize> Own<N> {
             policy,
         })
     }
+}
+
+/// Can a controller of one's own be called so? The name stands in tables and logs, and beside those of coordination policies.
+///
+/// # Errors
+/// [`Error::Argument`] for the name of a coordination policy, for none, and for one of more than 80 characters or of two lines.
+///
+/// ```
+/// use omni_sim::controller::check_name;
+/// assert!(check_name("my law").is_ok());
+/// let said = check_name("paper").map_err(|error| error.to_string());
+/// assert_eq!(said.err().as_deref(), Some("policy = \"paper\", allowed: a name of its own, and not a coordination policy's"));
+/// ```
+pub fn check_name(name: &str) -> Result<(), Error> {
+    let refuse = |allowed| {
+        let (key, value) = ("policy", format!("{name:?}"));
+        Err(Error::Argument {
+            name: key,
+            value,
+            allowed,
+        })
+    };
+    let count = name.chars().count();
+    if count == 0 || count > LONGEST_NAME || name.contains(char::is_control) {
+        return refuse("a name of 1 to 80 characters in one line");
+    }
+    if config::POLICIES.contains(&name) {
+        return refuse("a name of its own, and not a coordination policy's");
+    }
+    Ok(())
 }
 
 /// Can these be columns of a trace and of a log, beside those that every one has?
@@ -106,6 +138,7 @@ impl<const N: usize> Loop for Own<N> {
         sample.command = readings.command;
         sample.estimated = kinematics.forward(&measured);
         sample.common_factor = f64::NAN; // what it does inside is not known, and a zero would be taken for a measurement
+        sample.retries = None;
         sample.wheels.clear();
         sample.wheels.extend((0..N).map(|i| {
             let range = self.motors[i].range(measured.rad_s[i]);

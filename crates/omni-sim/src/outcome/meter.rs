@@ -9,8 +9,9 @@ use super::criteria::{Gain, Gained, Lean, Runaway};
 use super::friction_use::FrictionUse;
 use super::linkage_spread::LinkageSpread;
 use super::{Outcome, Verdict};
-use crate::config::{Engine, Obstacle, Scenario, Terrain};
+use crate::config::{Engine, Obstacle, PlannedPath, Scenario, Terrain};
 use crate::controller::ControlSample;
+use crate::following::error_of;
 use crate::observation::Observation;
 
 /// How far below its place on the ground beyond a wheel may be and still count as up \[m\]: contacts give a little.
@@ -44,6 +45,7 @@ pub(crate) struct Meter {
     friction: FrictionUse,
 
     phase: Phase,
+    retries: Option<u32>,
     crossing: Crossing,
     heading: Heading,
     progress: Progress,
@@ -52,6 +54,8 @@ pub(crate) struct Meter {
     lean: Lean,
     gain: Gain,
     last: Last,
+    /// The path that is followed, what its errors are on average, and the largest of them.
+    path: Option<(PlannedPath, Mean, f64)>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -135,6 +139,7 @@ impl Meter {
             } else {
                 Phase::During
             },
+            retries: None,
             crossing: Crossing::default(),
             heading: Heading {
                 commanded_rad: 0.0,
@@ -147,6 +152,12 @@ impl Meter {
             lean: Lean::new(scenario),
             gain: Gain::new(weight_n),
             last: Last::default(),
+            // It was planned when the scenario was loaded.
+            path: scenario
+                .planned_path()
+                .ok()
+                .flatten()
+                .map(|path| (path, Mean::default(), 0.0)),
         }
     }
 
@@ -158,6 +169,11 @@ impl Meter {
         self.runaway.push(sample, seen);
         self.lean.push(seen);
         self.gain.push(seen);
+        if let Some((path, errors, peak)) = &mut self.path {
+            let [error, _] = error_of(&path.trajectory().at(seen.time_ns as f64 * 1e-9).pose, seen);
+            errors.add(error);
+            *peak = peak.max(error);
+        }
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         let [px, py, _] = seen.pose.position_m;
@@ -165,6 +181,10 @@ impl Meter {
         let commanded = sample.command.vx_m_s.hypot(sample.command.vy_m_s) * self.period_s;
         self.progress.push(seen.time_ns, commanded, [px, py]);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
+        if self.phase != Phase::Climbed {
+            // A period past the controller does not say it.
+            self.retries = sample.retries.or(self.retries);
+        }
 
         if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {
             let reached = seen
@@ -299,6 +319,7 @@ impl Meter {
             }),
             stalled_at_m: stalled.then_some(self.last.place[0]),
             stalled_row: row.filter(|_| stalled).map(|row| row + 1),
+            retries: self.retries,
             pitch_peak_deg: c.pitch_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
@@ -314,6 +335,8 @@ impl Meter {
                 .then(|| work_j / (self.weight_n * gained_m)),
             required_friction: self.friction.percentile(0.95),
             energy_residual: self.last.residual,
+            path_error_rms_m: self.path.as_ref().map(|(_, errors, _)| errors.root()),
+            path_error_peak_m: self.path.as_ref().map(|(_, _, peak)| *peak),
         }
     }
 }
@@ -343,7 +366,11 @@ impl Progress {
     }
 
     fn stalled(&self, place: [f64; 2]) -> bool {
-        self.windows.front().is_some_and(|(then, commanded_m)| {
+        let a_second_ago = self
+            .windows
+            .front()
+            .filter(|_| self.windows.len() == STALL_WINDOWS);
+        a_second_ago.is_some_and(|(then, commanded_m)| {
             let gone = (place[0] - then[0]).hypot(place[1] - then[1]);
             gone < STALLED_PART * (self.commanded_m - commanded_m)
         })

@@ -2,6 +2,9 @@
 //!
 //! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
 
+use std::ops::Range;
+
+use omni_core::GearFriction;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Fault, Scenario};
@@ -22,6 +25,18 @@ pub(super) struct Actuation {
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
+    /// What gears take, one a wheel; none where they take nothing.
+    friction: Vec<Option<GearFriction<f64>>>,
+}
+
+/// What a gear makes of the torque that acts on its actuator.
+#[derive(Clone, Copy)]
+pub(super) struct Geared {
+    /// Torque that reaches the wheel, seen from the actuator \[N.m\].
+    pub(super) torque_n_m: f64,
+    /// Dry friction between wheel and carrier, about the axle \[N.m\]: it holds the wheel at rest with up to this, and acts with this against
+    /// its turning.
+    pub(super) hold_n_m: f64,
 }
 
 /// What a snapshot keeps.
@@ -37,20 +52,19 @@ pub(super) struct State {
     pub(super) work_j: f64,
     /// Sum of the sizes of that work \[J\].
     pub(super) turnover_j: f64,
-    /// Work that drags have taken \[J\].
+    /// Work that drags and friction of gears have taken \[J\].
     pub(super) drag_loss_j: f64,
 }
 
 /// A fault of one wheel.
 struct Span {
     wheel: usize,
-    from_s: f64,
-    until_s: f64,
+    time_s: Range<f64>,
 }
 
 impl Span {
     fn holds(&self, wheel: usize, time_s: f64) -> bool {
-        self.wheel == wheel && time_s >= self.from_s && time_s < self.until_s
+        self.wheel == wheel && self.time_s.contains(&time_s)
     }
 }
 
@@ -70,13 +84,11 @@ impl Actuation {
         let wheels = vehicle.wheel.len();
         let lag_s = scenario.actuators.torque_lag_s;
         let span = |fault: &Fault, name: &str| {
-            let (from_s, until_s) = fault.span_s();
             // A loaded scenario names wheels that exist.
             let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
             Some(Span {
                 wheel,
-                from_s,
-                until_s,
+                time_s: fault.span_s(),
             })
         };
         let lost = scenario.fault.iter().filter_map(|fault| match fault {
@@ -99,13 +111,19 @@ impl Actuation {
             },
             sag: scenario.actuators.voltage_sag,
             stall_n_m: vehicle.motor.stall_torque_n_m,
-            slope_n_m_s_rad: vehicle.motor.slope_n_m_s_rad,
+            slope_n_m_s_rad: vehicle.motor.line_slope_n_m_s_rad(),
             step_s,
             shorted: Vec::new(),
             lost: lost.collect(),
             drags: drags.collect(),
             inertia_kg_m2: vehicle.wheel.iter().map(|w| w.inertia_kg_m2).collect(),
             gear: vehicle.wheel.iter().map(|w| w.gear).collect(),
+            friction: vehicle
+                .wheel
+                .iter()
+                // A loaded vehicle's figures are in range.
+                .map(|w| vehicle.motor.gear_friction(w.gear).ok().flatten())
+                .collect(),
             state: State {
                 torque_n_m: vec![0.0; wheels],
                 velocity_rad_s: vec![0.0; wheels],
@@ -150,9 +168,30 @@ impl Actuation {
         }
     }
 
-    /// The torques that act \[N.m\], one an actuator; drags are not among them.
-    pub(super) fn torques_n_m(&self) -> &[f64] {
-        &self.state.torque_n_m
+    /// What the gear of a wheel makes of the torque that acts; drags and viscous friction are not in it.
+    ///
+    /// Dry friction and efficiency are one law: turning forwards the wheel gets the lower torque of [`GearFriction::holding`], turning
+    /// backwards the upper one, and at rest what keeps it there. So the middle of both acts, and half their difference holds.
+    pub(super) fn geared(&self, wheel: usize) -> Geared {
+        let torque = self.state.torque_n_m[wheel];
+        match &self.friction[wheel] {
+            None => Geared {
+                torque_n_m: torque,
+                hold_n_m: 0.0,
+            },
+            Some(friction) => {
+                let range = friction.holding(torque);
+                Geared {
+                    torque_n_m: self.gear[wheel] * f64::midpoint(range.lower_n_m, range.upper_n_m),
+                    hold_n_m: 0.5 * (range.upper_n_m - range.lower_n_m),
+                }
+            }
+        }
+    }
+
+    /// Does the gear of this wheel ever hold it by friction?
+    pub(super) fn holds(&self, wheel: usize) -> bool {
+        self.friction[wheel].is_some()
     }
 
     /// Shorts the windings of these motors; of none where the list is empty.
@@ -161,13 +200,17 @@ impl Actuation {
         self.shorted.extend(motors);
     }
 
-    /// Damping by drags and by a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
+    /// Damping by drags, viscous friction and a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
     ///
     /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
     /// the slope is a damper. A motor that is lost has no windings to short.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
         let drags: f64 = holding.map(|(_, damper)| damper).sum();
+        let drags = match &self.friction[wheel] {
+            None => drags,
+            Some(friction) => drags + friction.viscous_n_m_s_rad(),
+        };
         let shorted =
             self.shorted.get(wheel) == Some(&true) && !self.lost.iter().any(|span| span.holds(wheel, time_s));
         if shorted {
@@ -189,17 +232,25 @@ impl Actuation {
     }
 
     /// Accounts for a physics step that has been made: angles, work, torques. `moved` is by how much an actuator has turned \[rad\] and how
-    /// fast it turns now \[rad/s\], with the velocity before; `drag_n_m` the torque of the drags on it in the step.
+    /// fast it turns now \[rad/s\], with the velocity before; `drag_n_m` the torque of the drags on it in the step, and `held_n_m` that of
+    /// the dry friction about its wheel's axle, given how far the actuator turned.
     pub(super) fn account(
         &mut self,
         share: f64,
         observation: &mut Observation,
         moved: impl Fn(usize, f64) -> [f64; 2],
         drag_n_m: impl Fn(&Self, usize) -> f64,
+        held_n_m: impl Fn(Geared, usize, f64) -> f64,
     ) {
         for i in 0..self.gear.len() {
-            let drag = drag_n_m(self, i);
+            let mut drag = drag_n_m(self, i);
             let [turned, after] = moved(i, self.state.velocity_rad_s[i]);
+            if self.holds(i) {
+                // All that the gear takes of the motor's torque.
+                let geared = self.geared(i);
+                let held = self.gear[i] * held_n_m(geared, i, turned);
+                drag += geared.torque_n_m + held - self.state.torque_n_m[i];
+            }
             self.state.velocity_rad_s[i] = after;
             self.state.angle_rad[i] += turned;
             let work_j = self.state.torque_n_m[i] * turned;

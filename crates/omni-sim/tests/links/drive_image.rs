@@ -1,5 +1,6 @@
 //! A drive at the other end of a link: in this process, and as the image of a scenario with a `[drive]`.
 
+use std::cell::Cell;
 use std::io::{PipeReader, PipeWriter, Read as _, Write as _, pipe};
 use std::path::Path;
 use std::thread;
@@ -16,10 +17,12 @@ use omni_sim::{Error, Trace, run, run_with_controller};
 
 const N: usize = 7;
 
-/// The scenario of the image, with an encoder that falls silent and commands that stop on the way.
+/// The scenario of the image, with an encoder that falls silent and commands that stop on the way, and an emergency stop that is
+/// pressed and released.
 fn troubled() -> Scenario {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
-    let faults = "fault=[{kind='encoder_silent',wheel='2',from_s=0.8,until_s=1.5},{kind='command_lost',from_s=1.8,until_s=2.6}]";
+    let faults = "fault=[{kind='encoder_silent',wheel='2',from_s=0.8,until_s=1.5},{kind='command_lost',from_s=1.8,until_s=2.6},\
+                  {kind='emergency_stop',from_s=2.8,until_s=3.1}]";
     Scenario::load(&file.display().to_string(), &[Override::parse(faults).unwrap()]).unwrap()
 }
 
@@ -44,12 +47,12 @@ fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
 type Lie = fn(&mut Answer<N>);
 
 /// A drive that changes its answers from the hundredth on.
-struct Liar {
+struct Liar<L> {
     drive: Drive<f32, N>,
-    lie: Lie,
+    lie: L,
 }
 
-impl Served<N> for Liar {
+impl<L: Fn(&mut Answer<N>)> Served<N> for Liar<L> {
     type State = DriveState<f32, N>;
 
     fn start(&self) -> Self::State {
@@ -65,7 +68,7 @@ impl Served<N> for Liar {
 }
 
 /// Serves the scenario's drive until nobody asks any more.
-fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: Lie) {
+fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: impl Fn(&mut Answer<N>)) {
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
     let served = Liar { drive, lie };
     let (mut from, mut to) = (from, to);
@@ -85,7 +88,7 @@ fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: Lie) {
 }
 
 /// The run of a scenario whose drive is served over a link.
-fn run_linked(scenario: &Scenario, lie: Lie) -> Result<Trace, Error> {
+fn run_linked(scenario: &Scenario, lie: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
     let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
     let served = scenario.clone();
     thread::spawn(move || serve(server_in, server_out, &served, lie));
@@ -95,16 +98,69 @@ fn run_linked(scenario: &Scenario, lie: Lie) -> Result<Trace, Error> {
 }
 
 #[test]
-fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_while_readings_and_commands_are_lost() {
+fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_stopped_on_the_way() {
     let scenario = troubled();
     let linked = run_linked(&scenario, |_| {}).unwrap();
     let modes = assert_the_hosts(&scenario, &linked);
-    assert!(modes[0] > 3000 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+    assert!(modes[0] > 2700 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+    assert_eq!(modes[3], 300); // pressed for 0.3 s
+}
+
+#[test]
+fn an_honest_drive_is_believed_whatever_happens_to_its_vehicle() {
+    let turning = "command={vx_m_s=0.2,vy_m_s=-0.1,wz_rad_s=1.5,ramp_s=0.3}"; // past half a turn, where the yaw jumps
+    for (ground, keys, mode) in [
+        ("flat", [turning, "sensors.encoder_counts=1000"], 0.0),
+        (
+            "flat",
+            [
+                turning,
+                "fault=[{kind='encoder_stuck',wheel='1',from_s=0.1},{kind='wheel_lost',wheel='5',from_s=1.5}]",
+            ],
+            1.0,
+        ),
+        (
+            "flat",
+            [
+                turning,
+                "fault=[{kind='encoder_silent',wheel='1',from_s=1.0,until_s=1.5},{kind='encoder_silent',wheel='2',from_s=1.0},\
+                 {kind='encoder_silent',wheel='4',from_s=1.0},{kind='encoder_silent',wheel='6',from_s=1.0},\
+                 {kind='emergency_stop',from_s=1.8,until_s=2.0}]",
+            ],
+            2.0,
+        ),
+        (
+            "step",
+            ["control.policy=synchronised", "terrain.friction=0.3"],
+            1.0,
+        ),
+    ] {
+        let mut all = vec![
+            "control.precision=f32",
+            "duration_s=3.0",
+            "drive={slip={},faults={},noise={}}",
+        ];
+        all.extend(keys);
+        let all: Vec<_> = all.into_iter().map(|key| Override::parse(key).unwrap()).collect();
+        let scenario = Scenario::load(ground, &all).unwrap();
+        let linked = run_linked(&scenario, |_| {}).unwrap();
+        assert_the_hosts(&scenario, &linked);
+        // The run has what it is here for.
+        assert!(linked.column("drive_mode").unwrap().contains(&mode), "{keys:?}");
+    }
+}
+
+/// Nothing that is told of a wheel is that it is believed.
+fn believes_none(answer: &mut Answer<N>) {
+    let wheels = &mut answer.sample.wheels;
+    (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
+    (answer.drive.faults, answer.drive.excluded) = ([Fault::Silent.number(); N], [true; N]);
+    (answer.estimated, answer.drive.motion_known) = (BodyTwist::zero(), false);
 }
 
 #[test]
 fn what_a_drive_cannot_say_stops_the_run() {
-    let lies: [(Lie, &str); 5] = [
+    let lies: [(Lie, &str); 15] = [
         (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
         (|answer| answer.drive.faults[3] = 6, "0 to 5"),
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
@@ -116,21 +172,95 @@ fn what_a_drive_cannot_say_stops_the_run() {
             |answer| answer.drive.faults[0] = 3,
             "which it says it does not believe",
         ),
+        // Each by itself is what a drive may say: it is the rest of the answer that it does not go with.
+        (
+            |answer| {
+                answer.sample.wheels.applied.n_m[0] = 0.0;
+                (answer.drive.faults[0], answer.drive.excluded[0]) = (3, true);
+            },
+            "fault 3 of wheel 1, which it goes on with, allowed: 0",
+        ),
+        (
+            |answer| answer.drive.mode = 3,
+            "mode 3, allowed: 0 to 2, no emergency stop is pressed",
+        ),
+        (
+            |answer| answer.drive.mode = 1,
+            "mode 1, allowed: 0 or 2, no wheel is left out",
+        ),
+        (
+            |answer| answer.drive.excluded[6] = true,
+            "mode 0, allowed: 1 to 2, a wheel is left out",
+        ),
+        (
+            |answer| answer.drive.motion_known = false,
+            "allowed: 0, it says that it knows none",
+        ),
+        // It would short every motor of a vehicle that drives.
+        (
+            |answer| {
+                believes_none(answer);
+                (answer.drive.mode, answer.drive.motion_known) = (2, true);
+            },
+            "mode 2, a safe stop, allowed: 0 to 1 while it knows its motion",
+        ),
+        // A hundredth of the way of a period.
+        (
+            |answer| answer.drive.pose[0] += 0.01 * 1e-3 * answer.estimated.vx_m_s,
+            "as x of its pose, allowed: 0.0",
+        ),
+        (
+            |answer| answer.drive.pose = [f32::MAX; 3],
+            "3.4028235e38 as x of its pose",
+        ),
+        (|answer| answer.drive.pose[2] += 0.001, "as yaw of its pose"),
+        (
+            |answer| answer.drive = DriveReport::of_loops(),
+            "0.0 as x of its pose",
+        ),
     ];
     for (lie, said) in lies {
         let error = run_linked(&troubled(), lie).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
+        assert!(
+            error.chars().count() <= 300 && error.lines().count() == 1,
+            "{error}"
+        );
+        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first with a lie
     }
 }
 
 #[test]
-fn an_emergency_stop_that_a_link_cannot_tell_of_is_refused() {
-    let pressed = Override::parse("fault=[{kind='emergency_stop',from_s=1.0}]").unwrap();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
-    let scenario = Scenario::load(&file.display().to_string(), &[pressed]).unwrap();
-    let error = run_linked(&scenario, |_| {}).unwrap_err().to_string();
+fn a_drive_cannot_take_back_what_it_said_of_a_stop() {
+    // For a period it believes no wheel and calls that a safe stop, which by itself may be so; then it drives on.
+    let pose = Cell::new([0.0; 3]);
+    let takes_back = move |answer: &mut Answer<N>| {
+        if answer.sequence == 102 {
+            believes_none(answer);
+            (answer.drive.mode, answer.drive.pose) = (2, pose.get());
+        }
+        pose.set(answer.drive.pose);
+    };
+    let error = run_linked(&troubled(), takes_back).unwrap_err().to_string();
     assert!(
-        error.contains("fault[0].kind: \"emergency_stop\", allowed: not with a controller"),
+        error.contains("mode 0 after a safe stop, allowed: 2 to 3, nobody has ended it"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_drive_cannot_pass_over_an_emergency_stop() {
+    let pressed = "fault=[{kind='emergency_stop',from_s=0.15,until_s=0.2}]";
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
+    let scenario = Scenario::load(&file.display().to_string(), &[Override::parse(pressed).unwrap()]).unwrap();
+    let deaf: Lie = |answer| {
+        if answer.drive.mode == 3 {
+            answer.drive.mode = 0;
+        }
+    };
+    let error = run_linked(&scenario, deaf).unwrap_err().to_string();
+    assert!(
+        error.contains("mode 0, allowed: 3, an emergency stop is pressed"),
         "{error}"
     );
 }
@@ -179,6 +309,7 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
         let mut asked = Request {
             sequence: k,
             restart: k == 1,
+            emergency_stop: (1600..1700).contains(&k),
             command: BodyTwist::from_array([0.3, 0.1, 0.2]),
             measured_rad_s: wheels,
         };
@@ -195,8 +326,12 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
         let FromController::Answer(answer) = ask(ToController::Request(asked)) else {
             panic!("no answer to {k}");
         };
-        let mut input = DriveInput::measured(&asked.measured_rad_s.into());
-        input.readings_rad_s = asked.measured_rad_s.map(|v| (!v.is_nan()).then_some(v));
+        match k {
+            1600 => state.emergency_stop(),
+            1700 => state.release_emergency_stop(),
+            _ => {}
+        }
+        let mut input = DriveInput::heard(&asked.measured_rad_s.into());
         input.command = Some(asked.command).filter(|command| !command.vx_m_s.is_nan());
         let sample = drive.step(&mut state, &input);
         assert_eq!((answer.sequence, answer.action), (k, Action::Step));
@@ -220,10 +355,9 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
             }
         }
     }
-    // Normal for most of the time, degraded while wheel 5 is not believed, a safe stop from shortly after 2500 on; nobody asked for an
-    // emergency stop.
+    // Normal for most of the time, degraded while wheel 5 is not believed, a safe stop from shortly after 2500 on.
     assert!(
-        modes[0] > 2000 && modes[1] > 80 && modes[2] > 400 && modes[3] == 0,
+        modes[0] > 2000 && modes[1] > 80 && modes[2] > 400 && modes[3] == 100,
         "{modes:?}"
     );
     drop(to); // the end of its input is the end of it

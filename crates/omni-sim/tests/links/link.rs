@@ -45,6 +45,8 @@ fn scenario(name: &str, duration_s: f64) -> Scenario {
     let overrides = [
         Override::new("duration_s", duration_s),
         Override::new("control.precision", "f32"),
+        // Traction control is not served over a link.
+        Override::new("control.policy", "synchronised"),
     ];
     Scenario::load(name, &overrides).unwrap()
 }
@@ -509,7 +511,7 @@ mod in_qemu {
     #[test]
     #[ignore = "needs QEMU and the image of firmware/; make firmware runs it"]
     fn every_torque_of_the_whole_climb_is_the_hosts_bit_for_bit() {
-        let scenario = Scenario::load("step", &[Override::new("control.precision", "f32")]).unwrap();
+        let scenario = scenario("step", 6.0);
         let (trace, counters) = run_linked(Place::Qemu, &scenario, Faults::new(), Faults::new());
         let (trace, host) = (trace.unwrap(), run(&scenario).unwrap());
         assert_eq!((trace.rows(), trace.names()), (6000, host.names()));

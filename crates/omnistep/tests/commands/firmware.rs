@@ -34,6 +34,18 @@ fn with_emulator(script: &str) -> tempfile::TempDir {
 }
 
 #[test]
+fn a_policy_that_no_firmware_has_is_refused_whatever_image_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, line) = refused(folder.path(), &["--policy", "steady"]);
+    assert_eq!(code, Some(2));
+    assert_eq!(
+        line,
+        "error: scenario flat: control.policy: \"steady\", allowed with a controller at the other end of a link: independent, paper, \
+         synchronised, load_sharing\n"
+    );
+}
+
+#[test]
 fn a_missing_image_is_named_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let (code, line) = refused(folder.path(), &[]);

@@ -115,3 +115,33 @@ fn a_wheel_that_is_turned_at_rest_is_braked() {
         sample.wheels.applied.n_m
     );
 }
+
+#[test]
+fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
+    let drive = Drive::new(config()).expect("valid");
+    let mut state = DriveState::new(&drive);
+    // Wheels that cannot be heard, for so many periods: 20 make one faulty, 10 more of a motion that nobody tells are a safe stop.
+    let after = |state: &mut DriveState<f64, 7>, silent: &[usize], periods| {
+        let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(COMMAND);
+        for &wheel in silent {
+            input.readings_rad_s[wheel] = None;
+        }
+        let mut last = drive.step(state, &input);
+        for _ in 1..periods {
+            last = drive.step(state, &input);
+        }
+        (last.mode, last.brake)
+    };
+    let only = |wheels: &[usize]| core::array::from_fn(|i| wheels.contains(&i));
+    let none = [false; 7];
+    assert_eq!(after(&mut state, &[], 5), (DriveMode::Normal, none));
+    assert_eq!(after(&mut state, &[5], 40), (DriveMode::Degraded, none)); // the others drive on past it
+    state.emergency_stop();
+    assert_eq!(after(&mut state, &[5], 1), (DriveMode::EmergencyStop, only(&[5])));
+    state.release_emergency_stop();
+    assert_eq!(after(&mut state, &[5], 1), (DriveMode::Degraded, none));
+    let four = [0, 1, 3, 5];
+    assert_eq!(after(&mut state, &four, 60), (DriveMode::SafeStop, only(&four)));
+    // Wheels that are believed again, 100 good readings later, are braked by their loops.
+    assert_eq!(after(&mut state, &[], 150), (DriveMode::SafeStop, none));
+}

@@ -7,7 +7,7 @@ use super::contact::Contact;
 use super::linear::Vector;
 use super::model::{Model, Wheel};
 use super::rollers::Rollers;
-use super::solver::Spin;
+use super::spin::Spin;
 use super::tree::{State, Tree};
 
 /// What a step needs to know of all rollers; entries are by roller unless they say otherwise.

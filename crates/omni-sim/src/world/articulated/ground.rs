@@ -50,7 +50,7 @@ impl Ground {
     /// The ground of a scenario; none where its kind is unknown.
     pub(super) fn new(scenario: &Scenario) -> Option<Self> {
         // Wherever the run goes there is ground: twice as far as the command asks for.
-        let far = 200.0 + 2.0 * scenario.command.fastest_m_s() * scenario.duration_s;
+        let far = 200.0 + 2.0 * scenario.farthest_m();
         let parts: Vec<_> = shapes(scenario, far).into_iter().map(Part::new).collect();
         (!parts.is_empty()).then(|| Self {
             parts,

@@ -11,6 +11,7 @@ mod model;
 mod observe;
 mod rollers;
 mod solver;
+mod spin;
 mod step;
 mod sweeps;
 #[cfg(test)]
@@ -33,7 +34,8 @@ use contact::{Contact, Known};
 use ground::{Ground, Touch};
 use linear::{dot, times};
 use model::Model;
-use solver::{Effort, Spin};
+use solver::Effort;
+use spin::Spin;
 use tree::{State, Tree};
 
 /// Wheels that a vehicle file may have.
@@ -261,20 +263,23 @@ impl<const N: usize> Plant for World<N> {
             let time_s = self.time_ns as f64 * 1e-9;
             self.add_loads();
             self.actuation.follow(time_s, torques_n_m);
+            let mut drags = [[0.0; 2]; MOST_WHEELS];
             for (i, wheel) in self.model.wheels.iter().enumerate() {
-                self.torques_n_m[i] = self.actuation.torques_n_m()[i] / wheel.gear;
+                let geared = self.actuation.geared(i);
+                self.torques_n_m[i] = geared.torque_n_m / wheel.gear;
+                drags[i] = [self.actuation.damper_n_m_s_rad(i, time_s), geared.hold_n_m];
             }
-            let dampers: [f64; MOST_WHEELS] =
-                std::array::from_fn(|i| self.actuation.damper_n_m_s_rad(i, time_s));
-            self.advance_step(|i| dampers[i]);
+            self.advance_step(|i| drags[i]);
             self.time_ns = started_ns + k * self.period_ns / self.steps_per_period;
             self.check()?;
-            let (moved, wheels) = (&self.moved, &self.model.wheels);
+            let (moved, wheels, spins) = (&self.moved, &self.model.wheels, &self.spins);
+            let step_s = self.step_s;
             self.actuation.account(
                 share,
                 observation,
                 |i, _| moved[i],
-                |_, i| -dampers[i] * wheels[i].gear * wheels[i].gear * moved[i][1],
+                |_, i| -drags[i][0] * wheels[i].gear * wheels[i].gear * moved[i][1],
+                |_, i, _| spins[i].held / step_s,
             );
             self.observe_contacts(share, observation);
         }
@@ -291,7 +296,7 @@ impl<const N: usize> Plant for World<N> {
             for (i, wheel) in self.model.wheels.iter().enumerate() {
                 self.torques_n_m[i] = torques_n_m[i] / wheel.gear;
             }
-            self.advance_step(|_| 0.0);
+            self.advance_step(|_| [0.0; 2]);
         }
     }
 

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::MOST_WHEELS;
 use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
-use super::sweeps::sweep;
+use super::spin::Spin;
+use super::sweeps::sweep_held;
 
 /// Impulse per slip of what sticks \[kg\]: a wheel creeps by a millionth of a metre a second per newton second.
 pub(super) const STICK: f64 = 1e6;
@@ -19,21 +20,6 @@ const TOGETHER: usize = 10;
 const ONE_BY_ONE: usize = 30;
 /// How far beyond its bound a friction may be before the contact slides, as a part of the bound.
 pub(super) const SLACK: f64 = 1e-9;
-
-/// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of what a vehicle drives.
-const UNSETTLED_M_S: f64 = 3e-4;
-
-/// A wheel's spin in the step.
-#[derive(Clone, Copy)]
-pub(super) struct Spin<const N: usize> {
-    pub(super) inertia_kg_m2: f64,
-    /// With its motor's torque alone at the end of the step \[rad/s\].
-    pub(super) free_rad_s: f64,
-    /// Of drags between wheel and carrier, times the step \[kg.m^2\].
-    pub(super) damper: f64,
-    /// The carrier's turning about the axle.
-    pub(super) carried: Vector<N>,
-}
 
 /// The linear system of a step without contacts, `matrix u = right`.
 pub(super) struct System<const N: usize> {
@@ -145,7 +131,7 @@ impl<const N: usize> RollerRow<N> {
 /// wheels'.
 pub(super) fn solve_step<const N: usize>(
     system: &System<N>,
-    wheels: &[Spin<N>],
+    wheels: &mut [Spin<N>],
     contacts: &mut [Contact<N>],
     spins: &mut [f64],
     effort: &mut Effort,
@@ -156,12 +142,23 @@ pub(super) fn solve_step<const N: usize>(
         let u = solve_modes(system, wheels, contacts, spins);
         if round > TOGETHER + ONE_BY_ONE {
             effort.swept += 1;
-            let (u, left_m_s) = sweep(system, wheels, contacts, spins);
-            effort.unsettled += u64::from(left_m_s > UNSETTLED_M_S);
+            let (u, settled) = sweep_held(system, wheels, contacts, spins);
+            effort.unsettled += u64::from(!settled);
             return u;
         }
         turn_rollers(contacts, &u, spins);
         let mut changed = false;
+        for (wheel, spin) in wheels.iter_mut().zip(spins.iter()) {
+            if wheel.hold > 0.0 && wheel.settle(&u, *spin) {
+                changed = true;
+                if round > TOGETHER {
+                    break;
+                }
+            }
+        }
+        if changed && round > TOGETHER {
+            continue;
+        }
         for contact in contacts.iter_mut() {
             let mode = settle(contact, &u, spins[contact.wheel]);
             if mode != contact.mode {
@@ -200,6 +197,14 @@ fn solve_modes<const N: usize>(
             .count();
         let own = &contacts[from..from + own];
         from += own.len();
+        let gripped;
+        let wheel = if wheel.hold > 0.0 {
+            wheel.push_carrier(&mut whole.right);
+            gripped = wheel.gripped();
+            &gripped
+        } else {
+            wheel
+        };
         let mut row = WheelRow::new(wheel);
         let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
         if let (Some(contact), None, false) = (closed.next(), closed.next(), row.coupled)
@@ -352,7 +357,7 @@ fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) ->
 }
 
 /// The friction in one direction, and the grip that it calls for: `held` is the impulse that sticking takes.
-fn follow(grip: Option<Grip>, slip: f64, held: f64, most: f64, impulse: &mut f64) -> Grip {
+pub(super) fn follow(grip: Option<Grip>, slip: f64, held: f64, most: f64, impulse: &mut f64) -> Grip {
     match grip {
         None => {
             *impulse = 0.0;

@@ -3,11 +3,12 @@
 use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::balance::Mean;
-use super::contact::{Contact, Known};
+use super::contact::{Contact, Grip, Known};
 use super::linear::{add, add_outer, dot, times};
 use super::model::WheelShape;
 use super::rollers::Meeting;
-use super::solver::{Spin, System, solve_step};
+use super::solver::{System, solve_step};
+use super::spin::Spin;
 use super::tree::FREE;
 use super::{MOST_WHEELS, World};
 
@@ -19,8 +20,9 @@ const AHEAD_OF_ROLLERS_M: f64 = 0.0002;
 const STOP_RAD_S: f64 = 632.0;
 
 impl<const N: usize> World<N> {
-    /// One step of the physics with torques on the wheels \[N.m\], in `torques_n_m`, and dampers of drags on them \[N.m.s/rad\].
-    pub(super) fn advance_step(&mut self, dampers: impl Fn(usize) -> f64) {
+    /// One step of the physics with torques on the wheels \[N.m\], in `torques_n_m`, and of each the damper of drags on it \[N.m.s/rad\] and
+    /// the dry friction \[N.m\].
+    pub(super) fn advance_step(&mut self, drags: impl Fn(usize) -> [f64; 2]) {
         let step_s = self.step_s;
         self.before_com = self.com();
         self.spins.clear();
@@ -32,17 +34,26 @@ impl<const N: usize> World<N> {
             // A motor holds on to the carrier.
             add(&mut held, -self.torques_n_m[i], &carried);
             let gained = step_s * self.torques_n_m[i] / wheel.inertia_kg_m2;
+            let [damper, hold] = drags(i);
             self.spins.push(Spin {
                 inertia_kg_m2: wheel.inertia_kg_m2,
                 free_rad_s: self.state.spin_rad_s[i] + gained,
-                damper: step_s * dampers(i),
+                damper: step_s * damper,
+                hold: step_s * hold,
+                grip: Grip::Stick,
+                held: 0.0,
                 carried,
             });
+        }
+        let u0 = self.u();
+        for (spin, rad_s) in self.spins.iter_mut().zip(&self.state.spin_rad_s) {
+            if spin.hold > 0.0 {
+                spin.guess(rad_s - dot(&spin.carried, &u0));
+            }
         }
         self.bearings
             .release(&self.model, &self.tree, &self.state, step_s, &mut self.spins);
         self.meet();
-        let u0 = self.u();
         let mut system = System {
             matrix: self.tree.mass,
             right: times(&self.tree.mass, &u0),
@@ -58,7 +69,7 @@ impl<const N: usize> World<N> {
         self.spins_after.clone_from(&self.state.spin_rad_s);
         let mut u = solve_step(
             &system,
-            &self.spins,
+            &mut self.spins,
             &mut self.contacts,
             &mut self.spins_after,
             &mut self.effort,

@@ -2,16 +2,50 @@
 
 use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Vector, add, add_outer, dot, solve};
-use super::solver::{SLACK, STICK, Spin, System, WheelRow};
+use super::solver::{SLACK, STICK, System, WheelRow};
+use super::spin::Spin;
 
 /// Sweeps over all contacts at most.
 const SWEEPS: usize = 3000;
 /// A sweep that changes no contact's velocity by more is the last \[m/s\]: what the linear solution leaves too.
 const SETTLED_M_S: f64 = 1e-10;
+/// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of what a vehicle drives.
+const UNSETTLED_M_S: f64 = 3e-4;
+/// Times that sweeps begin anew at most because wheels' grips have changed.
+const SWEPT_AGAIN: usize = 8;
+
+/// Sweeps over the contacts with the wheels' grips as they are, until these fit. Returns the velocities, and whether they have settled.
+pub(super) fn sweep_held<const N: usize>(
+    system: &System<N>,
+    wheels: &mut [Spin<N>],
+    contacts: &mut [Contact<N>],
+    spins: &mut [f64],
+) -> (Vector<N>, bool) {
+    for round in 1.. {
+        let gripped = |wheel: &Spin<N>| if wheel.hold > 0.0 { wheel.gripped() } else { *wheel };
+        let held: Vec<_> = wheels.iter().map(gripped).collect();
+        let mut with_friction = System {
+            matrix: system.matrix,
+            right: system.right,
+        };
+        for wheel in wheels.iter() {
+            wheel.push_carrier(&mut with_friction.right);
+        }
+        let (u, left_m_s) = sweep(&with_friction, &held, contacts, spins);
+        let mut changed = false;
+        for (wheel, spin) in wheels.iter_mut().zip(spins.iter()) {
+            changed |= wheel.hold > 0.0 && wheel.settle(&u, *spin);
+        }
+        if !changed || round == SWEPT_AGAIN {
+            return (u, !changed && left_m_s <= UNSETTLED_M_S);
+        }
+    }
+    unreachable!("the loop above returns")
+}
 
 /// Gauss-Seidel over the contacts' impulses, from those that the last modes made. Returns the velocities, and by how much the last
 /// sweep changed those of a contact \[m/s\].
-pub(super) fn sweep<const N: usize>(
+fn sweep<const N: usize>(
     system: &System<N>,
     wheels: &[Spin<N>],
     contacts: &mut [Contact<N>],

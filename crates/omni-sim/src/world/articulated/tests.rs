@@ -53,7 +53,7 @@ fn off<const N: usize>(vehicle: &str, step_us: i64) -> [f64; 2] {
     let (energy, angular) = kept(&world);
     let turning_j = world.now().kinetic_j;
     for _ in 0..1_000_000 / step_us {
-        world.advance_step(|_| 0.0);
+        world.advance_step(|_| [0.0; 2]);
     }
     let (after_j, after) = kept(&world);
     // Free fall in steps: g^2 T dt m / 2 is the first order of the integration, and no error of the tree.
@@ -91,7 +91,7 @@ fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> Effort {
         .torques_n_m
         .copy_from_slice(&ahead.map(|way| way * torque_n_m));
     for _ in 0..steps {
-        world.advance_step(|_| 0.0);
+        world.advance_step(|_| [0.0; 2]);
     }
     world.effort
 }

@@ -61,6 +61,8 @@ impl EnergyBalance {
         // Joints are made from the base outwards: backwards, every joint comes before the one it hangs on.
         let mut joints: Vec<_> = physics
             .impulse_joints()
+            // Friction of a gear is beside the joint of its wheel, not one of the tree.
+            .filter(|(_, joint)| !joint.data.locked_axes.is_empty())
             .map(|(_, joint)| Joint {
                 parent: joint.body1(),
                 child: joint.body2(),

@@ -174,7 +174,9 @@ impl Plant for World {
             self.vehicle.reset(&mut self.physics);
             for (i, wheel) in self.vehicle.wheels.iter().enumerate() {
                 let drag = self.actuation.explicit_drag_n_m(i, time_s);
-                wheel.apply(&mut self.physics, self.actuation.torques_n_m()[i] + drag);
+                let geared = self.actuation.geared(i);
+                wheel.apply(&mut self.physics, geared.torque_n_m + drag);
+                wheel.hold(&mut self.physics, geared.hold_n_m);
             }
             self.energy.open(&self.physics);
             match &self.patches {
@@ -201,6 +203,8 @@ impl Plant for World {
                     ]
                 },
                 |actuation, i| actuation.explicit_drag_n_m(i, time_s),
+                // What it sticks with is not known, but nothing turns then.
+                |geared, _, turned| -geared.hold_n_m.copysign(turned),
             );
             contact::accumulate(&self.physics, &self.vehicle, share, &mut self.energy, observation);
             self.energy.joints(&self.physics);

@@ -129,7 +129,12 @@ impl VehicleBodies {
             .zip(rollers)
             .map(|(w, rollers)| {
                 let contact_hz = scenario.physics.contact_hz;
-                Wheel::insert(physics, w, rollers.as_ref(), contact_hz, find(&w.body), start)
+                let wheel = Wheel::insert(physics, w, rollers.as_ref(), contact_hz, find(&w.body), start);
+                // A loaded vehicle's figures are in range.
+                match vehicle.motor.gear_friction(w.gear) {
+                    Ok(Some(_)) => wheel.with_friction(physics),
+                    _ => wheel,
+                }
             })
             .collect();
         Self {

@@ -30,7 +30,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
          balls    stand for its wheels on level ground, not at an upright edge straight ahead: the ground's normal leans 90 deg out of \
          the plane in which the ball of wheel 1 is a wheel, allowed: 10\n\
-         kerb.toml: scenario kerb, 6 s, policy synchronised, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
+         kerb.toml: scenario kerb, 6 s, policy steady, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \

@@ -8,7 +8,15 @@ const SHORT: [&str; 3] = ["--quiet", "--set", "duration_s=0.1"];
 fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [
-        &["compare", "step", "--json", "--set", "control.floor=0.5"],
+        &[
+            "compare",
+            "step",
+            "--json",
+            "--set",
+            "control.policy=synchronised",
+            "--set",
+            "control.floor=0.5",
+        ],
         &SHORT[..],
     ]
     .concat();
@@ -16,9 +24,16 @@ fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
         .iter()
         .map(|row| row["policy"].as_str().unwrap().to_owned())
         .collect();
-    let presets = ["independent", "paper", "synchronised", "load_sharing"];
-    assert_eq!(policies[..4], presets);
-    assert_eq!(policies[4..], ["synchronised+floor=0.5"]);
+    let presets = [
+        "independent",
+        "paper",
+        "synchronised",
+        "load_sharing",
+        "reach",
+        "steady",
+    ];
+    assert_eq!(policies[..6], presets);
+    assert_eq!(policies[6..], ["synchronised+floor=0.5"]);
     assert!(
         folder
             .path()
@@ -58,7 +73,9 @@ fn list_says_what_each_of_a_kind_is_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     for (kind, name, words) in [
         ("policies", "synchronised", "all references are reduced together"),
+        ("policies", "steady", "slip taken out of each"),
         ("scenarios", "ice", "Ice under the left wheels"),
+        ("scenarios", "square", "a stop at every corner"),
         ("vehicles", "omni3", "Three omni wheels at 120 degrees"),
         ("studies", "climb_map", "Where each policy climbs"),
         ("experiments", "wheels", "Section 3.3"),

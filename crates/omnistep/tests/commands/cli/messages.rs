@@ -325,7 +325,7 @@ fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
 fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
     let folder = tempfile::tempdir().unwrap();
     // 2 s end on the way to the riser; a step of 20 cm is a stall after 6 s; the rest climbs.
-    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.step_us = 1000\n\
+    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.step_us = 1000\ncontrol.policy = \"independent\"\n\
                  [[axis]]\nkey = \"duration_s\"\nvalues = [2.0, 6.0]\n[[axis]]\nkey = \"terrain.height_m\"\nvalues = [0.02, 0.2]\n";
     fs::write(folder.path().join("cut.toml"), study).unwrap();
     let output = omnistep(folder.path(), &["study", "cut.toml", "--quiet"]);
@@ -474,6 +474,57 @@ fn encoders_too_coarse_are_said_once_a_study_and_by_check() {
             "{said}"
         );
     }
+}
+
+#[test]
+fn check_says_what_one_count_a_period_is_of_the_top_speed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let text = omni_config::FileKind::Scenario.template("flat").unwrap();
+    let check = |counts: &str, velocity: &str| {
+        let sensors = format!("\n[sensors]\nencoder_counts = {counts}\n{velocity}\n");
+        let text = text.replace("\"chugo7\"", "\"mecanum4\"");
+        fs::write(path.join("s.toml"), format!("{text}{sensors}")).unwrap();
+        let output = omnistep(path, &["check", "s.toml", "--strict"]);
+        let said = String::from_utf8(output.stdout).unwrap();
+        let mut lines = said.lines().filter(|line| line.starts_with("  encoder"));
+        let warned = String::from_utf8(output.stderr).unwrap();
+        let of_readings = warned.lines().filter(|line| line.contains("a reading is off"));
+        (
+            lines.next().expect("a line").to_owned(),
+            of_readings.map(str::to_owned).collect::<Vec<_>>(),
+            output.status.success(),
+        )
+    };
+    // A degree in a millisecond; 1 m/s ahead and 2 rad/s about are not asked at once: 2 rad/s on 0.45 m less than 1 m/s, 13.2 rad/s of 76 mm.
+    let one = "17.45 rad/s, 132.6 % of the top speed of 13.2 rad/s";
+    let (line, warned, well) = check("360", "");
+    assert_eq!(
+        line,
+        format!("  encoder  360 counts: one in a control period is {one}")
+    );
+    let said = "flat: sensors.encoder_counts = 360: a reading is off by up to 132.6 % of the top speed of 13.2 rad/s; \
+                more counts or sensors.encoder_velocity mend it";
+    assert!(warned.len() == 1 && warned[0].ends_with(said), "{warned:?}");
+    assert!(!well);
+    // 2 pi / 10000 in a millisecond: below a twentieth.
+    let (line, warned, well) = check("10000", "");
+    assert_eq!(
+        line,
+        "  encoder  10000 counts: one in a control period is 0.63 rad/s, 4.8 % of the top speed of 13.2 rad/s"
+    );
+    assert!(warned.is_empty() && well, "{warned:?}");
+    // What an observer leaves: its bandwidth times a count, over e.
+    let (line, warned, _) = check(
+        "360",
+        "encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 50.0 }",
+    );
+    let left = "of it sensors.encoder_velocity leaves 0.32 rad/s, 2.4 %";
+    assert_eq!(
+        line,
+        format!("  encoder  360 counts: one in a control period is {one}; {left}")
+    );
+    assert!(warned.is_empty(), "{warned:?}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
 
 mod balls;
+mod bound;
+mod doubts;
 mod files;
 mod foreign_logs;
 mod grid;
@@ -11,6 +13,7 @@ mod results;
 mod rollers;
 mod side_by_side;
 mod stopped;
+mod traction;
 mod untrusted_files;
 
 use std::path::Path;

@@ -11,7 +11,9 @@ fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../omni-config/assets");
     let vehicle = fs::read_to_string(assets.join("vehicles/chugo7.toml")).unwrap();
     let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
-    let scenario = scenario.replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"");
+    let scenario = scenario
+        .replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"")
+        .replace("policy = \"steady\"", "policy = \"synchronised\"");
     let change = |text: &str, name: &str| {
         if name == file {
             assert!(text.contains(from), "{name} has no {from:?}");
@@ -358,7 +360,7 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     let folder = tempfile::tempdir().unwrap();
     let said = refused(folder.path(), &["compare", "stairway"]);
     assert!(
-        said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, or the path"),
+        said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, square, figure_eight, or the path"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
@@ -464,6 +466,87 @@ fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
 }
 
 #[test]
+fn a_motor_says_once_what_speed_takes_off_its_torque() {
+    let slope = "slope_n_m_s_rad = 0.0 ";
+    refused_file(
+        "v.toml",
+        slope,
+        "no_load_rpm = 200.0\nslope_n_m_s_rad = 0.0 ",
+        "motor: slope_n_m_s_rad = 0 and no_load_rpm = 200 at once, allowed: exactly one of slope_n_m_s_rad, no_load_rpm, no_load_rad_s",
+    );
+    refused_file(
+        "v.toml",
+        slope,
+        "# ",
+        "motor: nothing says what speed takes off the torque, allowed: exactly one of",
+    );
+    refused_file(
+        "v.toml",
+        slope,
+        "no_load_rpm = -200.0 # ",
+        "motor.no_load_rpm: -200, allowed: 0.001 to 1000000",
+    );
+    refused_file(
+        "v.toml",
+        slope,
+        "no_load_rad_s = nan # ",
+        "motor.no_load_rad_s: NaN, allowed: 0.0001 to 100000",
+    );
+    refused_file(
+        "v.toml",
+        slope,
+        "slope_n_m_s_rad = 0.0\ngear_friction_n_m = -0.1 # ",
+        "motor.gear_friction_n_m: -0.1, allowed: 0 to 1000000",
+    );
+    refused_file(
+        "v.toml",
+        slope,
+        "slope_n_m_s_rad = 0.0\nefficiency = 1.2 # ",
+        "motor.efficiency: 1.2, allowed: 0.01 to 1",
+    );
+}
+
+#[test]
+fn a_way_of_reading_velocities_goes_with_counts_and_the_period() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |velocity: &str, counts: &str| {
+        let keys = [
+            format!("sensors.encoder_velocity={velocity}"),
+            format!("sensors.encoder_counts={counts}"),
+        ];
+        refused(
+            folder.path(),
+            &["run", "flat", "--set", &keys[0], "--set", &keys[1]],
+        )
+    };
+    for (velocity, counts, expected) in [
+        (
+            "{ kind = \"edges\" }",
+            "0",
+            "sensors.encoder_velocity: there are no counts, allowed: only with sensors.encoder_counts above 0",
+        ),
+        (
+            "{ kind = \"window\", periods = 33 }",
+            "360",
+            "periods: 33, allowed: 1 to 32",
+        ),
+        (
+            "{ kind = \"observer\", bandwidth_rad_s = 1500.0 }",
+            "360",
+            "sensors.encoder_velocity.bandwidth_rad_s: 1500, allowed: 0.001 to 1 over the control period (0.001 s)",
+        ),
+        (
+            "{ kind = \"windows\", periods = 3 }",
+            "360",
+            "unknown variant `windows` (did you mean `window`?)",
+        ),
+    ] {
+        let said = said(velocity, counts);
+        assert!(said.contains(expected), "expected {expected:?} in: {said}");
+    }
+}
+
+#[test]
 fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str| {
@@ -471,7 +554,7 @@ fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does()
         assert!(output.status.success(), "{name}");
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(said("step").starts_with("step: scenario step, 6 s, policy synchronised, engine rapier"));
+    assert!(said("step").starts_with("step: scenario step, 6 s, policy steady, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
     assert!(said("wheels").starts_with("wheels: experiment wheels"));

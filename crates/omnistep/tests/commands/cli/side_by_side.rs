@@ -78,7 +78,7 @@ fn runs_of_four_seeds_side_by_side_leave_four_whole_logs() {
         "duration_s=0.05",
     ];
     let said = stdout(&omnistep(folder.path(), &args));
-    assert!(said.ends_with("out/flat-load_sharing-seed7.mcap\n"), "{said}");
+    assert!(said.ends_with("out/flat-steady-seed7.mcap\n"), "{said}");
 }
 
 #[test]

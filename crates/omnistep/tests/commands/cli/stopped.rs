@@ -41,8 +41,8 @@ fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> boo
 fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_until_then() {
     let folder = tempfile::tempdir().unwrap();
     for (args, policy, signal, code) in [
-        (&["run", "--quiet"][..], "synchronised", "-INT", 130),
-        (&["run", "--json"], "synchronised", "-TERM", 143),
+        (&["run", "--quiet"][..], "steady", "-INT", 130),
+        (&["run", "--json"], "steady", "-TERM", 143),
         (&["compare"], "independent", "-INT", 130),
     ] {
         let part = format!("out/step-{policy}.mcap.part");
@@ -110,7 +110,10 @@ fn a_live_run_is_warned_of_as_any_other() {
         "sensors.encoder_counts=64",
     ];
     let warned = |more: &[&str]| {
-        let output = super::omnistep(folder.path(), &[&["run", "step"], more, &set].concat());
+        let output = super::omnistep(
+            folder.path(),
+            &[&["run", "step", "--policy", "synchronised"], more, &set].concat(),
+        );
         let said = String::from_utf8(output.stderr).unwrap();
         let lines = said.lines().filter(|line| line.starts_with("warning: "));
         lines.map(String::from).collect::<Vec<_>>()
@@ -161,7 +164,7 @@ fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
     assert_eq!(code, Some(1), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(
-        said.contains("out/step-synchronised.mcap: ") && said.contains("too large"),
+        said.contains("out/step-steady.mcap: ") && said.contains("too large"),
         "{said}"
     );
     assert_eq!(

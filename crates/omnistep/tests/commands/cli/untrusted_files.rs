@@ -238,9 +238,9 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         ),
         ("seed = 0", format!("seed = 0\n{long} = 1"), "\n"),
         (
-            "policy = \"synchronised\"",
+            "policy = \"steady\"",
             format!("policy = \"{long}\""),
-            "load_sharing\n",
+            "load_sharing, reach, steady\n",
         ),
         ("kind = \"step\"", format!("kind = \"{long}\""), "\n"),
         (

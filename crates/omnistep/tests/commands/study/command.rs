@@ -279,7 +279,7 @@ fn a_study_file_of_one_s_own_finds_scenario_and_vehicles_beside_itself() {
     assert!(made(&["new", "study", "grid"]).ends_with("run it with: omnistep study grid.toml\n"));
     assert!(
         made(&["check", "grid.toml"]).contains(
-            "grid.toml: study grid: 320 runs, 64 combinations of 3 axes with 5 seeds; scenario step"
+            "grid.toml: study grid: 400 runs, 80 combinations of 3 axes with 5 seeds; scenario step"
         )
     );
     let text = "schema_version = 1\nname = 'two'\nscenario = 'kerb.toml'\nseeds = 1\nset.duration_s = 0.01\n\

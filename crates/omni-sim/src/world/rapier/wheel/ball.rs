@@ -63,5 +63,6 @@ pub(super) fn insert(
         way_per_rad,
         driven_per_wheel: ball_per_wheel,
         gear: spec.gear,
+        friction: None,
     }
 }

@@ -43,6 +43,8 @@ pub(super) struct Wheel {
     driven_per_wheel: f64,
     /// Wheel velocity over actuator velocity.
     gear: f64,
+    /// The joint that is its gear's dry friction, where it has some.
+    friction: Option<ImpulseJointHandle>,
 }
 
 impl Wheel {
@@ -115,6 +117,40 @@ impl Wheel {
     /// Turning speed of the actuator \[rad/s\].
     pub(super) fn actuator_velocity(&self, physics: &PhysicsWorld) -> f64 {
         self.wheel_velocity(physics) / self.gear
+    }
+
+    /// Gives its gear dry friction, [`Wheel::hold`]: a motor that wants no turning, and has only so much torque.
+    pub(super) fn with_friction(self, physics: &mut PhysicsWorld) -> Self {
+        let along = Pose::from_parts(
+            Vector::ZERO,
+            Rotation::from_rotation_arc(Vector::X, self.drive_axis),
+        );
+        // No stiffness and no damping: the engine takes it for rigid.
+        let joint = GenericJointBuilder::new(JointAxesMask::empty())
+            .local_frame1(along)
+            .contacts_enabled(false)
+            .motor_velocity(JointAxis::AngX, 0.0, 0.0)
+            .motor_max_force(JointAxis::AngX, 0.0);
+        let friction = physics.insert_impulse_joint(self.frame, self.driven, joint);
+        Self {
+            friction: Some(friction),
+            ..self
+        }
+    }
+
+    /// Sets the dry friction between carrier and wheel \[N.m\], about the axle, of one that has some.
+    pub(super) fn hold(&self, physics: &mut PhysicsWorld, most_n_m: f64) {
+        let most_n_m = most_n_m / self.driven_per_wheel;
+        let Some(handle) = self.friction else {
+            return;
+        };
+        let is = |joint: &ImpulseJoint| joint.data.motors[JointAxis::AngX as usize].max_force == most_n_m;
+        if physics.impulse_joints.get(handle).is_some_and(is) {
+            return; // a change makes the engine set up all joints anew
+        }
+        if let Some(joint) = physics.impulse_joints.get_mut(handle, false) {
+            joint.data.set_motor_max_force(JointAxis::AngX, most_n_m);
+        }
     }
 
     /// Adds an actuator torque \[N.m\] between carrier and wheel. User torques persist in rapier: the caller resets them.

@@ -85,6 +85,7 @@ pub(super) fn insert(
         way_per_rad: spec.radius_m * libm::cos(spec.roller_angle_rad),
         driven_per_wheel: 1.0,
         gear: spec.gear,
+        friction: None,
     }
 }
 

@@ -1,0 +1,363 @@
+//! A path that is followed instead of a twist that is commanded.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
+
+use garde::{Path, Report, Validate};
+use omni_core::WayShape;
+#[cfg(feature = "schema")]
+use schemars::JsonSchema;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
+use crate::command::{Command, Start};
+use crate::ranges::{
+    ACCELERATION_M_S2, ACCELERATION_RAD_S2, FOLLOW_PER_S, JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M,
+    SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD, within,
+};
+use crate::suggestion::did_you_mean;
+
+/// Names of built-in paths.
+pub(crate) const PATHS: [&str; 2] = ["square", "figure_eight"];
+
+/// A path: one that is built in, or waypoints.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum PathChoice {
+    /// `square`: ahead, to the left, back, to the right, each by `path_size_m`. `figure_eight`: a circle of that diameter to the left, then one to the
+    /// right. Both from where the vehicle stands at the start, which keeps its heading.
+    Name(String),
+    /// From where the vehicle stands at the start through these, 1 to 500 of them.
+    Waypoints(#[cfg_attr(feature = "schema", schemars(length(min = 1, max = 500)))] Vec<PathPoint>),
+}
+
+impl<'de> Deserialize<'de> for PathChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = PathChoice;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{}, or a list of waypoints", PATHS.join(", "))
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<PathChoice, E> {
+                Ok(PathChoice::Name(name.into()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<PathChoice, A::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(PathChoice::Waypoints)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Validate for PathChoice {
+    type Context = ();
+
+    fn validate_into(&self, context: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        if let Self::Waypoints(points) = self {
+            points.validate_into(context, parent, report);
+        }
+    }
+}
+
+/// How a path comes to a waypoint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum WayKind {
+    /// Straight; where the waypoint is where the one before is, a turn on the spot to its heading, or waiting for its time.
+    #[default]
+    Line,
+    /// Along the circle on which the direction of travel turns by `sweep_rad`.
+    Arc,
+    /// Smooth through this waypoint and its neighbours.
+    Spline,
+}
+
+fn is_line(kind: &WayKind) -> bool {
+    *kind == WayKind::Line
+}
+
+/// A waypoint, in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct PathPoint {
+    /// World x \[m\], -100 to 100.
+    #[garde(custom(within(PLACE_M)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    pub x_m: f64,
+    /// World y \[m\], -100 to 100 (left is +).
+    #[garde(custom(within(PLACE_M)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    pub y_m: f64,
+    /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn; left out: on the way to the next waypoint
+    /// that has one, or the one before it to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(TURN_RAD))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TURN_RAD.min, max = TURN_RAD.max)))]
+    pub heading_rad: Option<f64>,
+    /// The way here; `line` by default.
+    #[serde(default, skip_serializing_if = "is_line")]
+    #[garde(skip)]
+    pub kind: WayKind,
+    /// Turn of the direction of travel on an arc \[rad\], 0.01 to 6.2 to the left, or as much to the right (-).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(SWEEP_RAD))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SWEEP_RAD.min, max = SWEEP_RAD.max)))]
+    pub sweep_rad: Option<f64>,
+    /// Fastest on the way here \[m/s\], 0.001 to 100; left out: as fast as may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(SPEED_M_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    pub speed_m_s: Option<f64>,
+    /// When it is there \[s\], 0.001 to 3600, later than at the waypoints before; left out: as soon as may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(PATH_TIME_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = PATH_TIME_S.min, max = PATH_TIME_S.max)))]
+    pub time_s: Option<f64>,
+}
+
+/// What a path is planned within, beside the vehicle's own limits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct PathPlan {
+    /// Speed along the path \[m/s\], 0.001 to 100; 1 by default.
+    #[garde(custom(within(SPEED_M_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    pub speed_m_s: f64,
+    /// Speeding up, slowing down, and what a bend takes across \[m/s^2\], 0.001 to 1e4; 1 by default. The wheels' grip is not known to a plan:
+    /// friction times gravity is the most that holds.
+    #[garde(custom(within(ACCELERATION_M_S2)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
+    pub acceleration_m_s2: f64,
+    /// Jerk along the path \[m/s^3\], 0.001 to 1e5; 10 by default.
+    #[garde(custom(within(JERK_M_S3)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = JERK_M_S3.min, max = JERK_M_S3.max)))]
+    pub jerk_m_s3: f64,
+    /// Yaw rate \[rad/s\], 0.001 to 1000; 1.5 by default.
+    #[garde(custom(within(SPEED_RAD_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    pub yaw_rad_s: f64,
+    /// Its change \[rad/s^2\], 0.001 to 1e5; 4 by default.
+    #[garde(custom(within(ACCELERATION_RAD_S2)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
+    pub yaw_rad_s2: f64,
+    /// The change of that \[rad/s^3\], 0.001 to 1e6; 40 by default.
+    #[garde(custom(within(JERK_RAD_S3)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = JERK_RAD_S3.min, max = JERK_RAD_S3.max)))]
+    pub yaw_rad_s3: f64,
+    /// How much of wheels' speeds and torques the plan may take, 0.05 to 1; 0.8 by default. The rest is for whoever follows.
+    #[garde(custom(within(SHARE)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SHARE.min, max = SHARE.max)))]
+    pub share: f64,
+    /// Whether the plan keeps to what wheels can turn and push, and to the vehicle's limits of a command; true by default.
+    #[garde(skip)]
+    pub wheels: bool,
+}
+
+impl Default for PathPlan {
+    fn default() -> Self {
+        Self {
+            speed_m_s: 1.0,
+            acceleration_m_s2: 1.0,
+            jerk_m_s3: 10.0,
+            yaw_rad_s: 1.5,
+            yaw_rad_s2: 4.0,
+            yaw_rad_s3: 40.0,
+            share: 0.8,
+            wheels: true,
+        }
+    }
+}
+
+/// Where a follower has its pose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum PoseSource {
+    /// From what the wheels turned since the start, as the vehicle itself knows it: a `[drive]`'s pose, or else dead reckoning by all encoders.
+    #[default]
+    Odometry,
+    /// The true one, which a vehicle has from outside at best.
+    Truth,
+}
+
+/// How a path is followed: [`omni_core::HolonomicFollower`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct PathFollow {
+    /// Velocity per distance \[1/s\], 0 to 1000; 2 by default.
+    #[garde(custom(within(FOLLOW_PER_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max)))]
+    pub gain_per_s: f64,
+    /// Yaw rate per heading error \[1/s\], 0 to 1000; 2 by default.
+    #[garde(custom(within(FOLLOW_PER_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max)))]
+    pub heading_gain_per_s: f64,
+    /// Largest correction of the velocity \[m/s\], 0.001 to 100; 0.3 by default.
+    #[garde(custom(within(SPEED_M_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    pub limit_m_s: f64,
+    /// Largest correction of the yaw rate \[rad/s\], 0.001 to 1000; 1 by default.
+    #[garde(custom(within(SPEED_RAD_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    pub limit_rad_s: f64,
+    /// Where the pose comes from; `odometry` by default.
+    #[garde(skip)]
+    pub pose: PoseSource,
+}
+
+impl Default for PathFollow {
+    fn default() -> Self {
+        Self {
+            gain_per_s: 2.0,
+            heading_gain_per_s: 2.0,
+            limit_m_s: 0.3,
+            limit_rad_s: 1.0,
+            pose: PoseSource::Odometry,
+        }
+    }
+}
+
+/// Side of a square, diameter of a circle \[m\], where none is given.
+const SIZE_M: f64 = 1.0;
+
+impl Command {
+    /// The path's waypoints, the start first; none without a path.
+    pub(crate) fn waypoints(&self, start: &Start) -> Option<Vec<omni_core::Waypoint<f64>>> {
+        let first = PathPoint {
+            heading_rad: Some(start.heading_rad),
+            ..point(start.x_m, start.y_m)
+        };
+        let size_m = self.path_size_m.unwrap_or(SIZE_M);
+        let points = match self.path.as_ref()? {
+            PathChoice::Waypoints(points) => points.clone(),
+            PathChoice::Name(name) => built_in(name, size_m, start),
+        };
+        Some(
+            std::iter::once(first)
+                .chain(points)
+                .map(PathPoint::waypoint)
+                .collect(),
+        )
+    }
+
+    /// The key and what is wrong with it, where a path's keys do not fit together.
+    pub(crate) fn path_refusal(&self) -> Option<(String, String)> {
+        let Some(path) = &self.path else {
+            let size_m = self.path_size_m?;
+            return Some((
+                "command.path_size_m".into(),
+                format!("{size_m}, allowed: only with a path by name"),
+            ));
+        };
+        match path {
+            PathChoice::Name(name) if !PATHS.contains(&name.as_str()) => {
+                let meant = did_you_mean(name, PATHS);
+                let message = format!(
+                    "{name:?}{meant}, allowed: {}, or a list of waypoints",
+                    PATHS.join(", ")
+                );
+                Some(("command.path".into(), message))
+            }
+            PathChoice::Name(_) => None,
+            PathChoice::Waypoints(points) => {
+                if !(1..=500).contains(&points.len()) {
+                    let message = format!("{} of them, allowed: 1 to 500", points.len());
+                    return Some(("command.path".into(), message));
+                }
+                if let Some(size_m) = self.path_size_m {
+                    return Some((
+                        "command.path_size_m".into(),
+                        format!("{size_m}, allowed: only with a path by name"),
+                    ));
+                }
+                points.iter().enumerate().find_map(|(i, point)| {
+                    let key = format!("command.path[{i}].sweep_rad");
+                    match (point.kind, point.sweep_rad) {
+                        (WayKind::Arc, None) => Some((
+                            key,
+                            "left out, allowed: 0.01 to 6.2 of an arc, or as much to the right".into(),
+                        )),
+                        (WayKind::Arc, Some(sweep)) if sweep.abs() < 0.01 => Some((
+                            key,
+                            format!("{sweep}, allowed: 0.01 to 6.2, or as much to the right"),
+                        )),
+                        (WayKind::Arc, _) | (_, None) => None,
+                        (_, Some(sweep)) => {
+                            Some((key, format!("{sweep}, allowed: only with kind = \"arc\"")))
+                        }
+                    }
+                })
+            }
+        }
+    }
+}
+
+fn point(x_m: f64, y_m: f64) -> PathPoint {
+    PathPoint {
+        x_m,
+        y_m,
+        heading_rad: None,
+        kind: WayKind::Line,
+        sweep_rad: None,
+        speed_m_s: None,
+        time_s: None,
+    }
+}
+
+impl PathPoint {
+    fn waypoint(self) -> omni_core::Waypoint<f64> {
+        let mut waypoint = omni_core::Waypoint::at(self.x_m, self.y_m);
+        waypoint.heading_rad = self.heading_rad;
+        waypoint.speed_m_s = self.speed_m_s;
+        waypoint.time_s = self.time_s;
+        waypoint.shape = match self.kind {
+            WayKind::Line => WayShape::Line,
+            // What an arc without a sweep is was refused.
+            WayKind::Arc => WayShape::Arc {
+                sweep_rad: self.sweep_rad.unwrap_or(FRAC_PI_2),
+            },
+            WayKind::Spline => WayShape::Spline,
+        };
+        waypoint
+    }
+}
+
+/// A built-in path from where the vehicle stands.
+fn built_in(name: &str, size_m: f64, start: &Start) -> Vec<PathPoint> {
+    let (sin, cos) = (libm::sin(start.heading_rad), libm::cos(start.heading_rad));
+    let at = |ahead: f64, left: f64| {
+        let (ahead, left) = (ahead * size_m, left * size_m);
+        point(
+            start.x_m + cos * ahead - sin * left,
+            start.y_m + sin * ahead + cos * left,
+        )
+    };
+    let arc = |left: f64, sweep: f64| PathPoint {
+        kind: WayKind::Arc,
+        sweep_rad: Some(sweep),
+        ..at(0.0, left)
+    };
+    if name == "square" {
+        [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]
+            .map(|(x, y)| at(x, y))
+            .into()
+    } else {
+        vec![arc(1.0, PI), arc(0.0, PI), arc(-1.0, -PI), arc(0.0, -PI)]
+    }
+}

@@ -1,0 +1,217 @@
+//! From a scenario's path to a trajectory of omni-core.
+
+use omni_core::{
+    BodyTwist, ConfigError, FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits,
+    PathPiece, PathSegment, PlanarInertia, TorqueLimit, Trajectory, TrajectoryPlanner, Waypoint,
+};
+
+use crate::path::{PathFollow, PathPlan, PoseSource};
+use crate::{Error, Scenario, Vehicle, for_wheel_count, wheel_count_refused};
+
+/// A limit that nothing meets.
+const NO_LIMIT: f64 = 1e9;
+
+/// A path with its times, and who follows it.
+///
+/// ```
+/// use omni_config::Scenario;
+/// let path = Scenario::load("square", &[])?.planned_path()?.expect("it has a path");
+/// let corner = path.trajectory().at(path.trajectory().segments()[1].start_s());
+/// assert!((corner.pose.x_m - 1.0).abs() < 1e-9 && corner.speed_m_s < 1e-9);
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PlannedPath {
+    segments: Vec<PathSegment<f64>>,
+    pieces: Vec<PathPiece<f64>>,
+    /// Who follows it.
+    pub follower: HolonomicFollower<f64>,
+    /// Where the follower has its pose from.
+    pub pose: PoseSource,
+}
+
+impl PlannedPath {
+    /// The path with its times.
+    #[must_use]
+    pub fn trajectory(&self) -> Trajectory<'_, f64> {
+        Trajectory::new(&self.segments, &self.pieces)
+    }
+}
+
+impl Vehicle {
+    /// Moment of inertia of everything about the vertical through the centre of mass, as the vehicle stands on flat ground \[kg.m^2\]; of a
+    /// wheel half of what it is about its axle, as of a disc.
+    ///
+    /// ```
+    /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?; // a crate of 20 kg, and wheels of 1 kg under its corners
+    /// let expected = 20.0 * (0.36 + 0.16) / 12.0 + 4.0 * (0.25 * 0.25 + 0.2 * 0.2) + 4.0 * 0.0035 / 2.0;
+    /// assert!((mecanum4.yaw_inertia_kg_m2() - expected).abs() < 1e-12);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn yaw_inertia_kg_m2(&self) -> f64 {
+        let [cx, cy, _] = self.centre_of_mass_m();
+        let bodies = self.body.iter().map(|body| body.inertia_kg_m2()[2]);
+        let wheels = self.wheel.iter().map(|wheel| 0.5 * wheel.inertia_kg_m2);
+        let beside = self
+            .weights()
+            .map(|(mass, [x, y, _])| mass * ((x - cx).powi(2) + (y - cy).powi(2)));
+        bodies.chain(wheels).chain(beside).sum()
+    }
+}
+
+impl PathPlan {
+    /// What a path of this vehicle is planned within.
+    fn limits<const N: usize>(&self, vehicle: &Vehicle) -> Result<PathLimits<f64, N>, ConfigError> {
+        let motion = |velocity, acceleration, jerk| MotionLimits {
+            velocity,
+            acceleration,
+            deceleration: acceleration,
+            jerk,
+        };
+        let [x, y, _] = vehicle.centre_of_mass_m();
+        let body = PlanarInertia {
+            mass_kg: vehicle.mass_kg(),
+            yaw_kg_m2: vehicle.yaw_inertia_kg_m2(),
+            centre_m: [x, y],
+        };
+        let torque = if self.wheels {
+            vehicle.motor.limit()?
+        } else {
+            TorqueLimit::constant(NO_LIMIT)?
+        };
+        let speed = vehicle
+            .no_load_rad_s()
+            .filter(|_| self.wheels)
+            .unwrap_or(NO_LIMIT);
+        let mut limits = PathLimits::new(
+            motion(self.speed_m_s, self.acceleration_m_s2, self.jerk_m_s3),
+            motion(self.yaw_rad_s, self.yaw_rad_s2, self.yaw_rad_s3),
+            body,
+            [speed; N],
+            [torque; N],
+        );
+        for (inertia, wheel) in limits.wheel_kg_m2.iter_mut().zip(&vehicle.wheel) {
+            *inertia = wheel.inertia_kg_m2 * wheel.gear * wheel.gear;
+        }
+        if let Some(own) = vehicle.limits.filter(|_| self.wheels) {
+            let none = f64::INFINITY;
+            let (linear, yaw) = (own.linear_m_s2.unwrap_or(none), own.yaw_rad_s2.unwrap_or(none));
+            limits.fastest =
+                BodyTwist::from_array([own.vx_m_s, own.vy_m_s, own.wz_rad_s].map(|v| self.share * v));
+            limits.quickest = BodyTwist::from_array([linear, linear, yaw].map(|v| self.share * v));
+        }
+        limits.share = self.share;
+        Ok(limits)
+    }
+}
+
+type Parts = (Vec<PathSegment<f64>>, Vec<PathPiece<f64>>);
+
+fn planned<const N: usize>(
+    vehicle: &Vehicle,
+    plan: &PathPlan,
+    waypoints: &[Waypoint<f64>],
+) -> Result<Parts, ConfigError> {
+    let planner =
+        TrajectoryPlanner::<f64, N>::new(&Kinematics::new(&vehicle.layout()?)?, plan.limits(vehicle)?)?;
+    let [segments, pieces] = TrajectoryPlanner::<f64, N>::room(waypoints);
+    let mut parts = (vec![PathSegment::EMPTY; segments], vec![PathPiece::EMPTY; pieces]);
+    planner.plan(waypoints, &mut parts.0, &mut parts.1)?;
+    Ok(parts)
+}
+
+impl PathFollow {
+    fn follower(&self) -> Result<HolonomicFollower<f64>, ConfigError> {
+        HolonomicFollower::new(FollowerConfig {
+            gain_per_s: self.gain_per_s,
+            heading_gain_per_s: self.heading_gain_per_s,
+            limit_m_s: self.limit_m_s,
+            limit_rad_s: self.limit_rad_s,
+        })
+    }
+}
+
+impl Scenario {
+    /// The path of the scenario's command, planned for its vehicle from where it stands at the start; none of a command without one.
+    ///
+    /// # Errors
+    /// [`Error::Key`] where it cannot be planned; a loaded scenario has been checked.
+    pub fn planned_path(&self) -> Result<Option<PlannedPath>, Error> {
+        let refuse = |(key, message)| Error::Key {
+            file: format!("scenario {}", self.name),
+            key,
+            message,
+        };
+        self.plan_path().map_err(refuse)
+    }
+
+    /// The same, or the key and what is wrong with it.
+    pub(crate) fn plan_path(&self) -> Result<Option<PlannedPath>, (String, String)> {
+        let command = &self.command;
+        let Some(waypoints) = command.waypoints(&self.start) else {
+            return Ok(None);
+        };
+        let plan = |waypoints: &[Waypoint<f64>]| {
+            let vehicle = self.vehicle();
+            let count = vehicle.wheel.len();
+            for_wheel_count!(count, planned[](vehicle, &command.plan, waypoints), |count| Err(wheel_count_refused(count)))
+        };
+        let (segments, pieces) = plan(&waypoints).map_err(|error| {
+            let Some((parameter, index)) = error.parameter.strip_prefix("waypoint.").zip(error.index) else {
+                return ("command.path".to_owned(), error.to_string());
+            };
+            let mut message = format!("{}, allowed: {}", error.value, error.allowed);
+            if parameter == "time_s" {
+                // The same way without that time, and how soon it is there.
+                let mut freed = waypoints[..=index].to_vec();
+                freed[index].time_s = None;
+                if let Ok((segments, pieces)) = plan(&freed) {
+                    let soonest = Trajectory::new(&segments, &pieces).duration_s();
+                    message = format!(
+                        "{}, allowed: at least {:.3}, how soon limits let it be there",
+                        error.value,
+                        soonest + 5e-4
+                    );
+                }
+            }
+            // The start is the waypoint with index 0.
+            (
+                format!("command.path[{}].{parameter}", index.saturating_sub(1)),
+                message,
+            )
+        })?;
+        let follower = command
+            .follow
+            .follower()
+            .map_err(|error| (format!("command.follow.{}", error.parameter), error.to_string()))?;
+        let pose = command.follow.pose;
+        Ok(Some(PlannedPath {
+            segments,
+            pieces,
+            follower,
+            pose,
+        }))
+    }
+
+    /// How far from its start a vehicle that does what it is told gets at most \[m\].
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// assert!((Scenario::load("flat", &[])?.farthest_m() - 0.3 * 4.0).abs() < 1e-12); // 0.3 m/s for 4 s
+    /// assert!((Scenario::load("square", &[])?.farthest_m() - 4.0).abs() < 1e-12); // all of its sides
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn farthest_m(&self) -> f64 {
+        match self.command.waypoints(&self.start) {
+            // Half of a circle is pi / 2 of its chord, and nothing bends more on the way to a place that is further away.
+            Some(waypoints) => waypoints
+                .windows(2)
+                .map(|pair| (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m))
+                .sum(),
+            None => self.command.fastest_m_s() * self.duration_s,
+        }
+    }
+}

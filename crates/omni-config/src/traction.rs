@@ -1,0 +1,284 @@
+//! Traction control of a scenario's vehicle: what [`omni_core::Traction`] and its [`Supervisor`] are made of.
+
+use omni_core::linkage::MAX_HINGES;
+use omni_core::{
+    CarriedWheel, ConfigError, Coordination, HingeGeometry, Kinematics, Linkage, Real, Supervisor,
+    SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionWheel,
+};
+
+use crate::control::TractionPreset;
+use crate::{Error, Scenario, Vehicle};
+
+/// A supervisor and its law.
+pub(crate) type Parts<R, const N: usize> = (Supervisor<R, N>, Traction<R, N>);
+
+/// Speed of run-ups where the vehicle has no limits \[m/s\].
+const MOST_M_S: f64 = 1.0;
+/// Part of the motors' speed without load up to which wheels are spun.
+const SPUN_PART: f64 = 0.9;
+/// Less spin than this \[m/s\] is of no use: 5 rad/s of a wheel of 66 mm.
+const LEAST_SPIN_M_S: f64 = 0.33;
+
+impl Scenario {
+    /// Is the controller traction control (`steady`, `reach`), which has no loops of single wheels?
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// let step = Scenario::load("step", &[])?;
+    /// assert!(step.with_policy("steady")?.has_traction() && !step.with_policy("paper")?.has_traction());
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn has_traction(&self) -> bool {
+        self.control.traction().is_some()
+    }
+
+    /// Tries at each row of wheels that the scenario's traction control has; none where the policy is one of the wheels' loops.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// assert_eq!(Scenario::load("step", &[Override::new("control.tries", 3)])?.tries(), Some(3));
+    /// assert_eq!(Scenario::load("step", &[])?.with_policy("paper")?.tries(), None);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn tries(&self) -> Option<u32> {
+        let preset = self.control.traction()?;
+        let given = self.control.tries;
+        Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).ladder.tries.into()))
+    }
+
+    /// Refuses traction control where only loops of single wheels will do: `place` says where, as "allowed {place}" in the message.
+    ///
+    /// # Errors
+    /// [`Error::Key`] where [`Scenario::has_traction`].
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// let steady = Scenario::load("step", &[])?.with_policy("steady")?;
+    /// let error = steady.without_traction("in C").unwrap_err();
+    /// assert!(error.to_string().ends_with(": \"steady\", allowed in C: independent, paper, synchronised, load_sharing"));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn without_traction(&self, place: &str) -> Result<(), Error> {
+        match self.traction_refused(place) {
+            None => Ok(()),
+            Some(message) => Err(Error::Key {
+                file: format!("scenario {}", self.name),
+                key: "control.policy".into(),
+                message,
+            }),
+        }
+    }
+
+    /// What is said of traction control where only loops of single wheels will do.
+    pub(crate) fn traction_refused(&self, place: &str) -> Option<String> {
+        let loops = Coordination::<f64>::PRESETS.join(", ");
+        let policy = &self.control.policy;
+        self.has_traction()
+            .then(|| format!("{policy:?}, allowed {place}: {loops}"))
+    }
+
+    /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one of the wheels' loops.
+    ///
+    /// # Errors
+    /// As [`Scenario::controller`]; [`Error::Key`] for a vehicle of more than 8 hinges.
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// let mut policy = Scenario::load("step", &[])?.with_policy("steady")?.traction::<f64, 7>()?.expect("steady");
+    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut torques_n_m = [0.0; 7];
+    /// policy.step(&Readings::new(ahead, &[0.0; 7]), &mut torques_n_m);
+    /// assert!(torques_n_m[3] > 0.0 && torques_n_m[5] == 0.0); // wheel 4 points ahead, wheel 6 across
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn traction<R: Real, const N: usize>(&self) -> Result<Option<TractionPolicy<R, N>>, Error> {
+        let Some((supervisor, traction)) = self.traction_parts()? else {
+            return Ok(None);
+        };
+        Ok(Some(TractionPolicy::new(self.limiter()?, supervisor, traction)))
+    }
+
+    /// What [`Scenario::traction`] is made of, for firmware.
+    pub(crate) fn traction_parts<R: Real, const N: usize>(&self) -> Result<Option<Parts<R, N>>, Error> {
+        let Some(preset) = self.control.traction() else {
+            return Ok(None);
+        };
+        let vehicle = self.vehicle();
+        let refuse = |error: ConfigError| vehicle.refuse(&error);
+        let (gains, period) = (vehicle.gains_at(self.period_s())?, R::of(self.period_s()));
+        let (kp, ki) = (R::of(gains.kp_n_m_s_rad), R::of(gains.ki_n_m_rad));
+        let mut config = match preset {
+            TractionPreset::Steady => TractionConfig::steady(kp, ki, period),
+            TractionPreset::Reach => TractionConfig::reach(kp, ki, period),
+        };
+        let ways = vehicle.wheel.iter().map(|wheel| wheel.gear * wheel.radius_m);
+        // What is made of counts by something else is no multiple of them.
+        let counts = match self.sensors.encoder_velocity {
+            None => self.sensors.encoder_counts,
+            Some(_) => 0,
+        };
+        config = config.with_counts(counts, R::of(ways.fold(0.0, f64::max)));
+        let supervisor = self.supervisor(preset.supervisor(self.period_s()));
+        let limit = vehicle.motor.limit().map_err(refuse)?;
+        let layout = vehicle.layout::<R, N>().map_err(refuse)?; // checks the count
+        let wheels = std::array::from_fn(|i| {
+            let wheel = &vehicle.wheel[i];
+            TractionWheel {
+                limit,
+                inertia_kg_m2: R::of(wheel.inertia_kg_m2 * wheel.gear * wheel.gear),
+                carrier: wheel.carrier().map(R::of),
+                place_m: wheel.position_m.map(R::of),
+            }
+        });
+        let built = Traction::new(
+            Kinematics::new(&layout).map_err(refuse)?,
+            vehicle.linkage()?,
+            wheels,
+            config,
+        );
+        let supervisor = Supervisor::new(&wheels.map(|wheel| wheel.place_m), supervisor).map_err(refuse)?;
+        Ok(Some((supervisor, built.map_err(refuse)?)))
+    }
+
+    fn supervisor<R: Real>(&self, preset: SupervisorConfig<R>) -> SupervisorConfig<R> {
+        let mut config = preset;
+        config.most_m_s = match self.vehicle().limits {
+            Some(limits) => [limits.vx_m_s, limits.vy_m_s].map(R::of),
+            None => [R::of(MOST_M_S); 2],
+        };
+        if let Some(tries) = self.control.tries {
+            config.ladder.tries = u16::try_from(tries).unwrap_or(u16::MAX);
+        }
+        let spare = self.spin_to_spare_m_s(config.ladder.run_up_m_s.as_f64());
+        if spare < config.ladder.spin_m_s.as_f64() {
+            config.ladder.spin_m_s = R::of(if spare < LEAST_SPIN_M_S { 0.0 } else { spare });
+            config.ladder.spin_more_m_s = R::zero();
+        }
+        config
+    }
+
+    /// What the slowest rim can do beyond a run-up \[m/s\]; infinite where no motor's torque falls with its speed.
+    fn spin_to_spare_m_s(&self, run_up_m_s: f64) -> f64 {
+        let Some(fastest) = self.vehicle().no_load_rad_s() else {
+            return f64::INFINITY;
+        };
+        let rims = self
+            .vehicle()
+            .wheel
+            .iter()
+            .map(|wheel| wheel.gear * wheel.radius_m);
+        rims.fold(f64::INFINITY, f64::min) * SPUN_PART * fastest - run_up_m_s
+    }
+
+    /// What the scenario's traction control does without, a line each: sensors that the vehicle has not, motors that are too slow.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let keys = ["control.policy=reach", "vehicle.motor.slope_n_m_s_rad=0.1", "sensors.no_imu=true"];
+    /// let keys = keys.iter().map(|key| Override::parse(key)).collect::<Result<Vec<_>, _>>()?;
+    /// let notes = Scenario::load("step", &keys)?.traction_notes();
+    /// assert!(notes[0].starts_with("reach without an inertial measurement unit: "));
+    /// assert!(notes[1].starts_with("reach with motors of 20.0 rad/s without load: "));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn traction_notes(&self) -> Vec<String> {
+        let Some(preset) = self.control.traction() else {
+            return Vec::new();
+        };
+        let policy = &self.control.policy;
+        let mut notes = Vec::new();
+        if self.sensors.no_imu {
+            notes.push(format!(
+                "{policy} without an inertial measurement unit: the base counts as level, and the wheels say how it turns"
+            ));
+        }
+        if self.sensors.no_hinge_encoders && !self.vehicle().hinge.is_empty() {
+            notes.push(format!(
+                "{policy} without encoders on hinges: rows that climb are not told from wheels that slip"
+            ));
+        }
+        let wanted = SupervisorConfig::<f64>::reach(self.period_s()).ladder;
+        let spare = self.spin_to_spare_m_s(wanted.run_up_m_s);
+        if preset == TractionPreset::Reach && spare < wanted.spin_m_s {
+            let fastest = self.vehicle().no_load_rad_s().unwrap_or(f64::INFINITY);
+            let spun = if spare < LEAST_SPIN_M_S {
+                "rows are not spun up before a try".to_owned()
+            } else {
+                format!(
+                    "rows are spun up by {spare:.2} m/s before a try, not by {:.2}",
+                    wanted.spin_m_s
+                )
+            };
+            notes.push(format!(
+                "{policy} with motors of {fastest:.1} rad/s without load: {spun}"
+            ));
+        }
+        notes
+    }
+}
+
+impl TractionPreset {
+    fn supervisor<R: Real>(self, period_s: f64) -> SupervisorConfig<R> {
+        match self {
+            Self::Steady => SupervisorConfig::steady(R::of(period_s)),
+            Self::Reach => SupervisorConfig::reach(R::of(period_s)),
+        }
+    }
+}
+
+impl Vehicle {
+    /// The tree of its bodies and what carries its wheels.
+    ///
+    /// # Errors
+    /// [`Error::Key`] for more than 8 hinges, or where `N` is not the number of wheels.
+    ///
+    /// ```
+    /// let linkage = omni_config::Vehicle::load("chugo7")?.linkage::<f64, 7>()?;
+    /// assert_eq!(linkage.hinge_count(), 2);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn linkage<R: Real, const N: usize>(&self) -> Result<Linkage<R, N>, Error> {
+        let body = |name: &String| {
+            self.body
+                .iter()
+                .position(|body| body.name == *name)
+                .unwrap_or_default()
+        };
+        if self.hinge.len() > MAX_HINGES {
+            return Err(Error::Key {
+                file: format!("vehicle {}", self.name),
+                key: "hinge".into(),
+                message: format!(
+                    "{} hinges, allowed: {MAX_HINGES} at most with steady and reach",
+                    self.hinge.len()
+                ),
+            });
+        }
+        let hinges = self.hinge.iter().map(|hinge| {
+            let length = hinge.axis.iter().map(|each| each * each).sum::<f64>().sqrt();
+            HingeGeometry {
+                parent: body(&hinge.parent),
+                child: body(&hinge.child),
+                axis: hinge.axis.map(|each| R::of(each / length)),
+                anchor_m: hinge.anchor_m.map(R::of),
+            }
+        });
+        let hinges: Vec<_> = hinges.collect();
+        if self.wheel.len() != N {
+            return Err(self.refuse(&crate::wheel_count_refused(self.wheel.len())));
+        }
+        let wheels = std::array::from_fn(|i| {
+            let wheel = &self.wheel[i];
+            let [x, y] = wheel.position_m;
+            CarriedWheel {
+                body: body(&wheel.body),
+                centre_m: [x, y, wheel.radius_m].map(R::of),
+            }
+        });
+        Linkage::new(&hinges, &wheels).map_err(|error| self.refuse(&error))
+    }
+}

@@ -1,0 +1,125 @@
+//! What is doubtful of a vehicle, though it is allowed.
+
+use omni_core::{ConfigError, Kinematics};
+
+use crate::derived_gains::digits;
+use crate::{Error, Vehicle, WheelSpec, for_wheel_count, wheel_count_refused};
+
+/// A derived time constant beyond this is doubtful \[s\].
+const SLOW_S: f64 = 1.0;
+/// Rollers are doubtful where the vehicle's lever against turning is below this part of what they would give mounted the other way round.
+const LEVER_PART: f64 = 0.7;
+
+impl Vehicle {
+    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused, all of it worth a second look.
+    ///
+    /// # Errors
+    /// As [`Vehicle::derived_gains`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario, Vehicle};
+    /// let doubts = Vehicle::load("omni3")?.doubts(1e-3)?;
+    /// assert_eq!(doubts, ["3 wheels: one whose reading is lost leaves a motion unknown, which is a stop"]);
+    /// let heavy = Override::parse("vehicle.wheel[0].inertia_kg_m2=0.01")?;
+    /// let doubts = Scenario::load("step", &[heavy])?.vehicle().doubts(1e-3)?;
+    /// let said = "wheel 1: inertia_kg_m2 = 0.01, its mass all at the rim has 0.00436 (m r^2); more is right for a geared rotor only";
+    /// assert_eq!(doubts, [said]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn doubts(&self, period_s: f64) -> Result<Vec<String>, Error> {
+        let mut doubts = Vec::new();
+        doubts.extend(self.unreplaceable()?);
+        doubts.extend(self.mirrored_rollers()?);
+        doubts.extend(self.wheel.iter().filter_map(flywheel));
+        if self.gains.is_none() {
+            let derived = self.derived_gains(period_s)?;
+            if derived.time_constant_s > SLOW_S {
+                doubts.push(format!(
+                    "gains: the time constant derived is {:.2} s, for {:.3} kg and motors of {} N.m: it follows slowly; stronger motors, \
+                     a lower mass or [limits] mend it",
+                    derived.time_constant_s,
+                    self.mass_kg(),
+                    self.motor.stall_torque_n_m
+                ));
+            }
+        }
+        Ok(doubts)
+    }
+
+    /// Wheels without which the others do not tell the motion.
+    fn unreplaceable(&self) -> Result<Option<String>, Error> {
+        let alone: Vec<bool> = for_wheel_count!(self.wheel.len(), unreplaceable[](self), |count| Err(
+            wheel_count_refused(count)
+        ))
+        .map_err(|error| self.refuse(&error))?;
+        if self.wheel.len() == 3 {
+            let text = "3 wheels: one whose reading is lost leaves a motion unknown, which is a stop";
+            return Ok(Some(text.into()));
+        }
+        let wheels = self.wheel.iter().zip(alone);
+        let names: Vec<_> = wheels
+            .filter_map(|(wheel, alone)| alone.then_some(wheel.name.as_str()))
+            .collect();
+        Ok((!names.is_empty()).then(|| {
+            format!(
+                "wheel {}: without its reading the others do not tell the motion, which is a stop",
+                names.join(", ")
+            )
+        }))
+    }
+
+    /// Rollers that are mounted the other way round than they turn the vehicle best.
+    fn mirrored_rollers(&self) -> Result<Option<String>, Error> {
+        let mut mirrored = self.clone();
+        for wheel in &mut mirrored.wheel {
+            wheel.roller_angle_rad = -wheel.roller_angle_rad;
+        }
+        // Rollers mirrored may not move it at all: then they are right as they are.
+        let Ok(other) = mirrored.lever_m() else {
+            return Ok(None);
+        };
+        let own = self.lever_m()?;
+        Ok((own < LEVER_PART * other).then(|| {
+            format!(
+                "roller_angle_rad: the wheels push past the middle at {own:.3} m, with the other sign at {other:.3} m: it hardly turns; on the ground \
+                 the axes of the rollers are to form a diamond around the middle"
+            )
+        }))
+    }
+
+    /// How far from the wheels' middle their pushes pass it, the root of the mean square \[m\].
+    fn lever_m(&self) -> Result<f64, Error> {
+        let (rows, _) = self.actuators()?;
+        let count = self.wheel.len() as f64;
+        let [cx, cy] =
+            [0, 1].map(|axis| self.wheel.iter().map(|wheel| wheel.position_m[axis]).sum::<f64>() / count);
+        let squares = rows.iter().map(|[ax, ay, turned]| {
+            let about_the_middle = turned + ax * cy - ay * cx;
+            about_the_middle * about_the_middle / (ax * ax + ay * ay)
+        });
+        Ok((squares.sum::<f64>() / count).sqrt())
+    }
+}
+
+/// Why a wheel's inertia is more than its mass can have.
+fn flywheel(wheel: &WheelSpec) -> Option<String> {
+    let most = wheel.mass_kg * wheel.radius_m * wheel.radius_m;
+    (wheel.inertia_kg_m2 > most).then(|| {
+        format!(
+            "wheel {}: inertia_kg_m2 = {}, its mass all at the rim has {} (m r^2); more is right for a geared rotor only",
+            wheel.name,
+            wheel.inertia_kg_m2,
+            digits(most)
+        )
+    })
+}
+
+/// Of each wheel whether the motion is unknown without it.
+fn unreplaceable<const N: usize>(vehicle: &Vehicle) -> Result<Vec<bool>, ConfigError> {
+    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
+    let without = |wheel: usize| {
+        let excluded = core::array::from_fn(|each| each == wheel);
+        kinematics.excluding(&excluded).is_none()
+    };
+    Ok((0..N).map(without).collect())
+}

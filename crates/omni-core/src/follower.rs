@@ -1,0 +1,173 @@
+//! Following a trajectory with a vehicle that moves in every direction: what the trajectory says, and feedback of the pose.
+
+use crate::constants::constant_struct;
+use crate::error::within;
+use crate::{BodyTwist, ConfigError, PlanarPose, Real, TrajectorySample, WorldTwist};
+
+/// Gains and limits of a [`HolonomicFollower`].
+///
+/// ```
+/// use omni_core::{FollowerConfig, HolonomicFollower};
+/// let config = FollowerConfig { gain_per_s: -1.0, heading_gain_per_s: 2.0, limit_m_s: 0.2, limit_rad_s: 0.5 };
+/// let error = HolonomicFollower::new(config).unwrap_err();
+/// assert_eq!(error.to_string(), "gain_per_s = -1, allowed: 0 to 1000");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FollowerConfig<R> {
+    /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant of the return: it should be several
+    /// times that of the wheels' loops.
+    pub gain_per_s: R,
+    /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000; as above.
+    pub heading_gain_per_s: R,
+    /// Largest correction of the velocity, as a vector \[m/s\], 0 to 1000.
+    pub limit_m_s: R,
+    /// Largest correction of the yaw rate \[rad/s\], 0 to 1000.
+    pub limit_rad_s: R,
+}
+
+constant_struct!(FollowerConfig<R> { gain_per_s: R, heading_gain_per_s: R, limit_m_s: R, limit_rad_s: R });
+
+/// What a [`HolonomicFollower`] found and asks for.
+///
+/// ```
+/// use omni_core::{FollowerConfig, HolonomicFollower, PlanarPose, Trajectory};
+/// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: 0.2, limit_rad_s: 0.5 };
+/// let end = Trajectory::<f64>::new(&[], &[]).at(1.0); // to stay at the origin
+/// let beside = PlanarPose { x_m: 0.0, y_m: 0.05, yaw_rad: 0.0 };
+/// let follow = HolonomicFollower::new(config)?.step(&end, &beside);
+/// assert_eq!((follow.error_m, follow.twist.vy_m_s), ([0.0, -0.05], -0.1));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Follow<R> {
+    /// The twist to command \[m/s, m/s, rad/s\].
+    pub twist: BodyTwist<R>,
+    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 where the pose is not known.
+    pub error_m: [R; 2],
+    /// The turn to where it should look, by the shorter way \[rad\], in (-pi, pi]. 0 where the pose is not known.
+    pub error_rad: R,
+}
+
+/// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in proportion to where the vehicle is not.
+/// Goes before the limits of the twist. It remembers nothing.
+///
+/// The correction of the velocity is limited as a vector, so that its direction stays; that of the yaw rate takes the shorter turn. At the
+/// end of the trajectory the last pose is held. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
+///
+/// ```
+/// use omni_core::{FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment};
+/// use omni_core::{PlanarInertia, TorqueLimit, TrajectoryPlanner, Waypoint, WheelLayout};
+/// # let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.5, 0.4, 0.076)?)?;
+/// # let motion = MotionLimits { velocity: 0.5, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
+/// # let body = PlanarInertia { mass_kg: 24.0, yaw_kg_m2: 1.0, centre_m: [0.0; 2] };
+/// # let limits = PathLimits::new(motion, motion, body, [25.0; 4], [TorqueLimit::line(3.0, 0.1)?; 4]);
+/// # let planner = TrajectoryPlanner::new(&kinematics, limits)?;
+/// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
+/// let left = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(0.0, 3.0)], &mut segments, &mut pieces)?;
+/// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: 0.2, limit_rad_s: 0.5 };
+/// let follower = HolonomicFollower::new(config)?;
+/// let halfway = left.at(0.5 * left.duration_s());
+/// // There, but looking to the left as well: what was to the left is ahead, and it turns back as quickly as it may.
+/// let mut pose = halfway.pose;
+/// pose.yaw_rad = core::f64::consts::FRAC_PI_2;
+/// let follow = follower.step(&halfway, &pose);
+/// assert!((follow.twist.vx_m_s - 0.5).abs() < 1e-9 && follow.twist.vy_m_s.abs() < 1e-9);
+/// assert_eq!(follow.twist.wz_rad_s, -0.5);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HolonomicFollower<R> {
+    config: FollowerConfig<R>,
+}
+
+constant_struct!(HolonomicFollower<R> { config: FollowerConfig<R> });
+
+impl<R: Real> HolonomicFollower<R> {
+    /// A follower with these gains.
+    ///
+    /// # Errors
+    /// Parameter `gain_per_s`, `heading_gain_per_s`, `limit_m_s` or `limit_rad_s`.
+    ///
+    /// ```
+    /// use omni_core::{FollowerConfig, HolonomicFollower};
+    /// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: f64::NAN, limit_rad_s: 0.5 };
+    /// assert_eq!(HolonomicFollower::new(config).unwrap_err().parameter, "limit_m_s");
+    /// let config = FollowerConfig { limit_m_s: 1001.0, ..config };
+    /// assert_eq!(HolonomicFollower::new(config).unwrap_err().value, 1001.0);
+    /// ```
+    pub fn new(config: FollowerConfig<R>) -> Result<Self, ConfigError> {
+        for (name, value) in [
+            ("gain_per_s", config.gain_per_s),
+            ("heading_gain_per_s", config.heading_gain_per_s),
+            ("limit_m_s", config.limit_m_s),
+            ("limit_rad_s", config.limit_rad_s),
+        ] {
+            within(name, value, 0.0..=1000.0, "0 to 1000")?;
+        }
+        Ok(Self { config })
+    }
+
+    /// The twist to command, for a vehicle at `pose` that should be where `sample` says.
+    ///
+    /// ```
+    /// use omni_core::{FollowerConfig, HolonomicFollower, PlanarPose, Trajectory};
+    /// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: 0.2, limit_rad_s: 0.5 };
+    /// let follower = HolonomicFollower::new(config)?;
+    /// let stay = Trajectory::<f64>::new(&[], &[]).at(1.0);
+    /// // 3 m and 4 m away: 0.2 m/s in that direction.
+    /// let twist = follower.step(&stay, &PlanarPose { x_m: -3.0, y_m: -4.0, yaw_rad: 0.0 }).twist;
+    /// assert!((twist.vx_m_s - 0.12).abs() < 1e-12 && (twist.vy_m_s - 0.16).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn step(&self, sample: &TrajectorySample<R>, pose: &PlanarPose<R>) -> Follow<R> {
+        let FollowerConfig {
+            gain_per_s,
+            heading_gain_per_s,
+            limit_m_s,
+            limit_rad_s,
+        } = self.config;
+        let (dx, dy) = (sample.pose.x_m - pose.x_m, sample.pose.y_m - pose.y_m);
+        let error_rad = (sample.pose.yaw_rad - pose.yaw_rad).wrapped_angle();
+        // Squares that overflow would be no number either.
+        let square = dx * dx + dy * dy;
+        if !(square.is_finite_real() && error_rad.is_finite_real()) {
+            return Follow {
+                twist: sample.feed_forward(),
+                error_m: [R::ZERO; 2],
+                error_rad: R::ZERO,
+            };
+        }
+        let distance = square.sqrt();
+        let gain = if gain_per_s * distance > limit_m_s {
+            limit_m_s / distance
+        } else {
+            gain_per_s
+        };
+        let (sin, cos) = pose.yaw_rad.sine_cosine();
+        let WorldTwist {
+            vx_m_s,
+            vy_m_s,
+            wz_rad_s,
+        } = sample.velocity;
+        let (x, y) = (vx_m_s + gain * dx, vy_m_s + gain * dy);
+        Follow {
+            twist: BodyTwist {
+                vx_m_s: cos * x + sin * y,
+                vy_m_s: cos * y - sin * x,
+                wz_rad_s: wz_rad_s + (heading_gain_per_s * error_rad).limited(-limit_rad_s, limit_rad_s),
+            },
+            error_m: [cos * dx + sin * dy, cos * dy - sin * dx],
+            error_rad,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

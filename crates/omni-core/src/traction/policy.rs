@@ -1,0 +1,334 @@
+//! Traction control behind the same face as any controller.
+
+use super::{
+    Supervisor, SupervisorState, Traction, TractionObservation, TractionSample, TractionState, TractionTarget,
+};
+use crate::{Policy, Readings, Real, TwistLimiter, TwistLimiterState};
+
+/// Names of the signals that [`TractionPolicy`] has of its own.
+const SIGNALS: [&str; 11] = [
+    "traction_factor",
+    "traction_speed_m_s",
+    "traction_target_m_s",
+    "traction_thrust_n_m",
+    "traction_believed",
+    "traction_row",
+    "traction_mode",
+    "traction_tries",
+    "traction_retries",
+    "traction_heading_rad",
+    "traction_gyro_zero_rad_s",
+];
+
+/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
+///
+/// ```
+/// use omni_core::TractionPolicyState;
+/// assert!(size_of::<TractionPolicyState<f32, 7>>() < 1024); // bytes
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
+pub struct TractionPolicyState<R, const N: usize> {
+    limited: TwistLimiterState<R>,
+    traction: TractionState<R, N>,
+    supervisor: SupervisorState<R>,
+}
+
+/// A vehicle's limits, a [`Supervisor`], a [`Traction`]: from readings to torques.
+///
+/// ```
+/// use omni_core::{BodyTwist, Policy, Readings, TractionPolicy};
+/// # use omni_core::{AxisLimits, CarriedWheel, Kinematics, Linkage, Supervisor, SupervisorConfig, TorqueLimit, Traction, TractionConfig};
+/// # use omni_core::{TractionWheel, TwistLimiter, TwistLimits, WheelLayout};
+/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+/// # let limit = TorqueLimit::constant(2.0)?;
+/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+/// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+/// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// # let any = AxisLimits::unlimited();
+/// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+/// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
+/// // Sideways to the left from rest: the four wheels of a mecanum vehicle give the same, in the pattern of that way.
+/// let (left, mut torques_n_m) = (BodyTwist { vy_m_s: 0.3, ..BodyTwist::ZERO }, [0.0; 4]);
+/// policy.step(&Readings::new(left, &[0.0; 4]), &mut torques_n_m);
+/// assert!(torques_n_m[0].abs() > 0.0 && torques_n_m.iter().all(|torque| torque.abs() == torques_n_m[0].abs()));
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TractionPolicy<R, const N: usize> {
+    limiter: TwistLimiter<R>,
+    supervisor: Option<Supervisor<R, N>>,
+    traction: Traction<R, N>,
+    state: TractionPolicyState<R, N>,
+    observed: TractionObservation<R, N>,
+    sample: TractionSample<R, N>,
+}
+
+impl<R: Real, const N: usize> TractionPolicy<R, N> {
+    /// Freshly started.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// assert_eq!((policy.name(), policy.supervisor().retries()), ("traction", 0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(limiter: TwistLimiter<R>, supervisor: Supervisor<R, N>, traction: Traction<R, N>) -> Self {
+        Self::with(limiter, Some(supervisor), traction)
+    }
+
+    /// Without a supervisor: the target speed is the commanded one, and there is one try.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut policy = TractionPolicy::unsupervised(limiter, traction);
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().target_m_s, 0.3); // at once: nobody slows the target
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn unsupervised(limiter: TwistLimiter<R>, traction: Traction<R, N>) -> Self {
+        Self::with(limiter, None, traction)
+    }
+
+    fn with(
+        limiter: TwistLimiter<R>,
+        supervisor: Option<Supervisor<R, N>>,
+        traction: Traction<R, N>,
+    ) -> Self {
+        Self {
+            limiter,
+            supervisor,
+            traction,
+            state: TractionPolicyState {
+                limited: TwistLimiterState::new(),
+                traction: TractionState::new(),
+                supervisor: SupervisorState::new(),
+            },
+            observed: TractionObservation::zero(),
+            sample: TractionSample::zero(),
+        }
+    }
+
+    /// The law.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// assert!((policy.traction().kinematics().inverse_matrix()[0][0] - 10.0).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn traction(&self) -> &Traction<R, N> {
+        &self.traction
+    }
+
+    /// Everything that the last step did.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert!((policy.sample().target_m_s - 4.0 * 1e-3).abs() < 1e-12); // the supervisor lets it rise at 4 m/s^2
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn sample(&self) -> &TractionSample<R, N> {
+        &self.sample
+    }
+
+    /// What the supervisor is at.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.supervisor().mode().number(), 0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn supervisor(&self) -> &SupervisorState<R> {
+        &self.state.supervisor
+    }
+
+    /// What it remembers.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// let mut other = policy;
+    /// other.restore(*policy.state());
+    /// assert_eq!(other.sample().speed_m_s, 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn state(&self) -> &TractionPolicyState<R, N> {
+        &self.state
+    }
+
+    /// Goes on from what another one remembered.
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// let mut again = policy;
+    /// again.reset();
+    /// again.restore(*policy.state());
+    /// again.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert!((again.sample().target_m_s - 8.0 * 1e-3).abs() < 1e-12); // its second period
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn restore(&mut self, state: TractionPolicyState<R, N>) {
+        self.state = state;
+    }
+}
+
+impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
+    fn reset(&mut self) {
+        *self = Self::with(self.limiter, self.supervisor, self.traction);
+    }
+
+    fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
+        let state = &mut self.state;
+        let mut readings = *readings;
+        readings.command = self.limiter.step(&mut state.limited, &readings.command);
+        let (observed, sample) = (&mut self.observed, &mut self.sample);
+        self.traction
+            .observe_into(&mut state.traction, &readings, observed);
+        let target = match &self.supervisor {
+            Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction, observed),
+            None => TractionTarget::at(state.traction.commanded_m_s),
+        };
+        self.traction
+            .act_into(&mut state.traction, &readings, observed, &target, sample);
+        for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
+            *torque = applied;
+        }
+    }
+
+    fn name(&self) -> &str {
+        "traction"
+    }
+
+    fn signal_name(&self, index: usize) -> Option<&str> {
+        SIGNALS.get(index).copied()
+    }
+
+    fn signals(&self, values: &mut [R]) {
+        let (sample, supervisor) = (&self.sample, &self.state.supervisor);
+        let number = |x: u32| R::of(f64::from(x));
+        let told = [
+            sample.factor,
+            sample.speed_m_s,
+            sample.target_m_s,
+            sample.thrust_n_m,
+            // Counted from 1, as tables do; 0 is none.
+            sample
+                .believed
+                .map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
+            number(u32::from(supervisor.row())),
+            number(u32::from(supervisor.mode().number())),
+            number(u32::from(supervisor.tries())),
+            number(supervisor.retries()),
+            sample.heading_rad,
+            sample.gyro_zero_rad_s,
+        ];
+        for (value, told) in values.iter_mut().zip(told) {
+            *value = told;
+        }
+    }
+}

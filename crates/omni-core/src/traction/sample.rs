@@ -1,0 +1,61 @@
+//! Every signal of a period of traction control.
+
+use crate::{BodyTwist, Real, WheelSample};
+
+/// Every signal of a step of [`super::Traction`].
+///
+/// ```
+/// let sample = omni_core::TractionSample::<f64, 7>::zero();
+/// assert_eq!((sample.believed, sample.wheels.common_factor), (None, 1.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TractionSample<R, const N: usize> {
+    /// The command.
+    pub command: BodyTwist<R>,
+    /// The wheels' signals. Of driven wheels `p_n_m` is the common thrust, `d_n_m` what slip, heading and level make of it; of wheels
+    /// across the way `p_n_m` and `i_n_m` are their own loops'. No reference is reduced: the common factor is 1.
+    pub wheels: WheelSample<R, N>,
+    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    pub factor: R,
+    /// Measured speed along the direction of travel \[m/s\].
+    pub speed_m_s: R,
+    /// The target that it follows \[m/s\].
+    pub target_m_s: R,
+    /// Common thrust \[N.m\].
+    pub thrust_n_m: R,
+    /// The wheel whose speed is believed.
+    pub believed: Option<usize>,
+    /// Heading error \[rad\], counter-clockwise positive.
+    pub heading_rad: R,
+    /// The gyro's zero \[rad/s\].
+    pub gyro_zero_rad_s: R,
+    /// Slip of each driven wheel along the direction of travel \[rad/s\]; 0 of the others.
+    pub slip_rad_s: [R; N],
+    /// What the ground takes of each driven wheel's torque \[N.m\], by its own estimate; 0 of the others.
+    pub contact_n_m: [R; N],
+}
+
+impl<R: Real, const N: usize> TractionSample<R, N> {
+    /// At rest.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::TractionSample::<f32, 4>::zero().slip_rad_s, [0.0; 4]);
+    /// ```
+    #[must_use]
+    pub const fn zero() -> Self {
+        Self {
+            command: BodyTwist::zero(),
+            wheels: WheelSample::zero(),
+            factor: R::ONE,
+            speed_m_s: R::ZERO,
+            target_m_s: R::ZERO,
+            thrust_n_m: R::ZERO,
+            believed: None,
+            heading_rad: R::ZERO,
+            gyro_zero_rad_s: R::ZERO,
+            slip_rad_s: [R::ZERO; N],
+            contact_n_m: [R::ZERO; N],
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! What target speed a vehicle should have: more for rows that need a run-up, another try where it is stuck.
+
+mod config;
+mod state;
+
+use super::{TractionObservation, TractionState, larger, least};
+use crate::constants::constant_struct;
+use crate::{ConfigError, Real};
+pub use config::{Ladder, SupervisorConfig};
+pub use state::{SupervisorMode, SupervisorState};
+
+/// Wheels that stand no further apart along the way are of one row \[m\].
+const ROW_M: f64 = 0.02;
+/// A wheel that rises faster climbs \[m/s\].
+const CLIMBS_M_S: f64 = 0.02;
+/// The vehicle squares up below this speed \[m/s\], above this part of the largest thrust.
+const SQUARES_M_S: f64 = 0.1;
+const SQUARES_PART: f64 = 0.7;
+/// A run-up has begun once this part of its speed is reached, and ends in an impact below that part.
+const BEGUN_PART: f64 = 0.6;
+const IMPACT_PART: f64 = 0.3;
+/// A vehicle that drives on faster than this part of its target needs no spin.
+const ROLLS_PART: f64 = 0.6;
+/// Backing off lasts no longer \[s\].
+const BACK_OFF_S: f64 = 2.0;
+
+/// What the vehicle is to do in this period.
+///
+/// ```
+/// use omni_core::TractionTarget;
+/// let target = TractionTarget::at(0.3);
+/// assert_eq!((target.speed_m_s, target.climbing, target.square_up), (0.3, 0, false));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct TractionTarget<R> {
+    /// Speed along the direction of travel \[m/s\]; below 0 back.
+    pub speed_m_s: R,
+    /// Wheels of the row that climbs next: wheel i is bit i.
+    pub climbing: u32,
+    /// Slip that these may have beyond that of the others \[m/s\], 0 or more.
+    pub allowance_m_s: R,
+    /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit through an impact. 0 is none.
+    pub spin_m_s: R,
+    /// Gain of that, in multiples of the thrust's.
+    pub spin_gain: R,
+    /// The vehicle leans on a riser: the heading error is given up, so that it squares up.
+    pub square_up: bool,
+}
+
+impl<R: Real> TractionTarget<R> {
+    /// A speed along the direction of travel \[m/s\], and nothing else.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::TractionTarget::at(-0.1).spin_m_s, 0.0);
+    /// ```
+    #[must_use]
+    pub fn at(speed_m_s: R) -> Self {
+        Self {
+            speed_m_s,
+            climbing: 0,
+            allowance_m_s: R::zero(),
+            spin_m_s: R::zero(),
+            spin_gain: R::zero(),
+            square_up: false,
+        }
+    }
+}
+
+/// Chooses the target speed of a [`super::Traction`]. Immutable.
+///
+/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+/// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+///
+/// ```
+/// use omni_core::{Supervisor, SupervisorConfig};
+/// let places = [[-0.3, -0.23], [-0.3, 0.0], [-0.3, 0.23], [0.0, 0.0], [0.3, -0.23], [0.3, 0.0], [0.3, 0.23]];
+/// let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// assert_eq!(supervisor.config().ladder.tries, 8);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Supervisor<R, const N: usize> {
+    config: SupervisorConfig<R>,
+    /// Row of each wheel from the front, and from the left; how many rows there are.
+    rows: [[u16; N]; 2],
+    counts: [u16; 2],
+}
+
+constant_struct!(Supervisor<R, const N> { config: SupervisorConfig<R>, rows: [[u16; N]; 2], counts: [u16; 2] });
+
+impl<R: Real, const N: usize> Supervisor<R, N> {
+    /// For wheels at these places: x forward, y left of the vehicle's origin \[m\].
+    ///
+    /// # Errors
+    /// Whatever of the configuration is out of its range.
+    ///
+    /// ```
+    /// use omni_core::{Supervisor, SupervisorConfig};
+    /// let mut config = SupervisorConfig::steady(1e-3_f64);
+    /// config.ladder.run_up_m_s = 0.0;
+    /// let error = Supervisor::new(&[[0.0; 2]; 4], config).unwrap_err();
+    /// assert_eq!(error.to_string(), "run_up_m_s = 0, allowed: 0.001 to 100");
+    /// ```
+    pub fn new(places_m: &[[R; 2]; N], config: SupervisorConfig<R>) -> Result<Self, ConfigError> {
+        config.check()?;
+        let along = [0, 1].map(|axis| rows(&places_m.map(|place: [R; 2]| place[axis])));
+        Ok(Self {
+            config,
+            rows: along.map(|(rows, _)| rows),
+            counts: along.map(|(_, count)| count),
+        })
+    }
+
+    /// Its configuration.
+    ///
+    /// ```
+    /// use omni_core::{Supervisor, SupervisorConfig};
+    /// let supervisor = Supervisor::new(&[[0.0; 2]; 4], SupervisorConfig::reach(1e-3_f64))?;
+    /// assert_eq!(supervisor.config().ladder.gentle, 1);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn config(&self) -> &SupervisorConfig<R> {
+        &self.config
+    }
+
+    /// The target of a period: goes between [`super::Traction::observe`] and [`super::Traction::act`].
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
+    /// # use omni_core::WheelLayout;
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let (mut state, mut memory) = (TractionState::new(), SupervisorState::new());
+    /// let observed = traction.observe(&mut state, &Readings::new(ahead, &[0.0; 4]));
+    /// let target = supervisor.step(&mut memory, &state, &observed);
+    /// assert!((target.speed_m_s - 4.0 * 1e-3).abs() < 1e-12); // 4 m/s^2 for a period
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn step(
+        &self,
+        state: &mut SupervisorState<R>,
+        traction: &TractionState<R, N>,
+        observed: &TractionObservation<R, N>,
+    ) -> TractionTarget<R> {
+        let (config, ladder, zero) = (&self.config, &self.config.ladder, R::zero());
+        let commanded = traction.commanded_m_s;
+        if commanded == zero {
+            // At rest nothing is climbed; the next way begins afresh.
+            state.forget();
+            return TractionTarget::at(self.slewed(state, zero));
+        }
+        let order = self.order(traction.direction);
+        if traction.direction != state.direction {
+            let [dx, dy] = traction.direction;
+            if order != self.order(state.direction) {
+                state.forget(); // other rows are in front
+            }
+            state.target_m_s *= dx * state.direction[0] + dy * state.direction[1];
+            state.direction = traction.direction;
+        }
+        state.since_start_s += config.period_s;
+        let drop;
+        (state.row, drop) = self.next_row(order, observed);
+        let boost = match state.row {
+            0 => zero,
+            1 => config.boost[0],
+            _ => config.boost[1],
+        };
+        // A low edge takes no more than the thrust at hand.
+        let part =
+            ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
+        let mut speed = commanded * (R::one() + boost * part);
+        if state.row > 0 {
+            let remembered = ladder.remembered_part * state.remembered_m_s;
+            speed = larger(remembered, speed);
+        }
+        self.progress(state, order);
+        let most = self.most(traction.direction);
+        speed = self.tries(state, traction, observed, speed, most);
+        speed = speed.limited(-most, most);
+        let mut target = TractionTarget::at(self.slewed(state, speed));
+        let hard = R::of(f64::from(state.tries.saturating_sub(ladder.gentle)));
+        target.climbing = (0..N).fold(0, |mask, i| {
+            mask | u32::from(self.row_of(order, i) == state.row) << i
+        });
+        target.allowance_m_s = ladder.allowance_m_s * hard;
+        target.spin_gain = ladder.spin_gain;
+        let again = state.mode == SupervisorMode::Drive
+            && state.remembered_m_s > zero
+            && state.row > 0
+            && observed.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
+        let after_impact = state.begun && observed.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
+        if ladder.spin_m_s > zero {
+            if again {
+                target.spin_m_s = ladder.remembered_spin * ladder.spin_m_s;
+            } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
+                target.spin_m_s = ladder.spin_m_s + ladder.spin_more_m_s * (hard - R::one());
+            }
+        }
+        target.square_up = state.row == 0
+            && state.mode == SupervisorMode::Drive
+            && state.since_start_s > config.starting_s
+            && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_n_m
+            && observed.speed_m_s < R::of(SQUARES_M_S);
+        target
+    }
+
+    /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs for the first time. All are over where
+    /// every row is past the obstacle. A vehicle that falls back to level ground goes on counting, or it would try for ever.
+    fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
+        let (config, zero) = (&self.config, R::zero());
+        if state.row > state.furthest {
+            state.furthest = state.row;
+            if state.tries > config.ladder.gentle {
+                state.remembered_m_s = state.run_up_m_s;
+            }
+            state.tries = 0;
+            state.start(SupervisorMode::Drive);
+        }
+        let all_climbed = state.furthest > 0 && state.furthest + 1 >= self.counts[axis];
+        let past = all_climbed && state.row == 0 && state.mode == SupervisorMode::Drive;
+        state.level_s = if past {
+            state.level_s + config.period_s
+        } else {
+            zero
+        };
+        if state.level_s > config.level_s {
+            (state.furthest, state.tries, state.remembered_m_s) = (0, 0, zero);
+        }
+    }
+
+    /// The speed that tries make of the one that is wanted.
+    fn tries(
+        &self,
+        state: &mut SupervisorState<R>,
+        traction: &TractionState<R, N>,
+        observed: &TractionObservation<R, N>,
+        wanted_m_s: R,
+        most_m_s: R,
+    ) -> R {
+        let (config, ladder) = (&self.config, &self.config.ladder);
+        let measured = observed.speed_m_s;
+        let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
+        let climbs = observed
+            .motion
+            .rise_m_s
+            .iter()
+            .any(|rise| rise.abs() > R::of(CLIMBS_M_S));
+        let stuck = measured.abs() < slow
+            && traction.thrust_n_m > config.stuck_thrust * traction.largest_n_m
+            && !climbs;
+        let tries_left = state.tries < ladder.tries;
+        state.in_mode_s += config.period_s;
+        match state.mode {
+            SupervisorMode::Drive => {
+                let stuck = stuck && state.since_start_s > config.starting_s;
+                state.stuck_s = SupervisorState::count(state.stuck_s, config.period_s, stuck);
+                if state.stuck_s > config.stuck_s && tries_left {
+                    state.back_off();
+                }
+                wanted_m_s
+            }
+            SupervisorMode::BackOff => {
+                state.back_m -= measured * config.period_s;
+                let again = R::of(f64::from(state.tries.saturating_sub(1)));
+                let (more, most) = if state.row == 0 {
+                    (ladder.first_row_more_m, ladder.first_row_most_m)
+                } else {
+                    (ladder.back_off_more_m, ladder.back_off_most_m)
+                };
+                let far = ladder.back_off_m + more * again;
+                if state.back_m > least(far, most) || state.in_mode_s > R::of(BACK_OFF_S) {
+                    state.start(SupervisorMode::RunUp);
+                }
+                -ladder.back_off_m_s
+            }
+            SupervisorMode::RunUp => {
+                let speed = if state.tries <= ladder.gentle {
+                    ladder.gentle_m_s
+                } else {
+                    ladder.run_up_m_s
+                        + ladder.run_up_more_m_s * R::of(f64::from(state.tries - ladder.gentle - 1))
+                };
+                let speed = least(speed, most_m_s);
+                state.run_up_m_s = speed;
+                state.begun |= measured > R::of(BEGUN_PART) * speed;
+                let stuck = stuck && state.begun;
+                state.stuck_again_s = SupervisorState::count(state.stuck_again_s, config.period_s, stuck);
+                if ladder.stuck_again_s > R::zero() && state.stuck_again_s > ladder.stuck_again_s {
+                    if tries_left {
+                        state.back_off();
+                    } else {
+                        state.start(SupervisorMode::Drive);
+                    }
+                } else if state.in_mode_s > ladder.run_up_s {
+                    state.start(SupervisorMode::Drive);
+                }
+                speed
+            }
+        }
+    }
+
+    /// The largest speed in a direction \[m/s\].
+    fn most(&self, direction: [R; 2]) -> R {
+        let [ahead, aside] = self.config.most_m_s;
+        let (x, y) = (direction[0].abs() / ahead, direction[1].abs() / aside);
+        R::one() / larger(x, y)
+    }
+
+    fn slewed(&self, state: &mut SupervisorState<R>, speed_m_s: R) -> R {
+        let step = self.config.acceleration_m_s2 * self.config.period_s;
+        state.target_m_s += (speed_m_s - state.target_m_s).limited(-step, step);
+        state.target_m_s
+    }
+
+    /// Which axis rows are along, and whether they are counted from its other end.
+    fn order(&self, [x, y]: [R; 2]) -> (usize, bool) {
+        if x.abs() >= y.abs() {
+            (0, x < R::zero())
+        } else {
+            (1, y < R::zero())
+        }
+    }
+
+    fn row_of(&self, (axis, reversed): (usize, bool), wheel: usize) -> u16 {
+        let row = self.rows[axis][wheel];
+        if reversed {
+            self.counts[axis] - 1 - row
+        } else {
+            row
+        }
+    }
+
+    /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows and more tell a step from a
+    /// slope: what every row is below the one before it is the slope's.
+    fn next_row(&self, order: (usize, bool), observed: &TractionObservation<R, N>) -> (u16, R) {
+        let zero = R::zero();
+        let (mut sums, mut wheels) = ([zero; N], [zero; N]);
+        for i in 0..N {
+            if let (Some(sum), Some(count)) = {
+                let row = usize::from(self.row_of(order, i));
+                (sums.get_mut(row), wheels.get_mut(row))
+            } {
+                *sum += observed.motion.height_m[i];
+                *count += R::one();
+            }
+        }
+        let count = usize::from(self.counts[order.0]).min(N);
+        let drop = |row: usize| sums[row - 1] / wheels[row - 1] - sums[row] / wheels[row];
+        let slope = (1..count).map(drop).fold(None, |least, drop| match least {
+            Some(least) if least < drop => Some(least),
+            _ => Some(drop),
+        });
+        let slope = match slope {
+            Some(slope) if count > 2 && slope > zero => slope,
+            _ => zero,
+        };
+        let (mut next, mut most) = (0, self.config.height_m);
+        for row in 1..count {
+            if drop(row) - slope > most {
+                (next, most) = (row as u16, drop(row) - slope);
+            }
+        }
+        (next, most)
+    }
+}
+
+/// Row of each place along an axis, counted from the largest, and how many rows there are.
+fn rows<R: Real, const N: usize>(places: &[R; N]) -> ([u16; N], u16) {
+    let (mut rows, mut count, mut below) = ([0; N], 0, None::<R>);
+    loop {
+        // The largest place that has no row yet.
+        let free = |place: &&R| below.is_none_or(|below| **place < below);
+        let next = places
+            .iter()
+            .filter(free)
+            .fold(None::<R>, |most, place| match most {
+                Some(most) if most >= *place => Some(most),
+                _ => Some(*place),
+            });
+        let Some(next) = next else {
+            return (rows, count);
+        };
+        let end = next - R::of(ROW_M);
+        for (row, place) in rows.iter_mut().zip(places) {
+            if *place >= end && below.is_none_or(|below| *place < below) {
+                *row = count;
+            }
+        }
+        (count, below) = (count + 1, Some(end));
+    }
+}

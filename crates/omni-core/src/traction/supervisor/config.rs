@@ -1,0 +1,265 @@
+//! Speeds, times and places of a supervisor, and how its tries follow each other.
+
+use crate::constants::constant_struct;
+use crate::error::{each_within, period, within};
+use crate::{ConfigError, Real};
+
+/// How tries follow each other where the vehicle is stuck.
+///
+/// ```
+/// use omni_core::SupervisorConfig;
+/// let ladder = SupervisorConfig::reach(1e-3_f64).ladder;
+/// assert!(ladder.run_up_m_s + 3.0 * ladder.run_up_more_m_s > ladder.run_up_m_s);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Ladder<R> {
+    /// Tries a row at most, 0 to 100; 0: never another one.
+    pub tries: u16,
+    /// Backs off so fast \[m/s\], 0.001 to 100, and so far \[m\], 0 to 100; further by so much each try, up to so far.
+    pub back_off_m_s: R,
+    /// How far in the first try \[m\].
+    pub back_off_m: R,
+    /// How much further each time \[m\].
+    pub back_off_more_m: R,
+    /// No further than this \[m\].
+    pub back_off_most_m: R,
+    /// The same for the first row, which has nothing behind it that could fall off an edge: further each time, and at most \[m\].
+    pub first_row_more_m: R,
+    /// No further than this for the first row \[m\].
+    pub first_row_most_m: R,
+    /// Tries that are gentle: at `gentle_m_s`, without slip allowed and without spin.
+    pub gentle: u16,
+    /// Speed of these \[m/s\], 0.001 to 100.
+    pub gentle_m_s: R,
+    /// Speed of the run-up of the first try after these \[m/s\], 0.001 to 100.
+    pub run_up_m_s: R,
+    /// How much faster each time \[m/s\], 0 to 100.
+    pub run_up_more_m_s: R,
+    /// A run-up lasts no longer \[s\], 0.001 to 100.
+    pub run_up_s: R,
+    /// It ends where the vehicle is stuck again for this time \[s\]; 0: only with its time.
+    pub stuck_again_s: R,
+    /// Slip that the climbing row is allowed for each try \[m/s\], 0 to 100.
+    pub allowance_m_s: R,
+    /// Slip that it is spun up to in a run-up \[m/s\], 0 to 100; 0: not at all.
+    pub spin_m_s: R,
+    /// How much more each time \[m/s\], 0 to 100.
+    pub spin_more_m_s: R,
+    /// Gain of that, in multiples of the thrust's, 0 to 100.
+    pub spin_gain: R,
+    /// Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
+    pub remembered_part: R,
+    /// Part of the spin with which they are, 0 to 1.
+    pub remembered_spin: R,
+}
+
+constant_struct!(Ladder<R> {
+    tries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_most_m: R, first_row_more_m: R, first_row_most_m: R,
+    gentle: u16, gentle_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
+    spin_more_m_s: R, spin_gain: R, remembered_part: R, remembered_spin: R
+});
+
+/// Speeds, times and places of a [`super::Supervisor`].
+///
+/// ```
+/// use omni_core::SupervisorConfig;
+/// assert_eq!(SupervisorConfig::steady(1e-3_f64).ladder.spin_m_s, 0.0); // wheels are never spun up
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct SupervisorConfig<R> {
+    /// Control period \[s\], 1e-6 to 10.
+    pub period_s: R,
+    /// The target speed changes no faster \[m/s^2\], 0.001 to 1e6.
+    pub acceleration_m_s2: R,
+    /// It is never above this, ahead and to the side \[m/s\], each 0.001 to 100.
+    pub most_m_s: [R; 2],
+    /// Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
+    pub boost: [R; 2],
+    /// A row that stands higher than the next by this is up \[m\], 0.0001 to 99.
+    pub height_m: R,
+    /// Where it is up by this the speed is raised by the whole of `boost`, in proportion below \[m\]: `height_m` + 0.0001 to 100.
+    pub boost_height_m: R,
+    /// The vehicle is stuck below this speed \[m/s\], or this part of its target, above this part of the largest thrust, for this long \[s\].
+    pub stuck_m_s: R,
+    /// Part of the target below which it is stuck, 0 to 1.
+    pub stuck_part: R,
+    /// Part of the largest thrust above which it is, 0 to 1.
+    pub stuck_thrust: R,
+    /// Time for which it is \[s\], 0.001 to 100.
+    pub stuck_s: R,
+    /// Nothing counts as stuck so shortly after the vehicle was told to go \[s\], 0 to 100.
+    pub starting_s: R,
+    /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
+    pub level_s: R,
+    /// What to do where it is stuck.
+    pub ladder: Ladder<R>,
+}
+
+constant_struct!(SupervisorConfig<R> {
+    period_s: R, acceleration_m_s2: R, most_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
+    starting_s: R, level_s: R, ladder: Ladder<R>
+});
+
+impl<R: Real> SupervisorConfig<R> {
+    /// As [`crate::TractionConfig::steady`]: a gentle second try, no wheel is spun up.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorConfig::steady(1e-3_f64).ladder.tries, 8);
+    /// ```
+    #[must_use]
+    pub fn steady(period_s: R) -> Self {
+        let (of, zero) = (R::of, R::zero());
+        Self {
+            period_s,
+            acceleration_m_s2: of(4.0),
+            most_m_s: [of(1.0); 2],
+            boost: [of(0.1936), of(0.1524)],
+            height_m: of(0.01),
+            boost_height_m: of(0.04),
+            stuck_m_s: of(0.04),
+            stuck_part: zero,
+            stuck_thrust: of(0.9),
+            stuck_s: of(0.308),
+            starting_s: of(0.5),
+            level_s: of(0.5),
+            ladder: Ladder {
+                tries: 8,
+                back_off_m_s: of(0.3),
+                back_off_m: of(0.130),
+                back_off_more_m: of(0.05),
+                back_off_most_m: of(0.22),
+                first_row_more_m: of(0.05),
+                first_row_most_m: of(0.22),
+                gentle: 0,
+                gentle_m_s: of(0.505),
+                run_up_m_s: of(0.505),
+                run_up_more_m_s: of(0.0173),
+                run_up_s: R::one(),
+                stuck_again_s: zero,
+                allowance_m_s: of(0.264),
+                spin_m_s: zero,
+                spin_more_m_s: zero,
+                spin_gain: zero,
+                remembered_part: zero,
+                remembered_spin: zero,
+            },
+        }
+    }
+
+    /// As [`crate::TractionConfig::reach`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
+    /// speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
+    ///
+    /// ```
+    /// assert!(omni_core::SupervisorConfig::reach(1e-3_f64).ladder.spin_m_s > 0.9);
+    /// ```
+    #[must_use]
+    pub fn reach(period_s: R) -> Self {
+        let of = R::of;
+        let steady = Self::steady(period_s);
+        Self {
+            acceleration_m_s2: of(4.6915),
+            boost: [of(0.2238), of(0.2312)],
+            stuck_part: of(0.5),
+            stuck_thrust: of(0.6),
+            stuck_s: of(0.2887),
+            ladder: Ladder {
+                back_off_m: of(0.1099),
+                back_off_more_m: of(0.05),
+                back_off_most_m: of(0.27),
+                first_row_more_m: of(0.0884),
+                first_row_most_m: of(0.40),
+                gentle: 1,
+                gentle_m_s: of(0.5354),
+                run_up_m_s: of(0.8476),
+                run_up_more_m_s: of(0.1578),
+                stuck_again_s: of(0.1251),
+                allowance_m_s: of(1.1139),
+                spin_m_s: of(2.64),
+                spin_more_m_s: of(0.3335),
+                spin_gain: of(0.9295),
+                remembered_part: of(0.93),
+                remembered_spin: of(0.3146),
+                ..steady.ladder
+            },
+            ..steady
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        period(self.period_s)?;
+        let ladder = &self.ladder;
+        each_within(
+            &[
+                ("most_m_s", self.most_m_s[0]),
+                ("most_m_s", self.most_m_s[1]),
+                ("back_off_m_s", ladder.back_off_m_s),
+                ("gentle_m_s", ladder.gentle_m_s),
+                ("run_up_m_s", ladder.run_up_m_s),
+            ],
+            &(1e-3..=100.0),
+            "0.001 to 100",
+        )?;
+        each_within(
+            &[
+                ("back_off_m", ladder.back_off_m),
+                ("back_off_more_m", ladder.back_off_more_m),
+                ("back_off_most_m", ladder.back_off_most_m),
+                ("first_row_more_m", ladder.first_row_more_m),
+                ("first_row_most_m", ladder.first_row_most_m),
+                ("run_up_more_m_s", ladder.run_up_more_m_s),
+                ("stuck_again_s", ladder.stuck_again_s),
+                ("allowance_m_s", ladder.allowance_m_s),
+                ("spin_m_s", ladder.spin_m_s),
+                ("spin_more_m_s", ladder.spin_more_m_s),
+                ("spin_gain", ladder.spin_gain),
+                ("stuck_m_s", self.stuck_m_s),
+                ("starting_s", self.starting_s),
+                ("level_s", self.level_s),
+            ],
+            &(0.0..=100.0),
+            "0 to 100",
+        )?;
+        each_within(
+            &[
+                ("stuck_part", self.stuck_part),
+                ("stuck_thrust", self.stuck_thrust),
+                ("remembered_part", ladder.remembered_part),
+                ("remembered_spin", ladder.remembered_spin),
+            ],
+            &(0.0..=1.0),
+            "0 to 1",
+        )?;
+        each_within(
+            &[("stuck_s", self.stuck_s), ("run_up_s", ladder.run_up_s)],
+            &(1e-3..=100.0),
+            "0.001 to 100",
+        )?;
+        for boost in self.boost {
+            within("boost", boost, 0.0..=10.0, "0 to 10")?;
+        }
+        within(
+            "acceleration_m_s2",
+            self.acceleration_m_s2,
+            1e-3..=1e6,
+            "0.001 to 1e6",
+        )?;
+        within("height_m", self.height_m, 1e-4..=99.0, "0.0001 to 99")?;
+        let least = self.height_m.as_f64() + 1e-4;
+        within(
+            "boost_height_m",
+            self.boost_height_m,
+            least..=100.0,
+            "height_m + 0.0001 to 100",
+        )?;
+        if ladder.tries > 100 {
+            return Err(ConfigError::new("tries", f64::from(ladder.tries), "0 to 100"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,174 @@
+//! What a supervisor is at and remembers.
+
+use crate::Real;
+
+/// What a [`super::Supervisor`] is at.
+///
+/// ```
+/// assert_eq!(omni_core::SupervisorMode::RunUp.number(), 2);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum SupervisorMode {
+    /// It drives as commanded.
+    Drive = 0,
+    /// It backs off from what it is stuck at.
+    BackOff = 1,
+    /// It runs up to it.
+    RunUp = 2,
+}
+
+impl SupervisorMode {
+    /// The number that stands for it in traces: 0 to 2 in the order above. It never changes.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorMode::Drive.number(), 0);
+    /// ```
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}
+
+/// What a [`super::Supervisor`] remembers; `default` is a fresh start.
+///
+/// ```
+/// use omni_core::{SupervisorMode, SupervisorState};
+/// let state = SupervisorState::<f32>::new();
+/// assert_eq!((state.mode(), state.tries(), state.row()), (SupervisorMode::Drive, 0, 0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SupervisorState<R> {
+    pub(super) mode: SupervisorMode,
+    /// Of this row, and in all.
+    pub(super) tries: u16,
+    pub(super) retries: u32,
+    /// The row that climbs next, 0 the foremost; the furthest so far.
+    pub(super) row: u16,
+    pub(super) furthest: u16,
+    pub(super) target_m_s: R,
+    /// Direction of travel that all this is of.
+    pub(super) direction: [R; 2],
+    pub(super) since_start_s: R,
+    pub(super) in_mode_s: R,
+    pub(super) stuck_s: R,
+    pub(super) stuck_again_s: R,
+    pub(super) level_s: R,
+    pub(super) back_m: R,
+    pub(super) begun: bool,
+    /// Speed of the last run-up, and of the last that succeeded \[m/s\].
+    pub(super) run_up_m_s: R,
+    pub(super) remembered_m_s: R,
+}
+
+impl<R: Real> Default for SupervisorState<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Real> SupervisorState<R> {
+    /// A fresh start, for a `static` too.
+    ///
+    /// ```
+    /// static STATE: omni_core::SupervisorState<f32> = omni_core::SupervisorState::new();
+    /// assert_eq!((STATE.row(), STATE.tries(), STATE.retries()), (0, 0, 0));
+    /// ```
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            mode: SupervisorMode::Drive,
+            tries: 0,
+            retries: 0,
+            row: 0,
+            furthest: 0,
+            target_m_s: R::ZERO,
+            direction: [R::ONE, R::ZERO],
+            since_start_s: R::ZERO,
+            in_mode_s: R::ZERO,
+            stuck_s: R::ZERO,
+            stuck_again_s: R::ZERO,
+            level_s: R::ZERO,
+            back_m: R::ZERO,
+            begun: false,
+            run_up_m_s: R::ZERO,
+            remembered_m_s: R::ZERO,
+        }
+    }
+
+    /// What it is at.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorState::<f64>::new().mode().number(), 0);
+    /// ```
+    #[must_use]
+    pub fn mode(&self) -> SupervisorMode {
+        self.mode
+    }
+
+    /// Tries of the present row.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorState::<f64>::new().tries(), 0);
+    /// ```
+    #[must_use]
+    pub fn tries(&self) -> u16 {
+        self.tries
+    }
+
+    /// Times that it has backed off since the start.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorState::<f64>::new().retries(), 0);
+    /// ```
+    #[must_use]
+    pub fn retries(&self) -> u32 {
+        self.retries
+    }
+
+    /// The row that climbs next, 0 the foremost in the direction of travel.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::SupervisorState::<f64>::new().row(), 0);
+    /// ```
+    #[must_use]
+    pub fn row(&self) -> u16 {
+        self.row
+    }
+
+    /// Begins afresh: only the target, its direction and the number of retries stay.
+    pub(super) fn forget(&mut self) {
+        let (target, direction, retries) = (self.target_m_s, self.direction, self.retries);
+        *self = Self::new();
+        (self.target_m_s, self.direction, self.retries) = (target, direction, retries);
+    }
+
+    pub(super) fn start(&mut self, mode: SupervisorMode) {
+        self.mode = mode;
+        (self.in_mode_s, self.back_m) = (R::zero(), R::zero());
+        (self.stuck_s, self.stuck_again_s) = (R::zero(), R::zero());
+        self.begun = false;
+    }
+
+    pub(super) fn back_off(&mut self) {
+        self.start(SupervisorMode::BackOff);
+        self.tries += 1;
+        self.retries = self.retries.saturating_add(1);
+    }
+
+    /// Up by a period where something is so, down where it is not.
+    pub(super) fn count(time_s: R, period_s: R, so: bool) -> R {
+        if so {
+            time_s + period_s
+        } else if time_s > period_s {
+            time_s - period_s
+        } else {
+            R::zero()
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! What sensors and commands should not do, and do.
+
+use super::*;
+
+#[test]
+fn a_command_that_turns_round_while_it_backs_off_goes_on_as_it_moves() {
+    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let (mut memory, mut target_m_s) = (SupervisorState::new(), 0.0_f64);
+    for _ in 0..2000 {
+        let (state, observed) = seen([0.0; 3], target_m_s.min(0.0), 1.0);
+        target_m_s = supervisor.step(&mut memory, &state, &observed).speed_m_s;
+        if memory.mode() == SupervisorMode::BackOff && target_m_s < -0.29 {
+            break;
+        }
+    }
+    assert_eq!(memory.mode(), SupervisorMode::BackOff);
+    let (mut state, mut observed) = seen([0.0; 3], 0.3, 0.0);
+    (state.direction, observed.speed_m_s) = ([-1.0, 0.0], 0.3);
+    // It drove back with 0.29 m/s, which is ahead now, and the way back was no try of that.
+    let target = supervisor.step(&mut memory, &state, &observed);
+    assert!((target.speed_m_s - 0.3).abs() < 0.02, "{}", target.speed_m_s);
+    assert_eq!(
+        (memory.mode(), memory.tries(), memory.retries()),
+        (SupervisorMode::Drive, 0, 1)
+    );
+    // Across, nothing of it is left.
+    state.direction = [0.0, 1.0];
+    let target = supervisor.step(&mut memory, &state, &observed);
+    assert!(target.speed_m_s.abs() < 0.01, "{}", target.speed_m_s);
+}
+
+#[test]
+fn a_slope_is_no_step_and_a_step_on_a_slope_is_one() {
+    let supervisor = supervisor(SupervisorConfig::steady(T));
+    for (heights, row) in [
+        ([0.1, 0.05, 0.0], 0),
+        ([0.0, 0.05, 0.1], 0), // down
+        ([0.15, 0.05, 0.0], 1),
+        ([0.15, 0.10, 0.0], 2),
+    ] {
+        let (state, observed) = seen(heights, 0.3, 0.1);
+        let mut memory = SupervisorState::new();
+        let target = supervisor.step(&mut memory, &state, &observed);
+        assert_eq!(memory.row(), row, "{heights:?}");
+        assert!(target.speed_m_s.is_finite());
+    }
+}
+
+#[test]
+fn a_command_or_target_that_is_no_number_is_none() {
+    let (traction, mut state) = (steady(), TractionState::new());
+    let rates = traction.kinematics().inverse(&AHEAD).rad_s;
+    let mut step = |command, target| {
+        let readings = Readings::new(command, &rates);
+        let observed = traction.observe(&mut state, &readings);
+        traction.act(&mut state, &readings, &observed, &TractionTarget::at(target))
+    };
+    for _ in 0..50 {
+        step(AHEAD, 0.3);
+    }
+    for nonsense in [f64::NAN, f64::INFINITY, 1e30] {
+        for command in [
+            BodyTwist {
+                wz_rad_s: nonsense,
+                ..AHEAD
+            },
+            BodyTwist {
+                vx_m_s: nonsense,
+                ..AHEAD
+            },
+            BodyTwist {
+                vy_m_s: nonsense,
+                ..AHEAD
+            },
+        ] {
+            let sample = step(command, nonsense);
+            assert!(sample.wheels.applied.n_m.iter().all(|torque| torque.is_finite()));
+            assert_eq!((sample.target_m_s, sample.factor.is_finite()), (0.3, true)); // the last ones go on
+        }
+    }
+    assert!(
+        step(AHEAD, 0.3)
+            .wheels
+            .applied
+            .n_m
+            .iter()
+            .all(|torque| torque.is_finite())
+    );
+}
+
+#[test]
+fn a_gyros_zero_is_not_learned_from_turning_and_has_a_bound() {
+    for (wz_rad_s, gyro, bound) in [(1.0, 0.0, 0.0), (0.0, 5.0, 0.2)] {
+        let (traction, mut state) = (steady(), TractionState::new());
+        let turning = BodyTwist {
+            wz_rad_s,
+            ..BodyTwist::ZERO
+        };
+        let rates = traction.kinematics().inverse(&turning).rad_s;
+        for _ in 0..5000 {
+            let mut readings = Readings::new(turning, &rates);
+            readings.imu.rate_rad_s[2] = gyro;
+            let observed = traction.observe(&mut state, &readings);
+            let _ = traction.act(&mut state, &readings, &observed, &TractionTarget::at(0.0));
+        }
+        assert!(state.gyro_zero_rad_s.abs() <= bound, "{}", state.gyro_zero_rad_s);
+    }
+}
+
+#[test]
+fn without_a_gyro_a_silent_wheel_does_not_turn_the_vehicle() {
+    for command in [
+        AHEAD,
+        BodyTwist {
+            wz_rad_s: 0.5,
+            ..AHEAD
+        },
+    ] {
+        let (traction, mut state) = (steady(), TractionState::new());
+        let mut rates = traction.kinematics().inverse(&command).rad_s;
+        rates[0] = f64::NAN;
+        let mut yaw_rad_s = f64::NAN;
+        for _ in 0..500 {
+            let mut readings = Readings::new(command, &rates);
+            readings.imu = Imu::silent();
+            let observed = traction.observe(&mut state, &readings);
+            let _ = traction.act(&mut state, &readings, &observed, &TractionTarget::at(0.3));
+            yaw_rad_s = observed.yaw_rad_s;
+        }
+        // What the other six wheels agree on; the filter of the speed is sixty time constants behind its start.
+        assert!((yaw_rad_s - command.wz_rad_s).abs() < 1e-3, "{yaw_rad_s}");
+    }
+}
+
+#[test]
+fn a_hinge_that_falls_silent_stands() {
+    let (traction, mut state) = (steady(), TractionState::new());
+    let mut rise = |rate: f64, periods| {
+        let mut last = f64::NAN;
+        for _ in 0..periods {
+            let (angles, rates) = ([0.0, 0.0], [rate, 0.0]);
+            let mut readings = Readings::new(AHEAD, &[0.0; 7]);
+            (readings.hinges_rad, readings.hinges_rad_s) = (&angles, &rates);
+            last = traction.observe(&mut state, &readings).motion.rise_m_s[5];
+        }
+        last
+    };
+    assert!((rise(-0.8, 200) - 0.24).abs() < 1e-3);
+    assert!(rise(f64::NAN, 200).abs() < 1e-3); // eleven time constants of 17 ms
+}
+
+#[test]
+fn the_higher_wheel_of_a_row_pushes_less_ahead_and_back() {
+    let traction = steady();
+    let step = |target: f64| {
+        let mut state = TractionState::new();
+        let mut readings = Readings::new(AHEAD, &[0.0; 7]);
+        readings.imu.roll_rad = 0.05; // left side up
+        let observed = traction.observe(&mut state, &readings);
+        traction
+            .act(&mut state, &readings, &observed, &TractionTarget::at(target))
+            .wheels
+            .requested
+            .n_m
+    };
+    let (ahead, back) = (step(1.0), step(-1.0));
+    // Wheels 1 and 3: right and left of a row of the base.
+    for torques in [ahead, back] {
+        assert!(torques[2].abs() < torques[0].abs() - 0.1, "{torques:?}");
+    }
+}
+
+#[test]
+fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
+    let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    let mut wheels = wheels(places);
+    for wheel in &mut wheels {
+        wheel.carrier = [1.0, 0.0]; // direct drive, rolls ahead
+    }
+    let carried = places.map(|[x, y]| CarriedWheel {
+        body: 0,
+        centre_m: [x, y, 0.1],
+    });
+    let linkage = Linkage::new(&[], &carried).expect("a tree");
+    let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid")).expect("valid");
+    let config = TractionConfig::steady(0.3, 2.0, T);
+    let traction = Traction::new(kinematics, linkage, wheels, config).expect("valid");
+    let speed = |roll_rad_s: f64, pitch_rad_s: f64| {
+        let mut state = TractionState::new();
+        let rates = traction.kinematics().inverse(&AHEAD).rad_s;
+        let mut readings = Readings::new(AHEAD, &rates);
+        (readings.imu.rate_rad_s[0], readings.imu.rate_rad_s[1]) = (roll_rad_s, pitch_rad_s);
+        for _ in 0..300 {
+            let _ = traction.observe(&mut state, &readings);
+        }
+        state.speed_m_s
+    };
+    assert!((speed(0.5, 0.0) - 0.3).abs() < 1e-6);
+    // Nose up at 0.5 rad/s turns encoders of 0.1 m by as much: 0.05 m/s less over the ground than they say.
+    assert!((speed(0.0, -0.5) - 0.25).abs() < 1e-3, "{}", speed(0.0, -0.5));
+}
+
+/// Wheels that a direction drives: wheel i is bit i.
+fn driven<const N: usize>(layout: &WheelLayout<f64, N>, direction_rad: f64) -> u32 {
+    let kinematics = Kinematics::new(layout).expect("valid");
+    let carried = [CarriedWheel {
+        body: 0,
+        centre_m: [0.0, 0.0, 0.1],
+    }; N];
+    let linkage = Linkage::new(&[], &carried).expect("a tree");
+    let traction = Traction::new(
+        kinematics,
+        linkage,
+        wheels([[0.0; 2]; N]),
+        TractionConfig::steady(0.3, LIMIT_N_M, T),
+    );
+    let mut state = TractionState::new();
+    let (sin, cos) = direction_rad.sin_cos();
+    let command = BodyTwist {
+        vx_m_s: 0.3 * cos,
+        vy_m_s: 0.3 * sin,
+        wz_rad_s: 0.0,
+    };
+    let _ = traction
+        .expect("valid")
+        .observe(&mut state, &Readings::new(command, &[0.0; N]));
+    state.ways.driven
+}
+
+#[test]
+fn wheels_across_push_only_where_the_others_would_turn_the_vehicle() {
+    let seven = WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid");
+    let (along, all) = (0b101_1101, 0b111_1111); // wheels 2 and 6 roll across
+    let found = [0.0_f64, 18.4, 30.0, 33.7, 45.0].map(|degrees| driven(&seven, degrees.to_radians()));
+    // Beyond atan(0.6), 31 degrees, wheels across push a good part of it.
+    assert_eq!(found, [along, along, along, all, all]);
+    assert_eq!(driven(&seven, 1.5), 0b010_0010, "they alone, nearly across");
+    // Three wheels at 120 degrees: going sideways wheel 1 has twice the way of the others, and alone would turn the vehicle.
+    let three = WheelLayout::omni(0.2, 0.0, 0.05).expect("valid");
+    let sideways: [u32; 3] = [0.0, 90.0, 180.0].map(|degrees: f64| driven::<3>(&three, degrees.to_radians()));
+    assert!(sideways.contains(&0b111), "{sideways:?}");
+    assert!(
+        sideways.iter().all(|driven| driven.count_ones() >= 2),
+        "{sideways:?}"
+    );
+}

@@ -1,0 +1,268 @@
+//! Trajectories: where a vehicle shall be when, made of waypoints within what its wheels can turn and push.
+//!
+//! A path is made of pieces, polynomials of the way along it; a segment, from one waypoint to the next, says when how much of the way is
+//! behind. Both are plain numbers, so that a trajectory can be made on a computer and lie in a microcontroller's flash.
+
+mod lay;
+mod limits;
+mod path;
+mod planner;
+mod schedule;
+#[cfg(test)]
+mod tests;
+mod time_law;
+
+use crate::constants::constant_struct;
+use crate::{BodyTwist, MotionLimits, PlanarPose, Real, WorldTwist};
+pub use limits::{PathLimits, PlanarInertia};
+pub use path::{PathPiece, WayShape, Waypoint};
+pub use planner::TrajectoryPlanner;
+pub use time_law::Phase;
+
+/// The way from one waypoint to the next: which pieces it has, and when how much of them is behind. Made by [`TrajectoryPlanner`].
+///
+/// ```
+/// use omni_core::PathSegment;
+/// static ROOM: [PathSegment<f32>; 4] = [PathSegment::EMPTY; 4];
+/// assert_eq!(ROOM[0].length_m(), 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PathSegment<R> {
+    start_s: R,
+    duration_s: R,
+    length_m: R,
+    /// Its pieces: the first and how many.
+    first: u16,
+    count: u16,
+    on_the_spot: bool,
+    /// What it may do, and its speeds at both ends.
+    allowed: MotionLimits<R>,
+    ends: [R; 2],
+    phases: [Phase<R>; 7],
+}
+
+constant_struct!(PathSegment<R> {
+    start_s: R,
+    duration_s: R,
+    length_m: R,
+    first: u16,
+    count: u16,
+    on_the_spot: bool,
+    allowed: MotionLimits<R>,
+    ends: [R; 2],
+    phases: [Phase<R>; 7],
+});
+
+impl<R: Real> PathSegment<R> {
+    /// Nothing: what room for segments is filled with.
+    ///
+    /// ```
+    /// use omni_core::PathSegment;
+    /// let room = [PathSegment::<f64>::EMPTY; 4];
+    /// assert_eq!(room.len(), 4);
+    /// ```
+    pub const EMPTY: Self = Self {
+        start_s: R::ZERO,
+        duration_s: R::ZERO,
+        length_m: R::ZERO,
+        first: 0,
+        count: 0,
+        on_the_spot: false,
+        allowed: MotionLimits {
+            velocity: R::ZERO,
+            acceleration: R::ZERO,
+            deceleration: R::ZERO,
+            jerk: R::ZERO,
+        },
+        ends: [R::ZERO; 2],
+        phases: [Phase::EMPTY; 7],
+    };
+
+    /// When it begins \[s\].
+    ///
+    /// ```
+    /// assert_eq!(omni_core::PathSegment::<f64>::EMPTY.start_s(), 0.0);
+    /// ```
+    #[must_use]
+    pub fn start_s(&self) -> R {
+        self.start_s
+    }
+
+    /// How long its way is \[m\]; \[rad\] of a turn on the spot, 0 of waiting.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::PathSegment::<f64>::EMPTY.length_m(), 0.0);
+    /// ```
+    #[must_use]
+    pub fn length_m(&self) -> R {
+        self.length_m
+    }
+
+    /// What the plan let it do along its path \[m/s, m/s^2, m/s^3\]; in rad of a turn on the spot.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::PathSegment::<f64>::EMPTY.limits().velocity, 0.0);
+    /// ```
+    #[must_use]
+    pub fn limits(&self) -> MotionLimits<R> {
+        self.allowed
+    }
+
+    fn pieces_of<'a>(&self, pieces: &'a [PathPiece<R>]) -> &'a [PathPiece<R>] {
+        let first = usize::from(self.first);
+        pieces.get(first..first + usize::from(self.count)).unwrap_or(&[])
+    }
+}
+
+/// Where a vehicle shall be when. Sampled without state, in a time that grows with the logarithm of its length.
+///
+/// What is not made by [`TrajectoryPlanner`] is sampled too, whatever comes of it: nothing panics.
+///
+/// ```
+/// use omni_core::Trajectory;
+/// let nowhere = Trajectory::<f32>::new(&[], &[]);
+/// assert_eq!((nowhere.duration_s(), nowhere.at(1.0).done), (0.0, true));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trajectory<'a, R> {
+    segments: &'a [PathSegment<R>],
+    pieces: &'a [PathPiece<R>],
+}
+
+/// What a [`Trajectory`] says of one time.
+///
+/// ```
+/// use omni_core::Trajectory;
+/// let sample = Trajectory::<f64>::new(&[], &[]).at(2.0);
+/// assert_eq!((sample.time_s, sample.speed_m_s), (2.0, 0.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct TrajectorySample<R> {
+    /// The time asked for \[s\].
+    pub time_s: R,
+    /// Where to be \[m, m, rad\], the heading in (-pi, pi].
+    pub pose: PlanarPose<R>,
+    /// How to move \[m/s, m/s, rad/s\], along the world's axes.
+    pub velocity: WorldTwist<R>,
+    /// How that changes \[m/s^2, m/s^2, rad/s^2\], along the world's axes.
+    pub acceleration: [R; 3],
+    /// Speed along the path \[m/s\], rad/s in a turn on the spot; >= 0.
+    pub speed_m_s: R,
+    /// The end is reached: the pose is the last one, and everything rests.
+    pub done: bool,
+}
+
+impl<R: Real> TrajectorySample<R> {
+    /// The body twist of a vehicle that is where it should be \[m/s, m/s, rad/s\].
+    ///
+    /// ```
+    /// use omni_core::{BodyTwist, Trajectory};
+    /// assert_eq!(Trajectory::<f64>::new(&[], &[]).at(0.0).feed_forward(), BodyTwist::ZERO);
+    /// ```
+    #[must_use]
+    pub fn feed_forward(&self) -> BodyTwist<R> {
+        self.velocity.to_body(&self.pose)
+    }
+}
+
+impl<'a, R: Real> Trajectory<'a, R> {
+    /// Of segments and pieces that a planner made, for a `static` too.
+    ///
+    /// ```
+    /// use omni_core::{PathPiece, PathSegment, Trajectory};
+    /// static SEGMENTS: [PathSegment<f32>; 1] = [PathSegment::EMPTY];
+    /// static PIECES: [PathPiece<f32>; 1] = [PathPiece::EMPTY];
+    /// static STAY: Trajectory<'_, f32> = Trajectory::new(&SEGMENTS, &PIECES);
+    /// assert_eq!(STAY.at(3.0).pose.x_m, 0.0);
+    /// ```
+    #[must_use]
+    pub const fn new(segments: &'a [PathSegment<R>], pieces: &'a [PathPiece<R>]) -> Self {
+        Self { segments, pieces }
+    }
+
+    /// Its segments, one a waypoint after the first.
+    ///
+    /// ```
+    /// static SEGMENTS: [omni_core::PathSegment<f64>; 2] = [omni_core::PathSegment::EMPTY; 2];
+    /// assert_eq!(omni_core::Trajectory::new(&SEGMENTS, &[]).segments().len(), 2);
+    /// ```
+    #[must_use]
+    pub fn segments(&self) -> &'a [PathSegment<R>] {
+        self.segments
+    }
+
+    /// When its end is reached \[s\].
+    ///
+    /// ```
+    /// assert_eq!(omni_core::Trajectory::<f64>::new(&[], &[]).duration_s(), 0.0);
+    /// ```
+    #[must_use]
+    pub fn duration_s(&self) -> R {
+        self.segments
+            .last()
+            .map_or(R::ZERO, |last| last.start_s + last.duration_s)
+    }
+
+    /// What it says of a time \[s\] from its start: the first pose, at rest, before 0 and of what is no number, the last one from
+    /// [`Trajectory::duration_s`] on.
+    ///
+    /// ```
+    /// use omni_core::Trajectory;
+    /// let sample = Trajectory::<f64>::new(&[], &[]).at(f64::NAN);
+    /// assert_eq!((sample.done, sample.pose.x_m), (false, 0.0));
+    /// ```
+    #[must_use]
+    pub fn at(&self, time_s: R) -> TrajectorySample<R> {
+        // What is no number is before the start.
+        let asked = if time_s > R::ZERO { time_s } else { R::ZERO };
+        let done = time_s >= self.duration_s();
+        let next = self.segments.partition_point(|segment| segment.start_s <= asked);
+        let segment = next.checked_sub(1).and_then(|k| self.segments.get(k));
+        let (along, pieces) = segment.map_or(([R::ZERO; 3], &[][..]), |segment| {
+            let since = (asked - segment.start_s).limited(R::ZERO, segment.duration_s);
+            let mut phase = &segment.phases[0];
+            for later in &segment.phases[1..] {
+                if later.start_s <= since {
+                    phase = later;
+                }
+            }
+            (phase.at(since), segment.pieces_of(self.pieces))
+        });
+        let [mut way, mut speed, mut acceleration] = along;
+        if let Some(segment) = segment {
+            way = way.limited(R::ZERO, segment.length_m);
+        }
+        if done || time_s != asked {
+            (speed, acceleration) = (R::ZERO, R::ZERO);
+        }
+        let piece = pieces.partition_point(|piece| piece.start_m <= way);
+        let piece = piece.checked_sub(1).and_then(|k| pieces.get(k));
+        let [place, first, second] = piece.map_or([[R::ZERO; 3]; 3], |piece| piece.at(way));
+        let [vx_m_s, vy_m_s, wz_rad_s] = first.map(|by_way| by_way * speed);
+        let mut changes = second.map(|by_way| by_way * speed * speed);
+        for (change, by_way) in changes.iter_mut().zip(first) {
+            *change += by_way * acceleration;
+        }
+        TrajectorySample {
+            time_s,
+            pose: PlanarPose {
+                x_m: place[0],
+                y_m: place[1],
+                yaw_rad: place[2].wrapped_angle(),
+            },
+            velocity: WorldTwist {
+                vx_m_s,
+                vy_m_s,
+                wz_rad_s,
+            },
+            acceleration: changes,
+            speed_m_s: if speed > R::ZERO { speed } else { R::ZERO },
+            done,
+        }
+    }
+}

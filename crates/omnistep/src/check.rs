@@ -1,0 +1,380 @@
+//! `omnistep check`.
+
+use std::io::Write;
+
+use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelSpec};
+
+use crate::Error;
+use crate::notices::{announce_gains, beyond_balls, doubts_of};
+use crate::output::{print, warn};
+
+/// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
+const PERIOD_S: f64 = 1e-3;
+const GRAVITY_M_S2: f64 = 9.81;
+/// What a step is climbed with where no scenario says so: the built-in step's.
+const FRICTION: f64 = 0.7;
+const SPEED_M_S: f64 = 0.3;
+
+/// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step_m` is the height of a
+/// step that its motors shall be strong enough for.
+pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Result<bool, Error> {
+    let mut told = Told::default();
+    let loaded = File::load(file)?;
+    if let Some(height_m) = step_m {
+        allowed_step(height_m, &loaded)?;
+    }
+    told.name = match &loaded {
+        File::Vehicle(vehicle) => vehicle.name.clone(),
+        File::Scenario(scenario) => scenario.name.clone(),
+        File::Study(study) => study.name.clone(),
+        _ => file.to_owned(),
+    };
+    let said = match loaded {
+        File::Vehicle(vehicle) => {
+            let derived = match vehicle.gains {
+                Some(_) => None,
+                None => Some(vehicle.derived_gains(PERIOD_S)?),
+            };
+            announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
+            told.warn(vehicle.doubts(PERIOD_S)?);
+            told.warn(lifted(&vehicle, GRAVITY_M_S2));
+            let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
+            let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut told)?;
+            format!(
+                "vehicle {}{facts}{step}{}",
+                described(&vehicle),
+                balls_ahead(&vehicle)
+            )
+        }
+        File::Scenario(scenario) => {
+            let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
+            announce_gains(&vehicle.name, scenario.period_s(), derived);
+            let gravity = scenario.physics.gravity_m_s2;
+            told.warn(vehicle.doubts(scenario.period_s())?);
+            told.warn(lifted(vehicle, gravity));
+            told.warn(doubts_of(&scenario));
+            told.warn(scenario.encoder_warning()?);
+            let balls = beyond_balls(&scenario);
+            told.doubtful |= balls.is_some();
+            let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
+            let step = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut told)?;
+            format!(
+                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{step}{}",
+                scenario.name,
+                scenario.duration_s,
+                scenario.control.law(),
+                scenario.physics.engine.name(),
+                described(vehicle),
+                facts(
+                    vehicle,
+                    scenario.period_s(),
+                    scenario.physics.gravity_m_s2,
+                    derived
+                )?,
+                encoder(&scenario)?,
+                balls_there(&scenario, balls.as_deref())
+            )
+        }
+        File::Experiment(experiment) => {
+            format!("experiment {}, {} s", experiment.name, experiment.duration_s)
+        }
+        File::Study(study) => {
+            let (described, doubts_of_runs, balls) = checked(&study)?;
+            told.warn(doubts_of_runs);
+            match balls {
+                Some(why) => {
+                    told.doubtful = true;
+                    format!("study {described}\n  {:<8} WARNING: {why}", "balls")
+                }
+                None => format!("study {described}"),
+            }
+        }
+        _ => {
+            return Err(Error::Argument {
+                name: "FILE",
+                value: file.into(),
+                allowed: "a vehicle, a scenario, an experiment or a study",
+            });
+        }
+    };
+    print(out, &format!("{file}: {said}\n"))?;
+    Ok(told.doubtful)
+}
+
+/// What was warned of, of whom.
+#[derive(Default)]
+struct Told {
+    name: String,
+    doubtful: bool,
+}
+
+impl Told {
+    fn warn(&mut self, doubts: impl IntoIterator<Item = String>) {
+        for doubt in doubts {
+            self.doubtful = true;
+            warn(&format!("{}: {doubt}", self.name));
+        }
+    }
+}
+
+/// Is that the height of a step that this vehicle, or this scenario's, may be asked for?
+fn allowed_step(height_m: f64, file: &File) -> Result<(), Error> {
+    let refuse = |allowed| {
+        Err(Error::Argument {
+            name: "--step",
+            value: height_m.to_string(),
+            allowed,
+        })
+    };
+    let vehicle = match file {
+        File::Vehicle(vehicle) => vehicle,
+        File::Scenario(scenario) => scenario.vehicle(),
+        _ => return refuse("with a vehicle or a scenario"),
+    };
+    if !(1e-6..=10.0).contains(&height_m) {
+        return refuse("1e-6 to 10 [m]");
+    }
+    if vehicle.wheel.iter().any(|wheel| wheel.radius_m <= height_m) {
+        return refuse("less than the radius of every wheel: above the axle an edge is a wall");
+    }
+    Ok(())
+}
+
+/// Why some wheel does not stand on the ground.
+fn lifted(vehicle: &Vehicle, gravity_m_s2: f64) -> Option<String> {
+    let preloaded = vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0);
+    (preloaded && vehicle.static_loads_n(gravity_m_s2).is_none())
+        .then(|| "preload_n: with these preloads some wheel does not stand on the ground".into())
+}
+
+/// What a study is, what is doubtful of its runs, and what is to be said of those on balls that are not their wheels.
+#[cfg(feature = "study")]
+fn checked(study: &Study) -> Result<(String, Vec<String>, Option<String>), Error> {
+    crate::study::checked(study)
+}
+
+#[cfg(not(feature = "study"))]
+fn checked(_: &Study) -> Result<(String, Vec<String>, Option<String>), Error> {
+    Err(Error::NotBuilt {
+        what: "check STUDY",
+        feature: "study",
+    })
+}
+
+fn described(vehicle: &Vehicle) -> String {
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let mut parts = vec![
+        match vehicle.body.len() {
+            1 => "1 body".to_owned(),
+            n => format!("{n} bodies"),
+        },
+        count(vehicle.hinge.len(), "hinge"),
+    ];
+    if !vehicle.coupling.is_empty() {
+        parts.push(count(vehicle.coupling.len(), "coupling"));
+    }
+    parts.push(count(vehicle.wheel.len(), "wheel"));
+    format!(
+        "{}: {}, {:.3} kg",
+        vehicle.name,
+        parts.join(", "),
+        vehicle.mass_kg()
+    )
+}
+
+/// Does a wheel push across the vehicle's way ahead?
+fn is_crosswise(wheel: &WheelSpec) -> bool {
+    let [dx, dy] = wheel.rolling_direction;
+    let (sin, cos) = wheel.roller_angle_rad.sin_cos();
+    (cos * dx - sin * dy).abs() < 0.1 * dx.hypot(dy)
+}
+
+/// What follows from the vehicle's numbers, one indented line each.
+fn facts(
+    vehicle: &Vehicle,
+    period_s: f64,
+    gravity_m_s2: f64,
+    derived: Option<&DerivedGains>,
+) -> Result<String, Error> {
+    let mut lines = String::new();
+    let mut say = |what: &str, text: String| lines.push_str(&format!("\n  {what:<8} {text}"));
+    say(
+        "layout",
+        format!("condition number {:.2} (1 is best)", vehicle.condition_number()?),
+    );
+    let [x, y, z] = vehicle
+        .centre_of_mass_m()
+        .map(|at| if at.abs() < 5e-5 { 0.0 } else { at });
+    say("weight", format!("centre of mass at ({x:.3}, {y:.3}, {z:.3}) m"));
+    if let Some(loads) = vehicle.static_loads_n(gravity_m_s2) {
+        let each = vehicle
+            .wheel
+            .iter()
+            .zip(&loads)
+            .map(|(wheel, load)| format!("{} {load:.1}", wheel.name));
+        say(
+            "loads",
+            format!(
+                "at rest on flat ground [N]: {}",
+                each.collect::<Vec<_>>().join(", ")
+            ),
+        );
+        // What a crosswise wheel carries is lost to those that push.
+        let shares = vehicle.rows().into_iter().filter_map(|row| {
+            let carried: f64 = row.wheels.iter().map(|wheel| loads[*wheel]).sum();
+            let crosswise: Vec<_> = row
+                .wheels
+                .iter()
+                .filter(|wheel| is_crosswise(&vehicle.wheel[**wheel]))
+                .collect();
+            if crosswise.is_empty() || crosswise.len() == row.wheels.len() || carried <= 0.0 {
+                return None;
+            }
+            let names: Vec<_> = crosswise
+                .iter()
+                .map(|wheel| vehicle.wheel[**wheel].name.as_str())
+                .collect();
+            let share = 100.0 * crosswise.iter().map(|wheel| loads[**wheel]).sum::<f64>() / carried;
+            let (wheel, x_m) = (if names.len() == 1 { "wheel" } else { "wheels" }, row.x_m);
+            Some(format!(
+                "of the row at x = {x_m} m crosswise {wheel} {} {share:.0} %",
+                names.join(", ")
+            ))
+        });
+        let shares: Vec<_> = shares.collect();
+        if !shares.is_empty() {
+            say("shares", shares.join("; "));
+        }
+    }
+    if let Some(no_load) = vehicle.no_load_rad_s() {
+        let [vx, vy, wz] = vehicle.speeds_at(no_load)?;
+        say(
+            "speed",
+            format!(
+                "motors reach {no_load:.1} rad/s without load: {vx:.2} m/s forward, {vy:.2} m/s sideways, {wz:.2} rad/s about"
+            ),
+        );
+    }
+    let gains = vehicle.gains_at(period_s)?;
+    let origin = if derived.is_some() { "derived" } else { "given" };
+    say(
+        "gains",
+        format!(
+            "kp {:.4} N.m.s/rad, ki {:.4} N.m/rad, kd {} N.m.s2/rad, {origin}",
+            gains.kp_n_m_s_rad, gains.ki_n_m_rad, gains.kd_n_m_s2_rad
+        ),
+    );
+    Ok(lines)
+}
+
+/// What one count of a scenario's encoders is against the top speed, as one of [`facts`]; nothing without counts.
+fn encoder(scenario: &Scenario) -> Result<String, Error> {
+    Ok(match scenario.encoder_reading()? {
+        Some(reading) => format!("\n  {:<8} {reading}", "encoder"),
+        None => String::new(),
+    })
+}
+
+/// Whether balls are the wheels of a scenario, as one of [`facts`]; `beyond` is why not.
+fn balls_there(scenario: &Scenario, beyond: Option<&str>) -> String {
+    let wheels = 0..scenario.vehicle().wheel.len();
+    let text = match beyond {
+        Some(why) => format!("WARNING: {why}"),
+        None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
+        None => format!("stand for its wheels {}", scenario.terrain.described()),
+    };
+    format!("\n  {:<8} {text}", "balls")
+}
+
+/// Whether balls are a vehicle's wheels where it meets an obstacle straight ahead, as one of [`facts`].
+fn balls_ahead(vehicle: &Vehicle) -> String {
+    let text = match vehicle.beyond_balls_ahead() {
+        Some(beyond) => {
+            format!("stand for its wheels on level ground, not at an upright edge straight ahead: {beyond}")
+        }
+        None => "stand for its wheels on level ground and at an edge straight ahead".into(),
+    };
+    format!("\n  {:<8} {text}", "balls")
+}
+
+/// What a step of a height takes of a vehicle, as one of [`facts`]; doubtful is what its motors do not have.
+#[cfg(feature = "bound")]
+fn on_step(
+    vehicle: &Vehicle,
+    step_m: Option<f64>,
+    friction: f64,
+    gravity_m_s2: f64,
+    speed_m_s: f64,
+    told: &mut Told,
+) -> Result<String, Error> {
+    let Some(height_m) = step_m else {
+        return Ok(String::new());
+    };
+    let has = vehicle.motor.stall_torque_n_m;
+    let mut step = omni_bound::Step::new(height_m, friction)?;
+    step.gravity_m_s2 = gravity_m_s2;
+    let where_ = format!("up {height_m} m with friction {friction}");
+    let linkage = match omni_bound::Linkage::new(vehicle) {
+        Ok(linkage) => linkage,
+        Err(omni_bound::Error::Vehicle { .. }) => {
+            let Some(rows) = omni_bound::touch(vehicle, &step)? else {
+                let text = "no bound for this vehicle: it is for two rows of wheels on one frame, or for three on two frames";
+                return Ok(format!("\n  {:<8} {text}", "step"));
+            };
+            let mut needs = Vec::new();
+            for row in &rows {
+                let (wheels, torque) = (row.wheels.join(" "), row.torque_n_m);
+                if torque.is_infinite() {
+                    told.warn([format!(
+                        "{where_}: no torque lifts wheel {wheels} off the ground: friction holds too little push"
+                    )]);
+                    needs.push(format!("{wheels} none suffices"));
+                    continue;
+                }
+                if torque > has {
+                    told.warn([format!(
+                        "{where_}: wheel {wheels} needs {torque:.2} N.m an actuator to leave the ground, the motor has {has}"
+                    )]);
+                }
+                needs.push(format!("{wheels} {torque:.2}"));
+            }
+            let needs = needs.join(", ");
+            return Ok(format!(
+                "\n  {:<8} {where_}, least torques at first touch [N.m]: {needs}; the motor has {has}",
+                "step"
+            ));
+        }
+        Err(other) => return Err(other.into()),
+    };
+    let bound = linkage.bound(&step, has, speed_m_s)?;
+    if !bound.possible() {
+        let rows = bound
+            .rows
+            .iter()
+            .filter(|row| row.verdict == omni_bound::Verdict::Impossible);
+        let rows = rows.map(|row| row.row).collect::<Vec<_>>().join(", ");
+        told.warn([format!(
+            "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for the row: {rows}; omnistep bound says more"
+        )]);
+    }
+    let rows = bound
+        .rows
+        .iter()
+        .map(|row| format!("{} {}", row.row, row.verdict.name()));
+    let rows = rows.collect::<Vec<_>>().join(", ");
+    Ok(format!(
+        "\n  {:<8} {where_} at {speed_m_s} m/s: {rows} (omnistep bound)",
+        "step"
+    ))
+}
+
+#[cfg(not(feature = "bound"))]
+fn on_step(_: &Vehicle, step_m: Option<f64>, _: f64, _: f64, _: f64, _: &mut Told) -> Result<String, Error> {
+    match step_m {
+        Some(_) => Err(Error::NotBuilt {
+            what: "check --step",
+            feature: "bound",
+        }),
+        None => Ok(String::new()),
+    }
+}

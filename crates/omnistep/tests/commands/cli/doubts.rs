@@ -1,0 +1,156 @@
+//! What `omnistep check` warns of.
+
+use std::fs;
+use std::path::Path;
+
+use super::{omnistep, refused, stdout};
+
+/// Writes a built-in vehicle with some of its text replaced.
+fn edited(folder: &Path, like: &str, changes: &[(&str, &str)]) {
+    let file = folder.join("own.toml");
+    if file.exists() {
+        fs::remove_file(&file).unwrap();
+    }
+    let made = omnistep(folder, &["new", "vehicle", "own", "--like", like]);
+    assert!(made.status.success());
+    let mut text = fs::read_to_string(&file).unwrap();
+    for (old, new) in changes {
+        assert!(text.contains(old), "{old}");
+        text = text.replace(old, new);
+    }
+    fs::write(file, text).unwrap();
+}
+
+/// The warnings of a check, and its exit code.
+fn checked(folder: &Path, args: &[&str]) -> (Vec<String>, Option<i32>) {
+    let said = omnistep(folder, &[&["check", "own.toml"], args].concat());
+    let warnings = String::from_utf8(said.stderr).unwrap();
+    let warnings = warnings
+        .lines()
+        .filter_map(|line| line.strip_prefix("warning: own: "));
+    (warnings.map(str::to_owned).collect(), said.status.code())
+}
+
+#[test]
+fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    edited(path, "mecanum4", &[]);
+    assert_eq!(
+        checked(path, &["--strict"]),
+        (vec![], Some(0)),
+        "nothing is doubtful of it"
+    );
+
+    // Every roller the other way round: |0.25 - 0.20| / sqrt 2 = 35 mm instead of 0.45 / sqrt 2 = 318 mm.
+    edited(
+        path,
+        "mecanum4",
+        &[
+            ("roller_angle_rad = -0.7853981634", "roller_angle_rad = turned"),
+            (
+                "roller_angle_rad = 0.7853981634",
+                "roller_angle_rad = -0.7853981634",
+            ),
+            ("roller_angle_rad = turned", "roller_angle_rad = 0.7853981634"),
+        ],
+    );
+    let (warnings, code) = checked(path, &[]);
+    assert_eq!((warnings.len(), code), (1, Some(0)), "{warnings:?}");
+    let expected =
+        "roller_angle_rad: the wheels push past the middle at 0.035 m, with the other sign at 0.318 m";
+    assert!(warnings[0].starts_with(expected), "{}", warnings[0]);
+    assert_eq!(checked(path, &["--strict"]).1, Some(1));
+
+    // Of 1 kg at 76 mm: m r^2 = 0.0058. Only such wheels are named.
+    edited(
+        path,
+        "mecanum4",
+        &[("inertia_kg_m2 = 0.0035 ", "inertia_kg_m2 = 0.0060 ")],
+    );
+    let (warnings, _) = checked(path, &[]);
+    assert_eq!(warnings.len(), 4, "every wheel: {warnings:?}");
+    assert!(
+        warnings
+            .iter()
+            .all(|line| line.contains("its mass all at the rim has 0.00578 (m r^2)")),
+        "{warnings:?}"
+    );
+
+    // 2800 kg with motors of a toy, and no gains: the derived ones follow in seconds.
+    let start = "[gains]";
+    let text = {
+        edited(path, "mecanum4", &[("mass_kg = 20.0 ", "mass_kg = 2800.0 ")]);
+        fs::read_to_string(path.join("own.toml")).unwrap()
+    };
+    let (before, after) = text.split_once(start).unwrap();
+    let (_, after) = after.split_once("[limits]").unwrap();
+    fs::write(path.join("own.toml"), format!("{before}[limits]{after}")).unwrap();
+    let (warnings, _) = checked(path, &[]);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].starts_with("gains: the time constant derived is "),
+        "{}",
+        warnings[0]
+    );
+
+    edited(path, "omni3", &[]);
+    let (warnings, code) = checked(path, &["--strict"]);
+    assert_eq!(
+        (warnings.len(), code),
+        (1, Some(1)),
+        "three wheels have no redundancy: {warnings:?}"
+    );
+}
+
+#[test]
+fn motors_that_are_too_weak_for_a_step_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // At 1.6 cm the front row needs 1.39 N.m, the rear row 1.69 (tests/physics/touch.rs), and the motor has 3.0.
+    edited(path, "mecanum4", &[]);
+    let said = omnistep(path, &["check", "own.toml", "--step", "0.016", "--strict"]);
+    assert_eq!(said.status.code(), Some(0));
+    assert!(
+        stdout(&said).contains("front_left front_right 1.39, rear_left rear_right 1.69"),
+        "{}",
+        stdout(&said)
+    );
+    edited(
+        path,
+        "mecanum4",
+        &[("stall_torque_n_m = 3.0", "stall_torque_n_m = 1.5")],
+    );
+    let (warnings, code) = checked(path, &["--step", "0.016", "--strict"]);
+    assert_eq!(code, Some(1));
+    let expected = "up 0.016 m with friction 0.7: wheel rear_left rear_right needs 1.69 N.m an actuator to leave the ground, the motor has 1.5";
+    assert_eq!(warnings, [expected]);
+    // Of the paper's vehicle the bound says it: 0.2 N.m lift nothing.
+    edited(
+        path,
+        "chugo7",
+        &[("stall_torque_n_m = 2.0", "stall_torque_n_m = 0.2")],
+    );
+    let (warnings, _) = checked(path, &["--step", "0.05"]);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(
+        warnings[0].contains("impossible at 0.3 m/s with the motor's 0.2 N.m"),
+        "{}",
+        warnings[0]
+    );
+    let allowed = |step: &str, file: &str| refused(path, &["check", file, "--step", step]);
+    let wall = "allowed: less than the radius of every wheel: above the axle an edge is a wall\n";
+    assert_eq!(allowed("0.2", "mecanum4"), format!("error: --step = 0.2, {wall}"));
+    assert_eq!(
+        allowed("0.066", "chugo7"),
+        format!("error: --step = 0.066, {wall}")
+    );
+    assert_eq!(
+        allowed("0", "chugo7"),
+        "error: --step = 0, allowed: 1e-6 to 10 [m]\n"
+    );
+    for file in ["climb_map", "wheels"] {
+        let expected = "error: --step = 0.05, allowed: with a vehicle or a scenario\n";
+        assert_eq!(allowed("0.05", file), expected);
+    }
+}

@@ -1,0 +1,175 @@
+//! What is said of runs under traction control: their tries, what they do without, where they are refused.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use super::{omnistep, refused, rows, stdout};
+
+/// A step of 10 cm, higher than the wheels' radius of 6.6 cm: no friction brings a row onto it.
+const HOPELESS: [&str; 6] = [
+    "--quiet",
+    "--set",
+    "physics.engine=articulated",
+    "--set",
+    "terrain.height_m=0.1",
+    "--set",
+];
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// What a command says of the hopeless step.
+fn hopeless(folder: &Path, command: &[&str], more: &[&str]) -> Output {
+    let output = omnistep(folder, &[command, &HOPELESS, more].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    output
+}
+
+#[test]
+fn retries_are_a_figure_of_every_run_and_a_column_where_some_run_tried_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let shown = stdout(&hopeless(folder.path(), &["compare", "step"], &["duration_s=6"]));
+    let headings = shown.lines().nth(1).unwrap();
+    assert!(
+        headings.contains("| crossing [s] | retries | pitch [deg] |"),
+        "{shown}"
+    );
+    // The second after the policy and the verdict.
+    let cells = |policy: &str| {
+        let row = shown
+            .lines()
+            .find(|line| line.starts_with(&format!("| {policy} ")))
+            .unwrap();
+        row.split('|').map(str::trim).nth(4).unwrap().to_owned()
+    };
+    assert_eq!(cells("paper"), "-");
+    let retries: u64 = cells("steady").parse().unwrap();
+    let inspected = stdout(&omnistep(
+        folder.path(),
+        &["inspect", "out/step-steady-articulated.mcap"],
+    ));
+    assert!(
+        inspected.contains("| crossing [s] | retries | pitch [deg] |"),
+        "{inspected}"
+    );
+    let of_log = rows(&omnistep(
+        folder.path(),
+        &["inspect", "--json", "out/step-steady-articulated.mcap"],
+    ));
+    assert_eq!(of_log[0]["outcome"]["retries"].as_u64(), Some(retries));
+    assert!(retries > 0);
+    // Of runs that did not try again the column would say nothing; JSON has it all the same.
+    let run = ["run", "flat", "--quiet", "--set", "duration_s=0.2", "--policy"];
+    let flat = |policy: &'static str, more: &[&'static str]| {
+        omnistep(folder.path(), &[&run[..], &[policy], more].concat())
+    };
+    assert!(!stdout(&flat("steady", &[])).contains("retries"));
+    assert_eq!(rows(&flat("steady", &["--json"]))[0]["retries"], 0);
+    assert!(rows(&flat("paper", &["--json"]))[0]["retries"].is_null());
+}
+
+#[test]
+fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["run", "step", "--policy", "steady"];
+    let trying = stdout(&hopeless(folder.path(), &run, &["duration_s=6"]));
+    assert!(
+        trying.contains("\nstill trying at the end (retry ")
+            && trying.contains("): a longer duration_s may let it climb\n"),
+        "{trying}"
+    );
+    let compared = stdout(&hopeless(folder.path(), &["compare", "step"], &["duration_s=6"]));
+    assert!(
+        compared.contains("\npolicy steady: still trying at the end (retry "),
+        "{compared}"
+    );
+    // One try, which lasts some 2 s.
+    let once = ["duration_s=12", "--set", "control.tries=1"];
+    let shown = stdout(&hopeless(folder.path(), &run, &once));
+    assert!(!shown.contains("still trying"), "{shown}");
+    assert_eq!(
+        rows(&hopeless(folder.path(), &[&run[..], &["--json"]].concat(), &once))[0]["retries"],
+        1
+    );
+    let never = ["duration_s=6", "--set", "control.tries=0"];
+    let shown = stdout(&hopeless(folder.path(), &run, &never));
+    assert!(
+        !shown.contains("still trying") && !shown.contains("retries"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn what_traction_control_does_without_is_said_of_every_policy_that_is_run_and_of_studies() {
+    let folder = tempfile::tempdir().unwrap();
+    let lacks = [
+        "--quiet",
+        "--set",
+        "duration_s=0.1",
+        "--set",
+        "sensors.no_hinge_encoders=true",
+    ];
+    let said = |command: &[&str], more: &[&str]| {
+        let output = omnistep(folder.path(), &[command, &lacks, more].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let what = "without encoders on hinges: rows that climb are not told from wheels that slip";
+    for policy in ["steady", "reach"] {
+        let run = said(&["run", "flat", "--policy", policy], &[]);
+        assert_eq!(run, format!("warning: flat: {policy} {what}\n"));
+    }
+    assert_eq!(said(&["run", "flat", "--policy", "paper"], &[]), "");
+    assert_eq!(
+        said(&["compare", "flat"], &[]),
+        format!("warning: flat: reach {what}\nwarning: flat: steady {what}\n")
+    );
+    let study = "schema_version = 1\nname = \"some\"\nscenario = \"flat\"\nseeds = 3\n[set]\nsensors.no_hinge_encoders = true\n\
+                 [[axis]]\nkey = \"control.policy\"\nvalues = [\"paper\", \"reach\", \"steady\"]\n";
+    fs::write(folder.path().join("some.toml"), study).unwrap();
+    let of_study = said(&["study", "some.toml"], &[]);
+    assert_eq!(of_study, format!("warning: 6 of 9 runs: reach {what}\n"));
+    let checked = stderr(&omnistep(folder.path(), &["check", "some.toml"]));
+    assert_eq!(checked, format!("warning: some: 6 of 9 runs: reach {what}\n"));
+}
+
+#[test]
+fn what_loops_do_at_rest_is_refused_with_traction_control_and_left_out_beside_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let rest = [
+        "--quiet",
+        "--set",
+        "duration_s=0.1",
+        "--set",
+        "control.rest.bleed_s=0.1",
+    ];
+    let run = |command: &[&'static str]| [command, &rest].concat();
+    assert_eq!(
+        refused(folder.path(), &run(&["run", "flat", "--policy", "steady"])),
+        "error: built-in flat: control.rest.bleed_s: 0.1, allowed: only with a policy of loops of the wheels: independent, paper, \
+         synchronised, load_sharing\n"
+    );
+    let compared = omnistep(folder.path(), &run(&["compare", "flat"]));
+    assert!(compared.status.success());
+    assert_eq!(
+        stderr(&compared),
+        "warning: flat: reach, steady without [control.rest]: only loops of the wheels have it\n"
+    );
+}
+
+#[test]
+fn a_log_without_what_traction_control_reads_is_not_replayed_under_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
+    assert!(omnistep(folder.path(), &run).status.success());
+    assert_eq!(
+        refused(
+            folder.path(),
+            &["replay", "out/flat-synchronised.mcap", "--policy", "steady"]
+        ),
+        "error: out/flat-synchronised.mcap: the readings of hinges and inertial measurement unit at t = 0.001 s are not in it, and steady \
+         needs them, allowed: a log of steady or reach, or a policy of loops of the wheels\n"
+    );
+}

@@ -1,0 +1,81 @@
+"""Runs the study of traction control, judges it, and writes docs/study.md: python scripts/study.py [--check].
+
+Some fifteen minutes on two cores, most of it rapier's rollers. Results are in out/study; runs that are there are not
+run again, unless the package was built anew. Exit code 1 where a gate fails.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import pandas as pd
+import study_figures
+import study_gates
+import study_measure
+import study_page
+import study_runs
+
+OUT = study_runs.ROOT / "out" / "study"
+ON_DAMPERS = ["independent", "paper", "synchronised", "steady", "reach"]
+
+
+def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study_gates.Gate]:
+    """Every gate, in the order of the page."""
+    _, _, seeds = study_runs.study_file("traction")
+    possible = [cell for cell in study_runs.hard_cells() if cell not in study_runs.IMPOSSIBLE]
+    gates = []
+    for wheels in ("ball", "rollers"):
+        for engine in ("articulated", "rapier"):
+            gates += study_gates.grid(rows, engine, wheels)
+    gates += study_gates.perturbed(rows, study_runs.PERTURBED, "articulated")
+    gates += study_gates.perturbed(rows, study_runs.BIASES, "rapier")
+    gates += study_gates.grounds(rows, study_runs.GROUNDS, "articulated", study_gates.GROUND_RUNS)
+    gates += study_gates.grounds(rows, study_runs.GROUNDS, "rapier", 2)
+    gates += study_gates.reach(rows, possible, study_runs.HARD, len(seeds))
+    return [*gates, *study_gates.bouncing(rows), *study_gates.on_dampers(dampers)]
+
+
+def on_dampers(out: Path) -> None:
+    """Run section 3.3, some seconds, and keep its figures and speeds."""
+    found = [study_measure.on_dampers(policy) for policy in ON_DAMPERS]
+    study_runs.write(out / "dampers.parquet", pd.DataFrame([figures for figures, _ in found]))
+    speeds = [pd.DataFrame(columns).assign(policy=figures["policy"]) for figures, columns in found]
+    study_runs.write(out / "speeds.parquet", pd.concat(speeds, ignore_index=True))
+
+
+def main() -> int:
+    """Run, judge, write; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument(
+        "--short", action="store_true", help="one seed, articulated: to try it; judges and writes nothing"
+    )
+    parser.add_argument("--check", action="store_true", help="run nothing: judge, write and draw from out/study")
+    arguments = parser.parse_args()
+    out = OUT.with_name("study-short") if arguments.short else OUT
+    out.mkdir(parents=True, exist_ok=True)
+    if arguments.check:
+        rows = study_runs.kept(out / "runs.parquet")
+        if rows.empty:
+            print(f"{out}: no results, make study computes them", file=sys.stderr)
+            return 1
+    else:
+        rows = study_runs.complete(out / "runs.parquet", study_runs.planned(arguments.short), arguments.jobs)
+        on_dampers(out)
+    if arguments.short:
+        print(rows.groupby(["group", "wheels", "policy"])["climbed"].agg(["size", "sum"]).to_string())
+        return 0
+    dampers, speeds = (pd.read_parquet(out / f"{name}.parquet") for name in ("dampers", "speeds"))
+    gates = judged(rows, dampers)
+    study_runs.write(out / "gates.parquet", pd.DataFrame([vars(gate) | {"verdict": gate.verdict} for gate in gates]))
+    for gate in gates:
+        print(f"{gate.verdict:6}  {gate.group}; {gate.name}; {gate.demand or 'nothing demanded'}; {gate.measured}")
+    study_page.write(rows, dampers, gates)
+    study_figures.draw(rows, speeds)
+    failed = sum(gate.held is False for gate in gates)
+    print(f"{failed} of {sum(gate.held is not None for gate in gates)} gates failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,6 @@
+#!/usr/bin/env bash
+# The study of traction control: its runs, its gates, docs/study.md and its pictures; some twenty minutes on two cores.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+scripts/venv.sh
+.venv/bin/python scripts/study.py "$@"

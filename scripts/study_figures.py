@@ -1,0 +1,109 @@
+"""Pictures of docs/study.md, each from the study's rows."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from study_gates import CELL, NAMES, PARTS, of, paired
+from study_runs import IMPOSSIBLE, POLICIES, ROOT, hard_cells
+from study_tables import HARD, PLACES
+
+import omnistep
+
+FOLDER = ROOT / "docs" / "images"
+DPI = 90
+UNITS = {"heat_n2m2s": " [N$^2$m$^2$s]"}
+MARKS = dict(zip(PLACES, "os^v", strict=True))
+
+
+def grid(rows: pd.DataFrame) -> plt.Figure:
+    """A point a pair of runs: steady over independent, with the line that the gate draws."""
+    figure, axes = plt.subplots(1, len(PARTS), figsize=(11.5, 4.4), layout="constrained")
+    for ax, (name, part) in zip(axes, PARTS.items(), strict=True):
+        most = 0.0
+        for (engine, wheels), place in PLACES.items():
+            pairs = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+            if pairs.empty:
+                continue
+            x, y = pairs[f"{name}_y"].astype(float), pairs[f"{name}_x"].astype(float)
+            most = max(most, x.max(), y.max())
+            ax.plot(x, y, MARKS[engine, wheels], ms=4, alpha=0.6, mew=0, label=f"{place} ({len(pairs)} pairs)")
+        ends = np.array([0.0, 1.05 * most])
+        ax.plot(ends, ends, color="0.6", lw=1, label="alike")
+        ax.plot(ends, part * ends, "k--", lw=1, label="the gate, for means")
+        ax.set(xlim=ends, ylim=ends, title=f"{NAMES[name]}, at most {part:g}")
+        ax.set_xlabel(f"independent{UNITS.get(name, '')}")
+        ax.set_ylabel(f"steady{UNITS.get(name, '')}")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize="small")
+    return figure
+
+
+def impact(rows: pd.DataFrame) -> plt.Figure:
+    """What decides at wheel 4, by torque limit and policy, where friction is not what is short."""
+    here = of(rows, group="grid", engine="articulated", wheels="ball")
+    here = here[here["policy"].isin(POLICIES) & (here["friction"] > 0.6)]
+    names = {"torque_n_m": "torque limit", "impact_m_s": "speed at wheel 4 [m/s]"}
+    names |= {"impact_thrust": "thrust just after"}
+    figure, axes = plt.subplots(3, 1, figsize=(6.4, 8.2), layout="constrained", sharex=True)
+    columns = ["policy", "torque_n_m", "climbed", "impact_m_s", "impact_thrust"]
+    records = here[columns].rename(columns=names).astype(object).where(lambda each: each.notna(), None)
+    figures = ["climbed", *list(names.values())[1:]]
+    omnistep.plot.ensemble(records.to_dict("records"), figures, x=names["torque_n_m"], lines="policy", axes=axes)
+    return figure
+
+
+def reach(rows: pd.DataFrame) -> plt.Figure:
+    """Runs that climbed a cell, a panel a policy; a cross where nothing was seen to climb."""
+    cells = hard_cells()
+    levels = sorted({cell[:2] for cell in cells})
+    torques = sorted({cell[2] for cell in cells})
+    figure, axes = plt.subplots(1, len(HARD), figsize=(13.5, 5.2), layout="constrained", sharey=True)
+    for ax, (title, (group, policy)) in zip(axes, HARD.items(), strict=True):
+        here = of(rows, group=group, policy=policy, engine="articulated")
+        counts = here.groupby(CELL)["climbed"].agg(lambda each: float(each.astype(bool).mean()))
+        shares = np.full((len(levels), len(torques)), np.nan)
+        for cell in cells:
+            shares[levels.index(cell[:2]), torques.index(cell[2])] = counts.get(cell, np.nan)
+        image = ax.imshow(shares, vmin=0, vmax=1, origin="lower", aspect="auto", cmap="viridis")
+        for height, mu, torque in IMPOSSIBLE:
+            ax.plot(torques.index(torque), levels.index((height, mu)), "x", color="0.75")
+        ax.set_xticks(range(len(torques)), [f"{torque:g}" for torque in torques])
+        ax.set_yticks(range(len(levels)), [f"{100 * height:g} cm, {mu:g}" for height, mu in levels])
+        ax.set_xlabel("torque limit [N.m]")
+        ax.set_title(title.replace("`", ""), fontsize="medium")
+    axes[0].set_ylabel("height of the step, friction")
+    figure.colorbar(image, ax=axes, label="part of the runs that climbed", shrink=0.8)
+    return figure
+
+
+def on_dampers(speeds: pd.DataFrame) -> plt.Figure:
+    """Section 3.3: every wheel's speed over time, a panel a policy."""
+    policies = [policy for policy in dict.fromkeys(speeds["policy"]) if policy != "reach"]
+    figure, axes = plt.subplots(1, len(policies), figsize=(12.5, 3.6), layout="constrained", sharey=True)
+    names = {"wheel_1": "A (wheel 1)", "wheel_4": "B (wheel 4)", "wheel_5": "C (wheel 5)"}
+    names |= {"wheel_3": "no load (wheels 3, 7)", "wheel_7": None}
+    for ax, policy in zip(axes, policies, strict=True):
+        here = of(speeds, policy=policy)
+        for number, (wheel, label) in enumerate(names.items()):
+            style = {"color": "0.6", "lw": 2.5, "zorder": 1} if number > 2 else {"lw": 1.2, "zorder": 2}
+            ax.plot(here["time_s"], here[wheel], label=label, **style)
+        ax.set_title(policy, fontsize="medium")
+        ax.set_xlabel("time [s]")
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("wheel speed [rpm]")
+    axes[0].set_ylim(-5, 125)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+    return figure
+
+
+def draw(rows: pd.DataFrame, speeds: pd.DataFrame) -> None:
+    """Write every picture."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    pictures = {"grid": grid(rows), "impact": impact(rows), "reach": reach(rows), "dampers": on_dampers(speeds)}
+    for name, figure in pictures.items():
+        figure.savefig(FOLDER / f"study-{name}.png", dpi=DPI)
+        plt.close(figure)

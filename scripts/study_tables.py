@@ -1,0 +1,374 @@
+"""Tables of docs/study.md, each from the study's rows."""
+
+from collections.abc import Iterable, Sequence
+
+import pandas as pd
+from study_gates import CELL, Gate, climbed, counted, difference, of, paired, part
+from study_runs import ASKEW, COARSE, GROUNDS, IMPOSSIBLE, PERTURBED, POLICIES, grid_cells, hard_cells
+
+import omnistep
+
+#: Engine and wheels as the tables call them.
+PLACES = {
+    ("articulated", "ball"): "articulated, balls",
+    ("articulated", "rollers"): "articulated, rollers",
+    ("rapier", "ball"): "rapier, balls",
+    ("rapier", "rollers"): "rapier, rollers",
+}
+MEANS = {
+    "crossing_s": ("time [s]", 2),
+    "linkage_spread": ("linkage spread", 3),
+    "slip_rms": ("slip", 3),
+    "heat_n2m2s": ("heat [N2m2s]", 1),
+    "peak_n": ("peak force [N]", 0),
+    "retries": ("retries", 2),
+}
+PAIRED = {name: MEANS[name] for name in ("linkage_spread", "heat_n2m2s", "slip_rms", "crossing_s", "peak_n")}
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
+    """A table of Markdown: the first columns to the left, numbers to the right."""
+    lines = [head, ["---"] * left + ["---:"] * (len(head) - left), *rows]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def mean(rows: pd.DataFrame, figure: str, digits: int) -> str:
+    """A mean, or a dash where nothing was measured."""
+    found = rows[figure].dropna().astype(float)
+    return f"{found.mean():.{digits}f}" if len(found) else "-"
+
+
+def with_interval(pairs: pd.DataFrame, figure: str, digits: int) -> str:
+    """A mean difference with its interval."""
+    value, low, high = difference(pairs, figure)
+    return "-" if value != value else f"{value:+.{digits}f} [{low:+.{digits}f}, {high:+.{digits}f}]"
+
+
+def ups(rows: pd.DataFrame) -> pd.DataFrame:
+    """Those that climbed."""
+    return rows[rows["climbed"].astype(bool)]
+
+
+def gates(found: list[Gate]) -> str:
+    """Every gate."""
+    head = ["where", "what", "demand", "measured", "verdict"]
+    return table(head, [[g.group, g.name, g.demand or "-", g.measured, g.verdict] for g in found], left=5)
+
+
+def grid(rows: pd.DataFrame) -> str:
+    """Counts, and means over the runs that climbed."""
+    lines = []
+    for (engine, wheels), place in PLACES.items():
+        here = of(rows, group="grid", engine=engine, wheels=wheels)
+        for policy in [*POLICIES, "steady without retry"]:
+            if len(each := of(here, policy=policy)):
+                means = [mean(ups(each), figure, digits) for figure, (_, digits) in MEANS.items()]
+                name = f"`{policy}`".replace(" without retry`", "` without retry")
+                lines.append([place, name, counted(climbed(each), len(each)), *means])
+    head = ["engine, wheels", "policy", "climbed [95 %]", *[name for name, _ in MEANS.values()]]
+    return table(head, lines, left=2)
+
+
+def pairs(rows: pd.DataFrame) -> str:
+    """`steady` less `independent`, seed by seed."""
+    lines = []
+    for (engine, wheels), place in PLACES.items():
+        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+        if len(both):
+            parts = [
+                f"{with_interval(both, figure, digits)}; {part(both, figure):.2f}"
+                for figure, (_, digits) in PAIRED.items()
+            ]
+            lines.append([place, str(len(both)), *parts])
+    head = ["engine, wheels", "pairs", *[name for name, _ in PAIRED.values()]]
+    return table(head, lines)
+
+
+def cells(rows: pd.DataFrame, column: str, places: Sequence[tuple[str, str]], policies: Sequence[str]) -> str:
+    """Counts a cell of the grid."""
+    lines = []
+    for cell in grid_cells():
+        line = [f"{cell[1]:g}", f"{cell[2]:g}"]
+        for engine, wheels in places:
+            for policy in policies:
+                each = of(rows, group="grid", engine=engine, wheels=wheels, policy=policy)
+                each = of(each, friction=cell[1], torque_n_m=cell[2])
+                line.append(f"{climbed(each)}" if column == "climbed" else mean(each, column, 2))
+        lines.append([*line, bound(cell)])
+    names = [f"{engine}{' rollers' if wheels == 'rollers' else ''}: {p}" for engine, wheels in places for p in policies]
+    return table(["mu", "torque limit", *names, "run-up, by statics [m/s]"], lines, left=2)
+
+
+def bound(cell: tuple[float, float, float]) -> str:
+    """The run-up that the row which needs most needs: at least, and from where on its energy suffices [m/s]."""
+    height, mu, torque = cell
+    keys = {"terrain.height_m": height, "terrain.friction": mu, "vehicle.motor.stall_torque_n_m": torque}
+    found = omnistep.bound("step", overrides=keys)
+    least, enough = found.run_up_m_s.max(), found.path_run_up_m_s.max()
+    return "none" if enough == 0.0 else f"{least:.2f} to {enough:.2f}"
+
+
+AFTER = {"impact_thrust": 3, "impact_push": 3, "impact_own": 2}
+
+
+def impact(rows: pd.DataFrame) -> str:
+    """What happens when wheel 4 meets the edge, by policy: all runs that get so far, and cells where it decides."""
+    lines = []
+    for policy in POLICIES:
+        here = of(rows, group="grid", engine="articulated", wheels="ball", policy=policy)
+        here = here[here["impact_m_s"].notna()]
+        short = here[(here["friction"] > 0.6) & (here["torque_n_m"] == 1.4)]
+        figures = [("impact_m_s", 3), ("impact_windup", 2)]
+        line = [f"`{policy}`", str(len(here)), *[spread(here, figure, digits) for figure, digits in figures]]
+        line += [spread(short, figure, digits) for figure, digits in AFTER.items()]
+        rise = spread(short.assign(rise=100 * short["impact_rise_m"].astype(float)), "rise", 2)
+        lines.append([*line, rise, counted(climbed(short), len(short))])
+    head = ["policy", "runs", "speed at wheel 4 [m/s]", "wind-up", "thrust *", "push *", "wheel 4 at once *"]
+    head += ["rise * [cm]", "climbed *"]
+    return table(head, lines) + "\n\n\\* at 1.4 N.m with friction 0.7 and 0.85. Mean +- standard deviation."
+
+
+TURNED_DEG = 15.0
+
+
+def turned(rows: pd.DataFrame) -> str:
+    """How the grid's runs end that do not climb."""
+    lines = []
+    for engine in ("articulated", "rapier"):
+        here = of(rows, group="grid", engine=engine, wheels="ball")
+        for policy in dict.fromkeys(here["policy"]):
+            each = of(here, policy=policy)
+            down = each[~each["climbed"].astype(bool)]
+            if down.empty:
+                continue
+            yaw = down["yaw_error_deg"].astype(float).abs()
+            ends = f"{yaw.median():.1f} ({yaw.min():.1f} to {yaw.max():.1f})"
+            short = len(of(down, friction=0.55))
+            name = f"`{policy}`".replace(" without retry`", "` without retry")
+            lines.append([engine, name, str(len(down)), str(short), str(int((yaw > TURNED_DEG).sum())), ends])
+    head = ["engine", "policy", "did not climb", "of these at friction 0.55", f"turned by more than {TURNED_DEG:g} deg"]
+    return table([*head, "heading error, median (range) [deg]"], lines, left=2)
+
+
+def spread(rows: pd.DataFrame, figure: str, digits: int) -> str:
+    """A mean with its standard deviation."""
+    found = rows[figure].dropna().astype(float)
+    return f"{found.mean():.{digits}f} +- {found.std():.{digits}f}" if len(found) > 1 else "-"
+
+
+CLAIMS = {
+    "slip_rms": ("slip ratio (15)", 4),
+    "disturbed_rms": ("disturbed ratio (14)", 4),
+    "disturbed_realised_rms": ("the same, realised reference", 4),
+    "spread_rms": ("spread of the wheels' speeds", 4),
+    "linkage_spread": ("linkage spread", 4),
+    "crossing_s": ("crossing time [s]", 3),
+    "peak_n": ("peak force [N]", 1),
+    "heat_n2m2s": ("heat [N2m2s]", 2),
+}
+
+
+def claims(rows: pd.DataFrame) -> str:
+    """Each policy less `independent`, where both climbed."""
+    columns = []
+    for engine in ("articulated", "rapier"):
+        for policy in ("paper", "synchronised", "steady"):
+            here = of(rows, group="grid", engine=engine, wheels="ball")
+            columns.append((f"{engine}: `{policy}`", paired(here, policy, "independent")))
+    lines = [
+        [name, *[with_interval(both, figure, digits) for _, both in columns]]
+        for figure, (name, digits) in CLAIMS.items()
+    ]
+    again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "steady", "independent")
+    once = again[again["retries_x"] == 0]
+    text = f"{with_interval(once, 'disturbed_rms', 3)} in the {len(once)} in which it did not try again"
+    others = again[again["retries_x"] > 0]
+    text += f", {with_interval(others, 'disturbed_rms', 3)} in the other {len(others)}"
+    head = ["", *[f"{name} ({len(both)} pairs)" for name, both in columns]]
+    return f"{table(head, lines)}\n\nOf rapier's pairs with `steady` the disturbed ratio differs by {text}."
+
+
+COMMANDED_M_S = 0.3
+
+
+def losses(rows: pd.DataFrame) -> str:
+    """Where `steady` is worse than `independent`, in words with their numbers."""
+    lines = []
+    for engine, wheels in PLACES:
+        here = of(rows, group="grid", engine=engine, wheels=wheels)
+        alone, plain = of(here, policy="steady without retry"), of(here, policy="independent")
+        if climbed(alone) < climbed(plain) and len(alone):
+            counts = f"{counted(climbed(alone), len(alone))} against {counted(climbed(plain), len(plain))}"
+            lines.append(f"- *Without retry, {PLACES[engine, wheels]}*: it climbs {counts}.")
+    for (engine, wheels), place in PLACES.items():
+        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+        again = int((both["retries_x"] > 0).sum())
+        for figure, (name, digits) in PAIRED.items():
+            if figure != "peak_n" and len(both) and part(both, figure) > 1.0:
+                text = f"{part(both, figure):.2f} of `independent`'s, {with_interval(both, figure, digits)}"
+                lines.append(f"- *{name} on the grid, {place}*: {text}; it tried again in {again} of {len(both)}.")
+    more = [
+        f"{part(both, 'peak_n'):.2f} ({place})"
+        for (engine, wheels), place in PLACES.items()
+        if len(both := paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent"))
+    ]
+    lines.append(f"- *Peak force* as a part of `independent`'s: {', '.join(more)}. Later rows are met faster.")
+    for ground in GROUNDS:
+        both = paired(of(rows, group="grounds", engine="articulated", case=ground), "steady", "independent")
+        if len(both) and (worse := part(both, "heat_n2m2s")) > 1.0:
+            time = part(both, "crossing_s")
+            lines.append(f"- *Heat on `{ground}`*: {worse:.2f} of `independent`'s, in {time:.2f} of its time.")
+    here = of(rows, group="grounds", engine="articulated", case="half_step")
+    slow, plain = (COMMANDED_M_S * of(here, policy=p)["linkage_spread"].mean() for p in ("steady", "independent"))
+    text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"
+    lines.append(f"- *Spread on `half_step`*: {text}. Slip below 4 mm/s is left alone by design (`slip_free_m_s`).")
+    return "\n".join(lines)
+
+
+def failures(rows: pd.DataFrame) -> str:
+    """Runs that an engine gave up."""
+    gone = rows[rows["error"].notna()]
+    if gone.empty:
+        return "No run was given up by an engine."
+    lines = [f"Runs that an engine gave up, counted as not climbed: {len(gone)} of {len(rows)}.", ""]
+    for _, row in gone.iterrows():
+        cell = f"friction {row['friction']:g}, {row['torque_n_m']:g} N.m, seed {row['seed']}"
+        place = PLACES[row["engine"], row["wheels"]]
+        lines.append(f"- {row['group']}, {place}, `{row['policy']}`, {cell}: {row['error'].split(':')[0]}.")
+    return "\n".join(lines)
+
+
+def perturbed(rows: pd.DataFrame) -> str:
+    """Counts and means of both laws, articulated; `steady` on rapier where that was run."""
+    lines = []
+    for case in PERTURBED:
+        here = of(rows, group="perturbed", case=case)
+        fast, slow = of(here, engine="articulated"), of(here, engine="rapier", policy="steady")
+        both = paired(fast, "steady", "independent")
+        line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("steady", "independent")]]
+        line += [with_interval(both, figure, PAIRED[figure][1]) for figure in ("linkage_spread", "heat_n2m2s")]
+        line.append(mean(ups(of(fast, policy="steady")), "retries", 2))
+        lines.append([*line, counted(climbed(slow), len(slow)) if len(slow) else "-"])
+    head = ["", "`steady` climbed", "`independent` climbed", "linkage spread, difference", "heat, difference"]
+    return table([*head, "retries", "`steady` on rapier"], lines)
+
+
+def grounds(rows: pd.DataFrame) -> str:
+    """Means by ground and policy."""
+    lines = []
+    for engine, policies in [
+        ("articulated", ["independent", "steady", "reach"]),
+        ("rapier", ["independent", "steady"]),
+    ]:
+        for ground in GROUNDS:
+            here = of(rows, group="grounds", case=ground, engine=engine)
+            line = [engine, f"`{ground}`"]
+            for figure, digits in [("crossing_s", 2), ("heat_n2m2s", 2), ("linkage_spread", 3)]:
+                line.append(" / ".join(mean(of(here, policy=policy), figure, digits) for policy in policies))
+            of_all = [of(here, policy=policy) for policy in policies]
+            flat = set(here["verdict"]) == {"driven"}
+            counts = " / ".join(f"{len(each) if flat else climbed(each)} of {len(each)}" for each in of_all)
+            lines.append([*line, counts])
+    head = ["engine", "ground", "time [s]", "heat [N2m2s]", "linkage spread", "done"]
+    return table(head, lines, left=2)
+
+
+def coarse(rows: pd.DataFrame) -> str:
+    """Counts and means by how coarse the encoders are."""
+    lines = []
+    fine = of(rows, group="grid", engine="articulated", wheels="ball")
+    fine = fine[fine["seed"].isin(of(rows, group="coarse")["seed"])].assign(case="as fine as one likes")
+    for case in ["as fine as one likes", *COARSE]:
+        line = [case]
+        for policy in ("steady", "independent"):
+            each = of(pd.concat([fine, of(rows, group="coarse")]), case=case, policy=policy)
+            figures = [("linkage_spread", 3), ("heat_n2m2s", 1), ("crossing_s", 2)]
+            line += [
+                counted(climbed(each), len(each)),
+                *[mean(ups(each), figure, digits) for figure, digits in figures],
+            ]
+        lines.append(line)
+    head = [
+        f"`{policy}` {name}"
+        for policy in ("steady", "independent")
+        for name in ("climbed", "spread", "heat", "time [s]")
+    ]
+    return table(["", *head], lines)
+
+
+def askew(rows: pd.DataFrame) -> str:
+    """How often an edge that is met askew is climbed."""
+    here = of(rows, group="askew")
+    columns = list(dict.fromkeys(here[["engine", "wheels", "policy"]].itertuples(index=False, name=None)))
+    lines = []
+    for case in ASKEW:
+        each = [of(here, case=case, engine=engine, wheels=wheels, policy=p) for engine, wheels, p in columns]
+        lines.append([case, *[f"{climbed(some)} of {len(some)}" for some in each]])
+    every = [of(here, engine=engine, wheels=wheels, policy=p) for engine, wheels, p in columns]
+    lines.append(["all", *[counted(climbed(some), len(some)) for some in every]])
+    return table(["", *[f"{PLACES[engine, wheels]}: `{p}`" for engine, wheels, p in columns]], lines)
+
+
+HARD = {
+    "`reach`": ("hard", "reach"),
+    "`steady`": ("hard", "steady"),
+    "`reach` without retry": ("hard", "reach without retry"),
+    "`independent`, 0.3 m/s": ("hard", "independent"),
+    "`independent`, 1 m/s": ("fast", "independent"),
+    "`reach`, 15 rad/s": ("line", "reach"),
+    "`steady`, 15 rad/s": ("line", "steady"),
+}
+
+
+def hard(rows: pd.DataFrame) -> str:
+    """The harder cells."""
+    lines = []
+    for cell in hard_cells():
+        line = [f"{100 * cell[0]:g}", f"{cell[1]:g}", f"{cell[2]:g}"]
+        for group, policy in HARD.values():
+            each = of(rows, group=group, policy=policy, engine="articulated")
+            line.append(str(climbed(of(each, **dict(zip(CELL, cell, strict=True))))))
+        slow = of(rows, group="hard", policy="reach", engine="rapier", **dict(zip(CELL, cell, strict=True)))
+        line += [f"{climbed(slow)} of {len(slow)}" if len(slow) else "", "no" if cell in IMPOSSIBLE else "yes"]
+        lines.append([*line, bound(cell)])
+    head = ["height [cm]", "mu", "torque limit", *HARD, "`reach`, rapier", "seen possible", "run-up, by statics [m/s]"]
+    return table(head, lines, left=3)
+
+
+def price(rows: pd.DataFrame) -> str:
+    """Sums of the harder table, and what they cost."""
+    lines = []
+    every = [(name, "articulated", *value) for name, value in HARD.items()]
+    for name, engine, group, policy in [*every, ("`reach`, rapier", "rapier", "hard", "reach")]:
+        each = of(rows, group=group, policy=policy, engine=engine)
+        for what, some in [("all climbs", ups(each)), ("first attempts", ups(each[each["retries"] == 0]))]:
+            if what == "first attempts" and policy != "reach":
+                continue
+            worst = f"{some['crossing_s'].max():.1f}" if len(some) else "-"
+            count = counted(len(some), len(each))
+            lines.append([name, what, count, *[mean(some, f, digits) for f, (_, digits) in MEANS.items()], worst])
+    head = ["policy", "", "climbed [95 %]", *[name for name, _ in MEANS.values()], "longest [s]"]
+    return table(head, lines, left=2)
+
+
+def bouncing(rows: pd.DataFrame) -> str:
+    """Contacts that bounce."""
+    lines = []
+    for group, what in [("bouncing", "the grid"), ("bouncing hard", "harder cells, seen possible")]:
+        here = of(rows, group=group)
+        for policy in dict.fromkeys(here["policy"]):
+            each = of(here, policy=policy)
+            means = [mean(ups(each), figure, digits) for figure, (_, digits) in MEANS.items()]
+            lines.append([what, f"`{policy}`", counted(climbed(each), len(each)), *means])
+    return table(["", "policy", "climbed [95 %]", *[name for name, _ in MEANS.values()]], lines, left=2)
+
+
+def on_dampers(figures: pd.DataFrame) -> str:
+    """Section 3.3."""
+    names = {
+        "apart_rpm": 1, "apart_ever_rpm": 1, "fall_rpm": 2, "slowest_20_rpm": 1, "slowest_30_rpm": 1,
+        "slowest_59_rpm": 1, "fastest_rpm": 1,
+    }  # fmt: skip
+    lines = [[f"`{row['policy']}`", *[f"{row[n]:.{d}f}" for n, d in names.items()]] for _, row in figures.iterrows()]
+    head = ["policy", "apart, settled", "apart, ever", "largest fall at a release"]
+    return table([*head, "slowest at 20 s", "at 30 s", "at 59 s", "fastest ever"], lines)

@@ -1,0 +1,193 @@
+//! Paths that are followed, and tables of twists.
+
+use omni_core::{BodyTwist, PlanarPose};
+use omni_sim::config::{Override, Scenario};
+use omni_sim::controller::ControlSample;
+use omni_sim::observation::Observation;
+use omni_sim::{Simulation, run};
+
+use crate::engines::{self, on_both_engines};
+
+fn try_load(name: &str, overrides: &[&str]) -> Result<Scenario, omni_sim::config::Error> {
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    engines::load(name, &overrides)
+}
+
+fn load(name: &str, overrides: &[&str]) -> Scenario {
+    try_load(name, overrides).expect("valid")
+}
+
+/// Root mean square and largest distance from the path \[m\].
+fn errors(name: &str, overrides: &[&str]) -> [f64; 2] {
+    let trace = run(&load(name, overrides)).expect("finite");
+    let outcome = trace.outcome();
+    [outcome.path_error_rms_m, outcome.path_error_peak_m].map(|error| error.expect("it has a path"))
+}
+
+fn a_square_and_a_figure_of_eight_are_followed() {
+    // Wheels' loops are about 30 ms behind what is asked: 18 mm at 0.6 m/s, of which feedback takes some.
+    for name in ["square", "figure_eight"] {
+        for pose in ["odometry", "truth"] {
+            let [rms, peak] = errors(name, &[&format!("command.follow.pose={pose:?}")]);
+            assert!(
+                rms < 0.012 && peak < 0.020,
+                "{name} by {pose}: {rms} m, at most {peak} m"
+            );
+        }
+    }
+}
+
+fn feedback_and_the_wheels_limits_keep_a_vehicle_by_its_path() {
+    let [followed, _] = errors("square", &[]);
+    let none = [
+        "command.follow.gain_per_s=0",
+        "command.follow.heading_gain_per_s=0",
+    ];
+    let [open, _] = errors("square", &none);
+    assert!(followed < 0.9 * open, "{followed} m, without feedback {open} m");
+    // 30 m/s^2 is more than four times what friction 0.7 holds; what the motors push is not.
+    let hasty = |wheels: bool| {
+        let plan = format!(
+            "command.plan={{ speed_m_s = 3.0, acceleration_m_s2 = 30.0, jerk_m_s3 = 3000.0, wheels = {wheels} }}"
+        );
+        errors("square", &[&plan])
+    };
+    let ([within, _], [without, _]) = (hasty(true), hasty(false));
+    assert!(
+        within < 0.03 && without > 5.0 * within,
+        "{within} m within the wheels' limits, {without} m without"
+    );
+}
+
+fn step(simulation: &mut Simulation) -> (ControlSample, Observation) {
+    let command = simulation.scenario_command();
+    simulation.step(&command).expect("finite");
+    (simulation.sample().clone(), simulation.observation().clone())
+}
+
+fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
+    let noise = "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_us = 2000 }";
+    let scenario = load("square", &[noise, "command.plan.speed_m_s=0.5"]);
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    for _ in 0..1234 {
+        step(&mut simulation);
+    }
+    let bytes = simulation.save(&scenario).expect("saved");
+    let mut resumed = Simulation::resume(&scenario, &bytes).expect("a snapshot");
+    assert_eq!(resumed.save(&scenario).expect("saved"), bytes);
+    for ahead in 0..1000 {
+        assert_eq!(step(&mut resumed), step(&mut simulation), "{ahead} periods later");
+    }
+    assert_eq!(
+        resumed.save(&scenario).expect("saved"),
+        simulation.save(&scenario).expect("saved")
+    );
+}
+
+fn the_trace_has_where_the_path_wants_the_vehicle() {
+    let scenario = load("square", &["duration_s=2.0"]);
+    let trace = run(&scenario).expect("finite");
+    let column = |name: &str| trace.column(name).unwrap_or_else(|| panic!("no column {name}"));
+    let planned = scenario.planned_path().expect("planned").expect("it has a path");
+    let (times, x, y) = (column("time_s"), column("path_x_m"), column("path_y_m"));
+    let (is_x, is_y, error) = (column("pose_x_m"), column("pose_y_m"), column("path_error_m"));
+    for k in [0, 700, 1999] {
+        let PlanarPose { x_m, y_m, .. } = planned.trajectory().at(times[k]).pose;
+        // Rounding of a time in whole nanoseconds, at 0.6 m/s.
+        assert!((x[k] - x_m).abs() < 1e-9 && (y[k] - y_m).abs() < 1e-9, "row {k}");
+        let expected = (is_x[k] - x[k]).hypot(is_y[k] - y[k]);
+        assert!((error[k] - expected).abs() < 1e-12, "row {k}");
+    }
+    let peak = error.iter().fold(0.0_f64, |peak, error| peak.max(*error));
+    // Rounding of the time, as above.
+    let told = trace.outcome().path_error_peak_m.expect("it has a path");
+    assert!((told - peak).abs() < 1e-12, "{told}, {peak}");
+    let plain = run(&load("flat", &["duration_s=0.1"])).expect("finite");
+    assert_eq!(plain.outcome().path_error_rms_m, None);
+    assert!(!plain.names().iter().any(|name| name.starts_with("path_")));
+}
+
+fn refusal(overrides: &[&str]) -> String {
+    let error = try_load("square", overrides)
+        .map(|_| "valid")
+        .expect_err("refused")
+        .to_string();
+    assert_eq!(error.lines().count(), 1, "{error}");
+    error
+}
+
+#[test]
+fn a_path_and_a_twist_exclude_one_another() {
+    let error = refusal(&["command.vx_m_s=0.3"]);
+    assert!(
+        error.contains("command.vx_m_s") && error.contains("0.3, allowed: 0 or left out beside command.path"),
+        "{error}"
+    );
+    let error = refusal(&["command.then=[{ at_s = 1.0, vx_m_s = 0.1, vy_m_s = 0.0, wz_rad_s = 0.0 }]"]);
+    assert!(
+        error.contains("command.then") && error.contains("none beside command.path"),
+        "{error}"
+    );
+    let error = refusal(&["command.path=\"sqare\""]);
+    assert!(
+        error.contains("command.path") && error.contains("square, figure_eight"),
+        "{error}"
+    );
+    let error = refusal(&["command={ path = [{ x_m = 1.0, y_m = 0.0, time_s = 0.5 }] }"]);
+    assert!(error.contains("command.path[0].time_s"), "{error}");
+}
+
+/// A scenario file with a table of twists beside it.
+fn beside(csv: &str) -> Result<Scenario, omni_sim::config::Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("cmd.csv"), csv).expect("written");
+    let text = "schema_version = 1\nname = \"table\"\nvehicle = \"mecanum4\"\nduration_s = 1.0\n\
+                [terrain]\nkind = \"flat\"\nfriction = 0.7\n[command]\nfile = \"cmd.csv\"\n\
+                [control]\npolicy = \"synchronised\"\nperiod_us = 1000\n\
+                [physics]\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n";
+    let file = folder.path().join("table.toml");
+    std::fs::write(&file, text).expect("written");
+    Scenario::load(file.to_str().expect("UTF-8"), &[])
+}
+
+#[test]
+fn a_table_of_twists_is_driven_row_by_row() {
+    let scenario = beside("time_s,vx_m_s,vy_m_s,wz_rad_s\n0.1,0.2,0,0\n0.5,0,-0.1,0.3\n").expect("valid");
+    let simulation = Simulation::new(&scenario).expect("valid");
+    let at = |time_s: f64| simulation.scenario_command_at(time_s);
+    assert_eq!(at(0.05), BodyTwist::ZERO);
+    assert_eq!(at(0.1).to_array(), [0.2, 0.0, 0.0]);
+    assert_eq!(at(0.9).to_array(), [0.0, -0.1, 0.3]);
+}
+
+#[test]
+fn a_bad_table_is_refused_in_one_line_with_its_line_number() {
+    for (csv, line, what) in [
+        ("0,0,0,0\n1,fast,0,0\n", "line 3: vx_m_s: \"fast\"", "-100 to 100"),
+        ("0,0,0,0\n1,0,0\n", "line 3: 3 fields", "4"),
+        (
+            "1,0,0,0\n1,0,0,0\n",
+            "line 3: time_s: 1",
+            "more than in the line before",
+        ),
+        ("0,0,0,2000\n", "line 2: wz_rad_s: \"2000\"", "-1000 to 1000"),
+        ("", "no rows", "1 to 100000"),
+    ] {
+        let error = beside(&format!("time_s,vx_m_s,vy_m_s,wz_rad_s\n{csv}")).map(|_| "valid");
+        let error = error.expect_err("refused").to_string();
+        assert_eq!(error.lines().count(), 1, "{error}");
+        for part in ["table.toml", "command.file", "cmd.csv", line, "allowed: ", what] {
+            assert!(error.contains(part), "{error}: no {part}");
+        }
+    }
+}
+
+on_both_engines! {
+    a_square_and_a_figure_of_eight_are_followed,
+    feedback_and_the_wheels_limits_keep_a_vehicle_by_its_path,
+    a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit,
+    the_trace_has_where_the_path_wants_the_vehicle,
+}

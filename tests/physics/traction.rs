@@ -1,0 +1,315 @@
+//! Traction control over steps, on every ground and every vehicle that it is for: short ensembles. The long ones are `make study`.
+
+use omni_core::Attitude;
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Error, Simulation, Trace, run};
+
+fn scenario(name: &str, keys: &[&str]) -> Scenario {
+    let keys: Vec<_> = keys
+        .iter()
+        .map(|key| Override::parse(key).expect("KEY=VALUE"))
+        .collect();
+    Scenario::load(name, &keys).expect("valid")
+}
+
+/// A climb of the grid: friction, torque limit \[N.m\] and seed, with a person's error in heading and start.
+fn climb(
+    engine: &str,
+    policy: &str,
+    [friction, torque]: [f64; 2],
+    seed: u64,
+    more: &[&str],
+) -> Result<Trace, Error> {
+    let keys = [
+        format!("physics.engine={engine}"),
+        format!("control.policy={policy}"),
+        format!("terrain.friction={friction}"),
+        format!("vehicle.motor.stall_torque_n_m={torque}"),
+        format!("seed={seed}"),
+        "perturbation.yaw_rad=0.03".into(),
+        "perturbation.start_m=0.02".into(),
+        "duration_s=15".into(),
+        "stop_when_done=true".into(),
+    ];
+    let keys: Vec<&str> = keys
+        .iter()
+        .map(String::as_str)
+        .chain(more.iter().copied())
+        .collect();
+    run(&scenario("step", &keys))
+}
+
+const CELLS: [[f64; 2]; 12] = [
+    [0.55, 1.4],
+    [0.55, 1.6],
+    [0.55, 1.8],
+    [0.55, 2.2],
+    [0.7, 1.4],
+    [0.7, 1.6],
+    [0.7, 1.8],
+    [0.7, 2.2],
+    [0.85, 1.4],
+    [0.85, 1.6],
+    [0.85, 1.8],
+    [0.85, 2.2],
+];
+
+/// The gate of `make study` over 48 runs, here over the cells once: it climbs wherever plain PID does, and keeps the wheels together.
+#[test]
+fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_and_slip() {
+    let (mut climbed, mut plain) = (0, 0);
+    let mut ratios = [0.0; 3];
+    for (cell, seed) in CELLS.into_iter().zip(41..) {
+        let steady = climb("articulated", "steady", cell, seed, &[]).expect("runs");
+        let independent = climb("articulated", "independent", cell, seed, &[]).expect("runs");
+        let (steady, independent) = (steady.outcome(), independent.outcome());
+        assert!(steady.climbed || !independent.climbed, "{cell:?}");
+        climbed += usize::from(steady.climbed);
+        if !independent.climbed {
+            continue;
+        }
+        plain += 1;
+        let figures = |o: &omni_sim::Outcome| [o.linkage_spread, o.heat_n2m2s, o.slip_rms];
+        for ((sum, ours), theirs) in ratios.iter_mut().zip(figures(steady)).zip(figures(independent)) {
+            *sum += ours / theirs;
+        }
+    }
+    assert!(climbed >= 11, "{climbed} of 12");
+    let [spread, heat, slip] = ratios.map(|sum| sum / f64::from(plain));
+    // Paired means of ratios: the study's bounds of .55, .9 and .85 for 48 runs, and a tenth for a quarter of them.
+    assert!(
+        spread < 0.6 && heat < 0.95 && slip < 0.9,
+        "{spread} {heat} {slip}"
+    );
+}
+
+#[test]
+fn on_rapier_it_climbs_where_plain_loops_do_not() {
+    for (seed, cell) in [(51, [0.55, 1.6]), (52, [0.55, 1.4])] {
+        assert!(
+            climb("rapier", "steady", cell, seed, &[])
+                .expect("runs")
+                .outcome()
+                .climbed,
+            "{cell:?}"
+        );
+        let independent = climb("rapier", "independent", cell, seed, &[]).expect("runs");
+        assert!(!independent.outcome().climbed, "{cell:?}");
+    }
+}
+
+/// Sensors and motors as they are: every one of them over the step.
+#[test]
+fn noise_delay_lag_bias_and_coarse_encoders_do_not_keep_it_from_climbing() {
+    let noise = [
+        "sensors.encoder_noise_rad_s=0.05",
+        "sensors.gyro_noise_rad_s=0.01",
+    ];
+    let late = [&noise[..], &["sensors.delay_us=2000"]].concat();
+    let lagging = [&late[..], &["actuators.torque_lag_s=0.005"]].concat();
+    for keys in [
+        &late[..],
+        &lagging,
+        &["sensors.gyro_bias_rad_s=0.02"],
+        &["sensors.encoder_counts=4096"],
+        &["sensors.encoder_counts=256"],
+        &["sensors.encoder_counts=64"],
+        &["sensors.no_hinge_encoders=true"],
+        &["sensors.no_imu=true"],
+    ] {
+        let trace = climb("articulated", "steady", [0.7, 2.0], 61, keys).expect("runs");
+        assert!(trace.outcome().climbed, "{keys:?}: {:?}", trace.outcome().verdict);
+    }
+}
+
+#[test]
+fn reach_gets_over_what_steady_and_plain_loops_do_not() {
+    let high = ["terrain.height_m=0.06", "duration_s=30"];
+    let climbs = |policy| {
+        climb("articulated", policy, [0.55, 1.8], 71, &high)
+            .expect("runs")
+            .outcome()
+            .climbed
+    };
+    assert_eq!(
+        ["reach", "steady", "independent"].map(climbs),
+        [true, false, false]
+    );
+}
+
+#[test]
+fn without_tries_the_vehicle_stays_where_it_is_stuck() {
+    let stuck = climb("articulated", "steady", [0.55, 1.0], 81, &["control.tries=0"]).expect("runs");
+    let retries = stuck.column("traction_retries").expect("its own");
+    assert!(!stuck.outcome().climbed && retries[stuck.rows() - 1] == 0.0);
+    let tried = climb("articulated", "steady", [0.55, 1.0], 81, &[]).expect("runs");
+    let retries = tried.column("traction_retries").expect("its own");
+    assert!(retries[tried.rows() - 1] >= 1.0);
+    // A try is seen as such: back, then up.
+    let mode = tried.column("traction_mode").expect("its own");
+    assert!(mode.contains(&1.0) && mode.contains(&2.0));
+}
+
+/// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is told.
+#[test]
+fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_told() {
+    for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
+        for (vx, vy, wz) in [
+            (0.3, 0.0, 0.0),
+            (-0.2, 0.0, 0.0),
+            (0.0, 0.25, 0.0),
+            (0.2, -0.2, 0.0),
+            (0.0, 0.0, 0.6),
+            (0.2, 0.1, -0.4),
+        ] {
+            let keys = [
+                format!("vehicle={vehicle}"),
+                format!("command.vx_m_s={vx}"),
+                format!("command.vy_m_s={vy}"),
+                format!("command.wz_rad_s={wz}"),
+                "physics.engine=articulated".into(),
+                "control.policy=steady".into(),
+                "duration_s=4".into(),
+            ];
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            let trace = run(&scenario("flat", &keys)).expect("runs");
+            let mean = |name: &str| {
+                let column = &trace.column(name).expect("a column")[2000..];
+                column.iter().sum::<f64>() / column.len() as f64
+            };
+            let got = ["twist_vx_m_s", "twist_vy_m_s", "twist_wz_rad_s"].map(mean);
+            // What is across the way is held by slip control alone: free zone and width of slip, 4 and 22 mm/s of a rim.
+            for (got, (asked, allowed)) in got.iter().zip([(vx, 0.026), (vy, 0.026), (wz, 0.05)]) {
+                assert!(
+                    (got - asked).abs() < allowed,
+                    "{vehicle} {vx} {vy} {wz}: {got} instead of {asked}"
+                );
+            }
+        }
+    }
+}
+
+/// The linkage against the simulation's own geometry: heights and rises of wheels, on a climb where the bodies pitch by 10 degrees.
+#[test]
+fn the_linkage_knows_how_high_the_wheels_stand_and_how_fast_they_rise() {
+    for vehicle in ["chugo7", "rocker_bogie6"] {
+        let set = format!("vehicle={vehicle}");
+        let keys = [
+            &*set,
+            "physics.engine=articulated",
+            "control.policy=steady",
+            "terrain.height_m=0.03",
+            "duration_s=8",
+        ];
+        let scenario = scenario("step", &keys);
+        match scenario.vehicle().wheel.len() {
+            7 => compare_linkage::<7>(&scenario),
+            _ => compare_linkage::<6>(&scenario),
+        }
+    }
+}
+
+fn compare_linkage<const N: usize>(scenario: &Scenario) {
+    let linkage = scenario.vehicle().linkage::<f64, N>().expect("a tree");
+    let mut simulation = Simulation::new(scenario).expect("valid");
+    let mut before: Option<Vec<f64>> = None;
+    let (mut worst, mut worst_rise, mut highest) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut rises = 0.0_f64;
+    for _ in 0..8000 {
+        simulation.step(&simulation.scenario_command()).expect("steps");
+        let sensed = simulation.sensed();
+        let motion = linkage.motion(
+            &Attitude::of_imu(&sensed.imu),
+            &sensed.hinges_rad,
+            &sensed.hinges_rad_s,
+        );
+        let heights: Vec<f64> = simulation
+            .observation()
+            .wheels
+            .iter()
+            .map(|wheel| wheel.centre_m[2])
+            .collect();
+        for i in 0..N {
+            let truth = heights[i] - heights[0];
+            let told = motion.height_m[i] - motion.height_m[0];
+            highest = highest.max(truth.abs());
+            worst = worst.max((told - truth).abs());
+            if let Some(before) = &before {
+                let truth = (truth - (before[i] - before[0])) / scenario.period_s();
+                let told = motion.rise_m_s[i] - motion.rise_m_s[0];
+                rises += truth * truth;
+                worst_rise += (told - truth) * (told - truth);
+            }
+        }
+        before = Some(heights);
+    }
+    assert!(highest > 0.025, "{highest}"); // it climbed
+    // Angles across each other up to 0.1 rad, arms of 0.4 m: half a per cent of the height of the step, and joints that give.
+    assert!(worst < 0.002, "{worst}");
+    // Rates at the end of a period against a difference over it: impacts last a few periods. A tenth in the mean square.
+    assert!(worst_rise < 0.05 * rises, "{worst_rise} {rises}");
+}
+
+#[test]
+fn a_run_goes_on_from_a_snapshot_in_every_bit() {
+    let scenario = scenario(
+        "step",
+        &[
+            "physics.engine=articulated",
+            "control.policy=reach",
+            "vehicle.motor.stall_torque_n_m=1.2",
+        ],
+    );
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    let step = |simulation: &mut Simulation| simulation.step(&simulation.scenario_command()).expect("steps");
+    for _ in 0..2500 {
+        step(&mut simulation);
+    }
+    let saved = simulation.save(&scenario).expect("saves");
+    let mut resumed = Simulation::resume(&scenario, &saved).expect("resumes");
+    for _ in 0..1500 {
+        step(&mut simulation);
+        step(&mut resumed);
+    }
+    assert_eq!(simulation.observation(), resumed.observation());
+    assert_eq!(simulation.sample(), resumed.sample());
+}
+
+#[test]
+fn in_f32_it_climbs_too() {
+    let trace = climb(
+        "articulated",
+        "steady",
+        [0.7, 2.0],
+        91,
+        &["control.precision=f32"],
+    )
+    .expect("runs");
+    assert!(trace.outcome().climbed);
+}
+
+#[test]
+fn what_it_cannot_go_with_is_refused_by_name() {
+    let refused = |keys: &[&str]| {
+        let keys: Vec<_> = keys
+            .iter()
+            .map(|key| Override::parse(key).expect("KEY=VALUE"))
+            .collect();
+        Scenario::load("step", &keys).expect_err("refused").to_string()
+    };
+    let loops = "independent, paper, synchronised, load_sharing";
+    assert_eq!(
+        refused(&["control.policy=steady", "drive.timeout_s=0.5"]),
+        format!("built-in step: control.policy: \"steady\", allowed with a [drive]: {loops}")
+    );
+    assert_eq!(
+        refused(&["control.policy=reach", "control.floor=0.5"]),
+        format!(
+            "built-in step: control.floor: 0.5, allowed: only with a policy of loops of the wheels: {loops}"
+        )
+    );
+    assert_eq!(
+        refused(&["control.policy=independent", "control.tries=3"]),
+        "built-in step: control.tries: 3, allowed: only with control.policy = \"steady\" or \"reach\""
+    );
+}
