@@ -3,13 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use omni_core::BodyTwist;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::{Table, Value};
 
 use crate::Error;
+use crate::data_url::{bytes_of, data_url};
 use crate::load::Source;
 use crate::ranges::{Bounded, TIME_S, VELOCITY_M_S, VELOCITY_RAD_S};
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
@@ -131,7 +130,7 @@ impl CommandFile {
             let bytes = read_regular(&path, MOST_BYTES)
                 .map_err(|error| refuse(format!("{error}, allowed: the path of a CSV file")))?;
             Self::from_csv(&bytes).map_err(refuse)?;
-            *file = format!("{DATA_URL}{}", STANDARD.encode(bytes));
+            *file = data_url(DATA_URL, &bytes);
         }
         Ok(())
     }
@@ -153,17 +152,13 @@ fn said(error: &csv::Error) -> String {
 
 impl Serialize for CommandFile {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&format!("{DATA_URL}{}", STANDARD.encode(&self.csv)))
+        serializer.serialize_str(&data_url(DATA_URL, &self.csv))
     }
 }
 
 impl<'de> Deserialize<'de> for CommandFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        let encoded = text
-            .strip_prefix(DATA_URL)
-            .ok_or_else(|| de::Error::custom(format!("allowed: a file, or {DATA_URL}...")))?;
-        let bytes = STANDARD.decode(encoded).map_err(de::Error::custom)?;
+        let bytes = bytes_of(DATA_URL, deserializer)?;
         Self::from_csv(&bytes).map_err(de::Error::custom)
     }
 }

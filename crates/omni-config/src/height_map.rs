@@ -3,13 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use toml::{Table, Value};
 
 use crate::Error;
+use crate::data_url::{bytes_of, data_url};
 use crate::load::Source;
 use crate::regular_file::{MOST_PNG_BYTES, read_regular};
 
@@ -137,7 +136,7 @@ impl HeightMap {
             };
             Self::from_png(&bytes)
                 .map_err(|reason| source.refuse("terrain.image", format!("{}: {reason}", path.display())))?;
-            *image = format!("{DATA_URL}{}", STANDARD.encode(bytes));
+            *image = data_url(DATA_URL, &bytes);
         }
         Ok(())
     }
@@ -145,17 +144,13 @@ impl HeightMap {
 
 impl Serialize for HeightMap {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&format!("{DATA_URL}{}", STANDARD.encode(&self.png)))
+        serializer.serialize_str(&data_url(DATA_URL, &self.png))
     }
 }
 
 impl<'de> Deserialize<'de> for HeightMap {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        let encoded = text
-            .strip_prefix(DATA_URL)
-            .ok_or_else(|| de::Error::custom(format!("allowed: a file, or {DATA_URL}...")))?;
-        let bytes = STANDARD.decode(encoded).map_err(de::Error::custom)?;
+        let bytes = bytes_of(DATA_URL, deserializer)?;
         Self::from_png(&bytes).map_err(de::Error::custom)
     }
 }

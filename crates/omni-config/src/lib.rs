@@ -9,6 +9,7 @@ mod constants;
 mod control;
 mod controller;
 mod crossing_time;
+mod data_url;
 mod derived_gains;
 mod drive;
 mod encoder_velocity;
