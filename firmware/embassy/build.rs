@@ -23,8 +23,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     shaping.limits = limits.of_twist();
     shaping.timeout_s = Some(COMMAND_TIMEOUT_S);
     let shaper = CommandShaper::<f32>::new(shaping, scenario.period_s() as f32)?;
-    let [stall, slope] = [vehicle.motor.stall_torque_n_m, vehicle.motor.line_slope_n_m_s_rad()]
-        .map(|value| rust_expression(&(value as f32)));
+    let [stall, slope] = [
+        vehicle.motor.stall_torque_n_m,
+        vehicle.motor.line_slope_n_m_s_rad(),
+    ]
+    .map(|value| rust_expression(&(value as f32)));
 
     let mut source = scenario.constants(Language::Rust)?;
     source.push_str(&format!(
