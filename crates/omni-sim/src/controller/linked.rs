@@ -19,6 +19,9 @@ use crate::config::Scenario;
 /// greetings and the periods of a hold.
 const MOST_UNDUE: u32 = 100;
 
+/// Periods without an answer, and the one that is answered now.
+const MOST_UNANSWERED: usize = HOLD_PERIODS as usize + 1;
+
 /// Counts messages that answer nothing.
 struct Undue(u32);
 
@@ -51,6 +54,8 @@ pub(super) struct Linked<const N: usize> {
     restart: bool,
     emergency_stop: bool,
     last: Answer<N>,
+    /// Wheel velocities sent since that answer, now or in vain, the oldest first: no more than there may be periods of a hold.
+    unanswered_rad_s: Vec<[f32; N]>,
     period_s: f64,
     periods: u64,
     /// When and why, once it has stopped.
@@ -87,6 +92,7 @@ impl<const N: usize> Linked<N> {
             restart: true,
             emergency_stop: false,
             last: Answer::stopped(),
+            unanswered_rad_s: Vec::with_capacity(MOST_UNANSWERED),
             period_s: scenario.period_s(),
             periods: 0,
             stopped: None,
@@ -111,6 +117,10 @@ impl<const N: usize> Linked<N> {
         for (most, asked) in self.asked.iter_mut().zip(request.command.to_array()) {
             *most = most.max(asked.abs());
         }
+        if self.unanswered_rad_s.len() == MOST_UNANSWERED {
+            self.unanswered_rad_s.remove(0);
+        }
+        self.unanswered_rad_s.push(request.measured_rad_s);
         self.link.send(&ToController::Request(request))?;
         let mut undue = Undue(0);
         let until = Instant::now() + self.link.time_out;
@@ -145,6 +155,7 @@ impl<const N: usize> Linked<N> {
         match answer.action {
             Action::Step => {
                 self.last = answer;
+                self.unanswered_rad_s.clear();
                 self.restart = false;
                 self.guard.received(answer.sequence)
             }

@@ -12,7 +12,7 @@ use omni_link::{
     Receiver, Request, Served, Server, ToController, answer_frame, decode, encode, request_frame,
 };
 use omni_sim::config::{Override, Scenario};
-use omni_sim::controller::{AnyController, Firmware, Link, emulator};
+use omni_sim::controller::{AnyController, Firmware, Link, LinkCounters, emulator};
 use omni_sim::{Error, Trace, run, run_with_controller};
 
 const N: usize = 7;
@@ -67,8 +67,14 @@ impl<L: Fn(&mut Answer<N>)> Served<N> for Liar<L> {
     }
 }
 
-/// Serves the scenario's drive until nobody asks any more.
-fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: impl Fn(&mut Answer<N>)) {
+/// Serves the scenario's drive until nobody asks any more. One answer is damaged on the way, by its number, the greeting's being 0.
+fn serve(
+    from: PipeReader,
+    to: PipeWriter,
+    scenario: &Scenario,
+    lie: impl Fn(&mut Answer<N>),
+    damaged: Option<usize>,
+) {
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
     let served = Liar { drive, lie };
     let (mut from, mut to) = (from, to);
@@ -77,24 +83,41 @@ fn serve(from: PipeReader, to: PipeWriter, scenario: &Scenario, lie: impl Fn(&mu
         scenario.control.period_us as u32,
     );
     let mut receiver = Receiver::<{ request_frame(N) }>::new();
-    let (mut out, mut byte) = ([0; answer_frame(N)], [0]);
+    let (mut out, mut byte, mut answers) = ([0; answer_frame(N)], [0], 0..);
     while from.read_exact(&mut byte).is_ok() {
-        if let Some(frame) = receiver.push(byte[0])
-            && to.write_all(server.answer(&served, frame, &mut out)).is_err()
-        {
-            return;
+        if let Some(frame) = receiver.push(byte[0]) {
+            let mut answer = server.answer(&served, frame, &mut out).to_vec();
+            if answers.next() == damaged {
+                answer[20] = if answer[20] == 1 { 2 } else { 1 }; // not 0, which ends a frame
+            }
+            if to.write_all(&answer).is_err() {
+                return;
+            }
         }
     }
 }
 
 /// The run of a scenario whose drive is served over a link.
 fn run_linked(scenario: &Scenario, lie: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
+    run_with_damage(scenario, lie, None).map(|(trace, _)| trace)
+}
+
+fn run_with_damage(
+    scenario: &Scenario,
+    lie: impl Fn(&mut Answer<N>) + Send + 'static,
+    damaged: Option<usize>,
+) -> Result<(Trace, LinkCounters), Error> {
     let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
     let served = scenario.clone();
-    thread::spawn(move || serve(server_in, server_out, &served, lie));
+    thread::spawn(move || serve(server_in, server_out, &served, lie, damaged));
     let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
     let controller = AnyController::over_link(scenario, link)?;
-    run_with_controller(scenario, controller, |_, _| Ok(()))
+    let mut counters = LinkCounters::default();
+    let trace = run_with_controller(scenario, controller, |simulation, _| {
+        counters = simulation.controller().link().unwrap();
+        Ok(())
+    });
+    trace.map(|trace| (trace, counters))
 }
 
 #[test]
@@ -159,6 +182,22 @@ fn believes_none(answer: &mut Answer<N>) {
 }
 
 #[test]
+fn a_drive_is_believed_that_goes_on_with_a_reading_whose_answer_was_lost() {
+    // From the 201st period on wheel 2 gives no reading: the drive goes on with the 200th, and in one of these runs that answer is damaged.
+    let keys = [
+        "duration_s=0.3",
+        "fault=[{kind='encoder_silent',wheel='2',from_s=0.2}]",
+    ];
+    let keys = keys.map(|key| Override::parse(key).unwrap());
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
+    let scenario = Scenario::load(&file.display().to_string(), &keys).unwrap();
+    for damaged in 197..204 {
+        let (_, counters) = run_with_damage(&scenario, |_| {}, Some(damaged)).unwrap();
+        assert_eq!(counters.answers.corrupted, 1, "{damaged}");
+    }
+}
+
+#[test]
 fn what_a_drive_cannot_say_stops_the_run() {
     let lies: [(Lie, &str); 15] = [
         (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
@@ -166,7 +205,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
         (
             |answer| answer.sample.wheels.measured.rad_s[0] = 77.0,
-            "which was sent",
+            "allowed: what was sent since",
         ),
         (
             |answer| answer.drive.faults[0] = 3,

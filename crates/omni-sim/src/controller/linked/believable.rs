@@ -28,7 +28,7 @@ impl<const N: usize> Linked<N> {
         }
         let torques = answer.sample.wheels.applied.n_m;
         let velocities = if drives {
-            let taken = self.taken(answer, measured_rad_s)?;
+            let taken = self.taken(answer)?;
             self.of_a_drive(answer, request.emergency_stop)?;
             self.after_the_last(answer)?;
             taken
@@ -50,18 +50,20 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// The velocities that a drive worked with: as sent, or as it took them in the period before. A wheel that it does not believe, whose
-    /// velocity it takes for 0, gets no torque.
-    fn taken(&self, answer: &Answer<N>, sent: &[f32; N]) -> Result<[f32; N], String> {
+    /// The velocities that a drive worked with: as sent, or, where a reading is missing, the last one that it had. That is of the answer
+    /// before, or was sent in a period whose answer was lost. A wheel that it does not believe, whose velocity it takes for 0, gets no torque.
+    fn taken(&self, answer: &Answer<N>) -> Result<[f32; N], String> {
         let wheels = &answer.sample.wheels;
-        for (i, (said, sent)) in wheels.measured.rad_s.iter().zip(sent).enumerate() {
+        for (i, said) in wheels.measured.rad_s.iter().enumerate() {
             let (wheel, _) = &self.motors[i];
             let before = self.last.sample.wheels.measured.rad_s[i];
             let let_go = wheels.applied.n_m[i] == 0.0;
-            if said != sent && *said != before && !(*said == 0.0 && let_go) {
+            let sent = self.unanswered_rad_s.iter().any(|sent| sent[i] == *said);
+            if !sent && *said != before && !(*said == 0.0 && let_go) {
+                let sent: Vec<f32> = self.unanswered_rad_s.iter().map(|sent| sent[i]).collect();
                 return Err(format!(
-                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent}, which was sent, {before}, as \
-                     before, or 0 without torque"
+                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: what was sent since its last answer, \
+                     {sent:?}, {before}, as in that answer, or 0 without torque"
                 ));
             }
             if answer.drive.faults[i] != 0 && !let_go {
