@@ -74,6 +74,29 @@ fn traction(name: &str) -> Result<String, Box<dyn Error>> {
     Ok(source[start..].to_owned())
 }
 
+/// Where this computer says that the scenario's path leads; of one without a path, a figure of eight and who follows it as well.
+fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
+    let Some(path) = scenario.planned_path()? else {
+        let eight = Scenario::load("figure_eight", &[])?;
+        let source = eight.constants(Language::Rust)?;
+        let start = source
+            .find("/// Where to be when.")
+            .ok_or("no path although the command is one")?;
+        return Ok(source[start..].to_owned() + &path(&eight)?);
+    };
+    let trajectory = path.trajectory();
+    let poses = [0.1, 0.3, 0.5, 0.7, 0.9, 1.0].map(|part| {
+        let time_s = part * trajectory.duration_s();
+        let pose = trajectory.at(time_s).pose;
+        [time_s, pose.x_m, pose.y_m, pose.yaw_rad].map(|value| value as f32)
+    });
+    Ok(format!(
+        "/// Times and where it is then: x, y, yaw.\npub static ON_THE_WAY: [[f32; 4]; {}] = {};\n",
+        poses.len(),
+        rust_expression(&poses)
+    ))
+}
+
 /// What a processor in the loop runs: the scenario's drive where it has one, else its loops.
 fn served(scenario: &Scenario) -> &'static str {
     if scenario.drive.is_some() {
@@ -113,6 +136,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !scenario.has_traction() && scenario.drive.is_none() {
             source.push_str(&traction(&name)?);
         }
+        source.push_str(&path(&scenario)?);
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
              /// A drive with every option on.\npub static EVERYTHING: omni_core::Drive<f32, 7> = {};\n\
@@ -132,6 +156,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }));
     }
     fs::write(out.join("constants.rs"), source)?;
+    let three = Scenario::load("scenarios/three.toml", &[])?;
+    for file in Scenario::files("scenarios/three.toml")? {
+        println!("cargo::rerun-if-changed={}", file.display());
+    }
+    fs::write(out.join("three.rs"), three.constants(Language::Rust)?)?;
 
     let memory = match env::var("CARGO_CFG_TARGET_ARCH")?.as_str() {
         "riscv32" => "memory/riscv32.x",

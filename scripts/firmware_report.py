@@ -145,18 +145,18 @@ def main() -> None:
         print(f"{processor}: {said.splitlines()[1]}")
         hashes |= set(re.findall(r"hash (\d+), as on the computer", said))
         if processor == "Cortex-M4F":
-            for name in ("drive", "everything", "traction"):
+            for name in ("drive", "everything", "traction", "path"):
                 figures |= run(machine, release / name)[0]
             for name in ("controller", "loop"):
                 images[name] = Image(release / name)
             images["drive_loop"] = Image(FIRMWARE / "target" / "drive_loop")
             problems += [over(each["name"], figures.get(each["name"]), each) for each in budgets["figure"]]
         for path in release.iterdir():
-            if path.name in ("controller", "self_test", "drive", "everything", "traction", "loop"):
+            if path.name in ("controller", "self_test", "drive", "everything", "traction", "path", "three", "loop"):
                 bad = forbidden(Image(path).symbols)
                 problems += [f"{processor}: {path.name} contains {', '.join(bad)}"] if bad else []
         rows[processor] = figures
-    for name in ("drive_loop", "c/example", "c/drive", "c/every_function"):
+    for name in ("drive_loop", "c/example", "c/drive", "c/three_wheels", "c/every_function"):
         bad = forbidden(Image(FIRMWARE / "target" / name).symbols)
         problems += [f"{name} contains {', '.join(bad)}"] if bad else []
     if len(hashes) != 1:

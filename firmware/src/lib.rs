@@ -9,6 +9,7 @@ pub mod drive_cost;
 pub mod platform;
 pub mod randomised;
 pub mod stack;
+pub mod three;
 
 /// The controller of the scenario that the image was built for.
 pub mod constants {

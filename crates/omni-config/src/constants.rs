@@ -8,10 +8,13 @@ mod rust;
 #[cfg(test)]
 mod tests;
 
-use omni_core::TwistLimiter;
 use omni_core::constants::Constant;
+use omni_core::{EncoderCounter, TwistLimiter, VelocityConfig, VelocityEstimator, VelocityMethod};
 
-use crate::{Error, Scenario, for_wheel_count, wheel_count_refused};
+use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
+
+/// Bits of an encoder's counter. One that has more is right too: its lower half counts as one of 16.
+const COUNTER_BITS: u32 = 16;
 
 /// A configured value as a Rust expression for a `const` or `static`; it names `omni_core`.
 ///
@@ -42,8 +45,9 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, to be used as any other, `DRIVE` where the scenario has a `[drive]`, `TRACTION` and `SUPERVISOR` where its
-    /// policy is traction control. In C the same in `OMNI_...`, but for the odometry by itself.
+    /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]`, `TRACTION` and `SUPERVISOR` where
+    /// its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
+    /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself and the path.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for, and for traction control.
@@ -100,17 +104,49 @@ impl Scenario {
                 traction: Box::new(traction),
             }))
         }
+        fn motors<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
+            Ok(Box::new(scenario.wheel_control::<f32, N>()?.limits))
+        }
         let count = self.vehicle().wheel.len();
-        Ok(Values {
-            traction: for_wheel_count!(count, traction[](self), |_| Ok(None))?,
-            drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
-            controller: for_wheel_count!(count, controller[](self), |count| Err(Error::Key {
+        let refused = |count| {
+            Err(Error::Key {
                 file: format!("vehicle {}", self.vehicle().name),
                 key: "wheel".into(),
                 message: wheel_count_refused(count).to_string(),
-            }))?,
+            })
+        };
+        Ok(Values {
+            traction: for_wheel_count!(count, traction[](self), |_| Ok(None))?,
+            drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
+            controller: for_wheel_count!(count, controller[](self), refused)?,
+            motors: for_wheel_count!(count, motors[](self), refused)?,
             limiter: self.limiter()?,
+            encoder: self.encoder_values()?,
+            path: self.planned_path()?,
         })
+    }
+
+    fn encoder_values(&self) -> Result<Option<EncoderValues>, Error> {
+        let counts = self.sensors.encoder_counts;
+        if counts == 0 {
+            return Ok(None);
+        }
+        let refuse = |error: omni_core::ConfigError| Error::Key {
+            file: format!("scenario {}", self.name),
+            key: "sensors.encoder_counts".into(),
+            message: error.to_string(),
+        };
+        let counter = EncoderCounter::<f32>::new(counts as f32, COUNTER_BITS).map_err(refuse)?;
+        let velocity = match self.velocity_estimator()? {
+            Some(velocity) => velocity,
+            None => VelocityEstimator::new(VelocityConfig {
+                method: VelocityMethod::default(),
+                count_rad: counter.count_rad(),
+                period_s: self.period_s() as f32,
+            })
+            .map_err(refuse)?,
+        };
+        Ok(Some(EncoderValues { counter, velocity }))
     }
 }
 
@@ -120,7 +156,17 @@ struct Values {
     /// The firmware's whole step, where the scenario has a `[drive]`.
     drive: Option<Box<dyn Constant>>,
     controller: Box<dyn Constant>,
+    /// What each wheel's motor gives.
+    motors: Box<dyn Constant>,
     limiter: TwistLimiter<f32>,
+    encoder: Option<EncoderValues>,
+    path: Option<PlannedPath>,
+}
+
+/// From an encoder's counter to a velocity.
+struct EncoderValues {
+    counter: EncoderCounter<f32>,
+    velocity: VelocityEstimator<f32>,
 }
 
 /// Traction control, where that is the scenario's policy.

@@ -1,6 +1,7 @@
 //! From the raw reading of an encoder's hardware counter to counts and angles.
 
 use crate::Real;
+use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
 
 /// An incremental encoder on a hardware counter that wraps around, whatever its width.
@@ -18,11 +19,14 @@ use crate::error::{ConfigError, within};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct EncoderCounter<R> {
     count_rad: R,
     /// Bits of 32 that the counter has not.
     unused: u32,
 }
+
+constant_struct!(EncoderCounter<R> { count_rad: R, unused: u32 });
 
 /// What is remembered of a counter; `default` before the first reading.
 ///
@@ -33,9 +37,13 @@ pub struct EncoderCounter<R> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct CounterState {
-    last: Option<u32>,
+    /// Counts since the first reading.
     counts: i64,
+    /// The last reading, aligned to 32 bits, once there was one.
+    last: u32,
+    read: bool,
 }
 
 impl CounterState {
@@ -106,12 +114,13 @@ impl<R: Real> EncoderCounter<R> {
     /// ```
     pub fn update(&self, state: &mut CounterState, raw: u32) -> i32 {
         // The counter's highest bit becomes that of 32: differences wrap as it does, and keep their sign.
-        let aligned = raw << self.unused;
-        let counts = match state.last {
-            None => 0,
-            Some(last) => (aligned.wrapping_sub(last) as i32) >> self.unused,
+        let aligned = raw << (self.unused & 31);
+        let counts = if state.read {
+            (aligned.wrapping_sub(state.last) as i32) >> (self.unused & 31)
+        } else {
+            0
         };
-        state.last = Some(aligned);
+        (state.last, state.read) = (aligned, true);
         state.counts = state.counts.wrapping_add(i64::from(counts));
         counts
     }

@@ -89,6 +89,7 @@ pub mod parts {
     pub use crate::pid::Discrete;
     pub use crate::trajectory::Phase;
     pub use crate::twist_limits::{Group, Law};
+    pub use crate::velocity::VelocityLaw;
     pub use crate::wheel_loops::RestRule;
     pub use crate::*;
 }

@@ -5,7 +5,7 @@
 //! | [`TorqueLimit`] | torque-speed line in four quadrants with a cap, the limit the loops use every step |
 //! | [`TorqueTable`] | the same from measured points |
 //! | [`DcMotor`] | the line from a data sheet: torque constant, resistance, voltage, no-load current, current limit |
-//! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`] |
+//! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`]; from a torque-speed line alone by [`TorqueLimit::duty`] |
 //! | [`Gearbox`] | ratio and efficiency, the right way round in each quadrant |
 //! | [`GearFriction`] | a gearbox with dry and viscous friction, and the torque that makes up for them |
 //! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |
@@ -50,6 +50,7 @@ use crate::{Real, TorqueRange, TorqueRanges};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct TorqueLimit<R> {
     /// Where the line meets rest.
     stall_n_m: R,
@@ -57,6 +58,8 @@ pub struct TorqueLimit<R> {
     /// Largest torque in any quadrant, at most the stall torque.
     cap_n_m: R,
 }
+
+constant_struct!(TorqueLimit<R> { stall_n_m: R, slope_n_m_s_rad: R, cap_n_m: R });
 
 impl<R: Real> TorqueLimit<R> {
     /// The same limit `torque_n_m` > 0 \[N.m\] at every velocity.
@@ -165,6 +168,35 @@ impl<R: Real> TorqueLimit<R> {
             four_quadrants(driving, self.cap_n_m, velocity_rad_s),
         )
     }
+
+    /// The duty of a bridge without a current loop, -1 to 1, that gives `torque_n_m` \[N.m\] at `velocity_rad_s` \[rad/s\], or the nearest
+    /// there is: the line at part of the supply's voltage, `torque = stall duty - slope velocity`, solved for the duty. The torque is held
+    /// within the cap. Duty 0 shorts the motor, which brakes with `slope velocity`; to let a wheel go, open the bridge. 0 for NaN.
+    ///
+    /// It needs no more than a data sheet's stall torque and no-load speed at the supply's voltage. With resistance, torque constant and
+    /// friction known, [`DcMotor::duty`] also tells the current.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let motor = TorqueLimit::line(2.0, 0.25)?; // 2 N.m at rest, 8 rad/s without load
+    /// assert_eq!(motor.duty(0.5, 0.0), 0.25);
+    /// assert_eq!(motor.duty(0.5, 4.0), 0.75); // a half against the back-EMF
+    /// assert_eq!(motor.duty(0.0, 8.0), 1.0); // no load
+    /// assert_eq!(motor.duty(-1.0, 4.0), 0.0); // so much a shorted motor brakes
+    /// assert_eq!(motor.duty(2.0, 4.0), 1.0); // more than there is
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn duty(&self, torque_n_m: R, velocity_rad_s: R) -> R {
+        let torque = torque_n_m.limited(-self.cap_n_m, self.cap_n_m);
+        let duty = (torque + self.slope_n_m_s_rad * velocity_rad_s) / self.stall_n_m;
+        if duty.partial_cmp(&R::zero()).is_none() {
+            R::zero()
+        } else {
+            duty.limited(-R::one(), R::one())
+        }
+    }
 }
 
 /// The range of a motor that gives at most `driving` with its velocity and `braking` against it or in any case. A velocity
@@ -248,6 +280,43 @@ mod tests {
     use super::*;
 
     const RPM: f64 = core::f64::consts::PI / 30.0;
+
+    #[test]
+    fn duty_gives_every_torque_within_the_line_and_none_for_what_is_no_number() {
+        let motor = TorqueLimit::line(2.0_f64, 0.25)
+            .expect("valid")
+            .capped(1.5)
+            .expect("valid");
+        for k in -40..=40_i32 {
+            let velocity = 0.2 * f64::from(k);
+            let range = motor.range(velocity);
+            // Driving and braking: what the range allows the duty gives, by the motor's own equation, to rounding.
+            for torque in [
+                range.lower_n_m,
+                0.3 * range.lower_n_m,
+                0.0,
+                0.7 * range.upper_n_m,
+                range.upper_n_m,
+            ] {
+                let duty = motor.duty(torque, velocity);
+                assert!(
+                    (2.0 * duty - 0.25 * velocity - torque).abs() < 1e-12,
+                    "{torque} at {velocity}: {duty}"
+                );
+            }
+            assert_eq!(motor.duty(9.0, velocity), motor.duty(1.5, velocity)); // the cap
+        }
+        for (torque, velocity) in [
+            (f64::NAN, 0.0),
+            (0.0, f64::NAN),
+            (f64::INFINITY, f64::NEG_INFINITY),
+        ] {
+            let duty = motor.duty(torque, velocity);
+            assert!(duty == 0.0 || duty == -1.0, "{duty}"); // the cap makes a number of an infinite torque
+        }
+        assert_eq!(motor.duty(f64::NAN, 0.0), 0.0);
+        assert_eq!(motor.duty(0.0, f64::NAN), 0.0);
+    }
 
     #[test]
     fn torque_limit_is_never_negative_at_any_speed() {

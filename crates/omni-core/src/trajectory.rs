@@ -196,6 +196,17 @@ impl<'a, R: Real> Trajectory<'a, R> {
         self.segments
     }
 
+    /// Their pieces, one after the other.
+    ///
+    /// ```
+    /// static PIECES: [omni_core::PathPiece<f64>; 3] = [omni_core::PathPiece::EMPTY; 3];
+    /// assert_eq!(omni_core::Trajectory::new(&[], &PIECES).pieces().len(), 3);
+    /// ```
+    #[must_use]
+    pub fn pieces(&self) -> &'a [PathPiece<R>] {
+        self.pieces
+    }
+
     /// When its end is reached \[s\].
     ///
     /// ```

@@ -4,6 +4,7 @@
 mod tests;
 
 use crate::Real;
+use crate::constants::{constant_enum, constant_struct};
 use crate::error::{ConfigError, period, within};
 
 /// Longest window \[control periods\].
@@ -106,26 +107,39 @@ pub struct VelocityConfig<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct VelocityEstimator<R> {
-    law: Law<R>,
+    law: VelocityLaw<R>,
     count_rad: R,
     period_s: R,
 }
 
+constant_struct!(VelocityEstimator<R> { law: VelocityLaw<R>, count_rad: R, period_s: R });
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-enum Law<R> {
+/// How velocities are made of counts.
+#[repr(C, u8)]
+pub enum VelocityLaw<R> {
+    /// [`VelocityMethod::Window`].
     Window {
-        periods: usize,
+        /// Control periods, 1 to 32.
+        periods: u16,
+        /// Velocity of one count in the window \[rad/s\].
         rad_s_per_count: R,
     },
+    /// [`VelocityMethod::Edges`].
     Edges,
-    /// What an angle off by 1 rad corrects in a period: part of the angle, and velocity \[rad/s\].
+    /// [`VelocityMethod::Observer`]: what an angle off by 1 rad corrects in a period.
     Observer {
+        /// Part of the angle.
         angle: R,
+        /// Velocity \[rad/s\].
         rate_per_s: R,
     },
 }
+
+constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Observer { angle, rate_per_s } });
 
 /// What is remembered of one wheel's counts; `default` at rest.
 ///
@@ -140,9 +154,10 @@ enum Law<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct VelocityState<R> {
     /// Counts of the last periods, round and round, and the place of the next.
-    counts: [i32; LONGEST],
+    counts: [i32; 32],
     next: u8,
     sum: i64,
     /// Which way the last edge went: 0 before the first.
@@ -213,12 +228,12 @@ impl<R: Real> VelocityEstimator<R> {
                 if periods == 0 || usize::from(periods) > LONGEST {
                     return Err(ConfigError::new("periods", f64::from(periods), "1 to 32"));
                 }
-                Law::Window {
-                    periods: usize::from(periods),
+                VelocityLaw::Window {
+                    periods,
                     rad_s_per_count: count_rad / (R::of(f64::from(periods)) * period_s),
                 }
             }
-            VelocityMethod::Edges => Law::Edges,
+            VelocityMethod::Edges => VelocityLaw::Edges,
             VelocityMethod::Observer { bandwidth_rad_s } => {
                 let allowed = "0.001 to 1 over the control period";
                 // Beside its rounding the ends belong to the range.
@@ -232,7 +247,7 @@ impl<R: Real> VelocityEstimator<R> {
                 }
                 // Both poles at p = exp(-bandwidth T): the angle keeps p^2 of its error, and (1 - p)^2 goes to the rate.
                 let off = -(-steps).exp_m1();
-                Law::Observer {
+                VelocityLaw::Observer {
                     angle: off * (R::of(2.0) - off),
                     rate_per_s: off * off / period_s,
                 }
@@ -267,23 +282,24 @@ impl<R: Real> VelocityEstimator<R> {
     pub fn step(&self, state: &mut VelocityState<R>, counts: i32, since_edge_s: Option<R>) -> R {
         let between = self.pass_time(state, counts, since_edge_s);
         let rate = match self.law {
-            Law::Window {
+            VelocityLaw::Window {
                 periods,
                 rad_s_per_count,
             } => {
+                let periods = usize::from(periods).clamp(1, LONGEST);
                 let place = usize::from(state.next) % periods;
                 state.sum += i64::from(counts) - i64::from(state.counts[place]);
                 state.counts[place] = counts;
                 state.next = ((place + 1) % periods) as u8;
                 whole::<R>(state.sum) * rad_s_per_count
             }
-            Law::Edges => {
+            VelocityLaw::Edges => {
                 if let Some((edges, time_s)) = between {
                     state.rate_rad_s = whole::<R>(edges) * self.count_rad / time_s;
                 }
                 state.rate_rad_s
             }
-            Law::Observer { angle, rate_per_s } => {
+            VelocityLaw::Observer { angle, rate_per_s } => {
                 let counted_rad = whole::<R>(i64::from(counts)) * self.count_rad;
                 let off = state.beyond_rad + state.rate_rad_s * self.period_s - counted_rad;
                 state.beyond_rad = off - angle * off;

@@ -10,7 +10,8 @@
      omni##n##_drive_reset_pose(0, 0.0f, 0.0f, 0.0f) || omni##n##_drive_deviations(0, 0))
 
 int main(void) {
-    bool any = ANY(3) || ANY(4) || ANY(6) || ANY(7) || omni_limit(0, 0, 0, 0);
+    bool any = ANY(3) || ANY(4) || ANY(6) || ANY(7) || omni_limit(0, 0, 0, 0) || omni_encoder_init(0) ||
+               omni_encoder_step(0, 0, 0, 0.0f, 0) || omni_duty(0, 0.0f, 0.0f, 0);
     print(any ? "a null pointer was taken\n" : "every function of the library refuses null pointers\n");
     finish(!any);
 }

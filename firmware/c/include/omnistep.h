@@ -1375,6 +1375,115 @@ typedef struct {
   bool lifted[7];
 } omni7_drive_input;
 
+// What is remembered of a counter; `default` before the first reading.
+typedef struct {
+  // Counts since the first reading.
+  int64_t counts;
+  // The last reading, aligned to 32 bits, once there was one.
+  uint32_t last;
+  bool read;
+} omni_counter_state;
+
+// What is remembered of one wheel's counts; `default` at rest.
+typedef struct {
+  // Counts of the last periods, round and round, and the place of the next.
+  int32_t counts[32];
+  uint8_t next;
+  int64_t sum;
+  // Which way the last edge went: 0 before the first.
+  int8_t way;
+  // Age of the last edge when its period ended [s], and periods since without one.
+  float aged_s;
+  uint32_t quiet;
+  // Angle estimated beyond the counted one [rad].
+  float beyond_rad;
+  float rate_rad_s;
+} omni_velocity_state;
+
+// What is remembered of one wheel's encoder.
+typedef struct {
+  omni_counter_state counter;
+  omni_velocity_state velocity;
+} omni_encoder_state;
+
+// An incremental encoder on a hardware counter that wraps around, whatever its width.
+typedef struct {
+  float count_rad;
+  // Bits of 32 that the counter has not.
+  uint32_t unused;
+} omni_counter;
+
+// How velocities are made of counts.
+enum omni_velocity_law_tag
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // `VelocityMethod::Window`.
+  OMNI_VELOCITY_LAW_WINDOW,
+  // `VelocityMethod::Edges`.
+  OMNI_VELOCITY_LAW_EDGES,
+  // `VelocityMethod::Observer`: what an angle off by 1 rad corrects in a period.
+  OMNI_VELOCITY_LAW_OBSERVER,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_velocity_law_tag omni_velocity_law_tag;
+#else
+typedef uint8_t omni_velocity_law_tag;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+typedef struct {
+  // Control periods, 1 to 32.
+  uint16_t periods;
+  // Velocity of one count in the window [rad/s].
+  float rad_s_per_count;
+} omni_velocity_law_Window_body;
+
+typedef struct {
+  // Part of the angle.
+  float angle;
+  // Velocity [rad/s].
+  float rate_per_s;
+} omni_velocity_law_Observer_body;
+
+typedef struct {
+  omni_velocity_law_tag tag;
+  union {
+    omni_velocity_law_Window_body WINDOW;
+    omni_velocity_law_Observer_body OBSERVER;
+  };
+} omni_velocity_law;
+
+// Velocity out of counts, by the method that its configuration chooses.
+//
+// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method it is at most one count
+// over the time without. Nothing divides by a time or by counts that can be zero, and every reading is finite.
+typedef struct {
+  omni_velocity_law law;
+  float count_rad;
+  float period_s;
+} omni_velocity_estimator;
+
+// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
+typedef struct {
+  omni_counter counter;
+  omni_velocity_estimator velocity;
+} omni_encoder;
+
+// Torque-speed line of a DC motor, in four quadrants: speed costs torque only while the motor drives.
+//
+// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking: `min(cap, stall)`. As
+// printed, eq. (13) turns negative above 114.5 rpm and would push a fast wheel backwards; here a limit is never negative.
+typedef struct {
+  // Where the line meets rest.
+  float stall_n_m;
+  float slope_n_m_s_rad;
+  // Largest torque in any quadrant, at most the stall torque.
+  float cap_n_m;
+} omni_motor;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1663,6 +1772,32 @@ bool omni7_drive_reset_pose(omni7_drive_state *state,
 //
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni7_drive_deviations(omni7_drive_state *state, omni_deviations *deviations);
+
+// Makes the state of one wheel's encoder ready for the first reading.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni_encoder_init(omni_encoder_state *state);
+
+// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
+// tells the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
+// counts a period.
+//
+// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
+// Returns false, and does nothing, where a pointer is null.
+bool omni_encoder_step(const omni_encoder *encoder,
+                       omni_encoder_state *state,
+                       uint32_t raw,
+                       float since_edge_s,
+                       float *rad_s);
+
+// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
+// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni_duty(const omni_motor *motor,
+               float torque_n_m,
+               float velocity_rad_s,
+               float *duty);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -5,6 +5,7 @@
 #![no_std]
 
 mod drive;
+mod motion;
 
 use core::mem::MaybeUninit;
 

@@ -31,6 +31,13 @@ pub(super) fn source(
         let drive = initialiser(&**drive);
         format!("static const omni{count}_drive OMNI_DRIVE = {drive};\n")
     });
+    let motors = initialiser(&*values.motors);
+    let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
+        let [counter, velocity] = [initialiser(&encoder.counter), initialiser(&encoder.velocity)];
+        format!(
+            "static const omni_encoder OMNI_ENCODER = {{ .counter = {counter}, .velocity = {velocity} }};\n"
+        )
+    });
     Ok(format!(
         "/* Generated from the vehicle file; not to be edited. */\n\
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
@@ -38,7 +45,8 @@ pub(super) fn source(
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\
          static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
-         static const omni_limiter OMNI_LIMITER = {limiter};\n{drive}\
+         static const omni_limiter OMNI_LIMITER = {limiter};\n\
+         static const omni_motor OMNI_MOTORS[OMNI_WHEELS] = {motors};\n{encoder}{drive}\
          #endif\n"
     ))
 }

@@ -28,7 +28,28 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
             expression(&*traction.supervisor)
         )
     });
-    format!(
+    let motors = expression(&*values.motors);
+    let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
+        format!(
+            "/// Counts of a wheel's encoder, from a counter of 16 bits or more.\n\
+             pub static COUNTER: omni_core::EncoderCounter<f32> = {};\n\
+             /// Velocities of these counts.\npub static VELOCITY: omni_core::VelocityEstimator<f32> = {};\n",
+            expression(&encoder.counter),
+            expression(&encoder.velocity)
+        )
+    });
+    let path = values.path.as_ref().map_or_else(String::new, |path| {
+        let trajectory = path.trajectory();
+        format!(
+            "/// Where to be when.\npub static TRAJECTORY: omni_core::Trajectory<'static, f32> = \
+             omni_core::Trajectory::new(&[{}], &[{}]);\n\
+             /// Who follows it.\npub static FOLLOWER: omni_core::HolonomicFollower<f32> = {};\n",
+            list(trajectory.segments()),
+            list(trajectory.pieces()),
+            single(&path.follower)
+        )
+    });
+    let items = format!(
         "// Generated from the vehicle file; not to be edited.\n\
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
          /// The coordination policy.\npub const POLICY: &str = {policy:?};\n\
@@ -38,33 +59,61 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
          /// The limits of the command.\npub static LIMITER: omni_core::TwistLimiter<f32> = {limiter};\n\
          /// Dead reckoning.\npub static ODOMETRY: omni_core::Odometry<f32, {count}> = \
-         omni_core::parts::Odometry::from_constants(({period_s},));\n{drive}{traction}"
-    )
+         omni_core::parts::Odometry::from_constants(({period_s},));\n\
+         /// What each wheel's motor gives, and its duty for a torque.\n\
+         pub static MOTORS: [omni_core::TorqueLimit<f32>; {count}] = {motors};\n{encoder}{drive}{traction}{path}"
+    );
+    // No program needs all of them.
+    items
+        .replace("\npub const ", "\n#[allow(dead_code)]\npub const ")
+        .replace("\npub static ", "\n#[allow(dead_code)]\npub static ")
+}
+
+/// Values made in `f64` as items of an array in `f32`.
+fn list<T: Constant>(values: &[T]) -> String {
+    let items: Vec<_> = values.iter().map(|value| single(value)).collect();
+    items.join(",\n")
+}
+
+/// A value made in `f64` as a constant expression of the same type in `f32`: every number is the nearest.
+fn single(value: &dyn Constant) -> String {
+    text(value, true)
 }
 
 /// A value as a constant expression.
 pub(super) fn expression(value: &dyn Constant) -> String {
-    let mut text = Expression(String::new());
-    // Writing to a string does not fail.
-    let _ = value.describe(&mut text);
-    text.0
+    text(value, false)
 }
 
-struct Expression(String);
+fn text(value: &dyn Constant, single: bool) -> String {
+    let mut expression = Expression {
+        text: String::new(),
+        single,
+    };
+    // Writing to a string does not fail.
+    let _ = value.describe(&mut expression);
+    expression.text
+}
+
+struct Expression {
+    text: String,
+    /// In `f32`, whatever the value is in.
+    single: bool,
+}
 
 impl Expression {
     fn real(&mut self, value: f64, single: bool) -> Result {
         let scalar = if single { "f32" } else { "f64" };
         if value.is_nan() {
-            write!(self.0, "{scalar}::NAN")
+            write!(self.text, "{scalar}::NAN")
         } else if value.is_infinite() {
             let sign = if value > 0.0 { "" } else { "NEG_" };
-            write!(self.0, "{scalar}::{sign}INFINITY")
+            write!(self.text, "{scalar}::{sign}INFINITY")
         } else if single {
             // The shortest digits that read back as the same number.
-            write!(self.0, "{:?}", value as f32)
+            write!(self.text, "{:?}", value as f32)
         } else {
-            write!(self.0, "{value:?}")
+            write!(self.text, "{value:?}")
         }
     }
 }
@@ -72,45 +121,45 @@ impl Expression {
 impl Describe for Expression {
     fn take(&mut self, piece: Piece<'_>) -> Result {
         match piece {
-            Piece::Real { value, single } => self.real(value, single),
-            Piece::Whole(value) => write!(self.0, "{value}"),
-            Piece::Flag(value) => write!(self.0, "{value}"),
+            Piece::Real { value, single } => self.real(value, single || self.single),
+            Piece::Whole(value) => write!(self.text, "{value}"),
+            Piece::Flag(value) => write!(self.text, "{value}"),
             Piece::List(items) => {
-                self.0.push('[');
+                self.text.push('[');
                 for item in items {
                     item.describe(self)?;
-                    self.0.push_str(", ");
+                    self.text.push_str(", ");
                 }
-                self.0.write_str("]")
+                self.text.write_str("]")
             }
             Piece::Struct { name, fields } => {
-                write!(self.0, "omni_core::parts::{name}::from_constants((")?;
+                write!(self.text, "omni_core::parts::{name}::from_constants((")?;
                 for (field, value) in fields {
-                    write!(self.0, "/* {field} */ ")?;
+                    write!(self.text, "/* {field} */ ")?;
                     value.describe(self)?;
-                    self.0.push_str(",\n");
+                    self.text.push_str(",\n");
                 }
-                self.0.write_str("))")
+                self.text.write_str("))")
             }
-            Piece::Choice { name, variant } => write!(self.0, "omni_core::parts::{name}::{variant}"),
+            Piece::Choice { name, variant } => write!(self.text, "omni_core::parts::{name}::{variant}"),
             Piece::Variant {
                 name,
                 variant,
                 fields,
             } => {
-                write!(self.0, "omni_core::parts::{name}::{variant} {{ ")?;
+                write!(self.text, "omni_core::parts::{name}::{variant} {{ ")?;
                 for (field, value) in fields {
-                    write!(self.0, "{field}: ")?;
+                    write!(self.text, "{field}: ")?;
                     value.describe(self)?;
-                    self.0.push_str(", ");
+                    self.text.push_str(", ");
                 }
-                self.0.write_str("}")
+                self.text.write_str("}")
             }
-            Piece::Option(None) => self.0.write_str("None"),
+            Piece::Option(None) => self.text.write_str("None"),
             Piece::Option(Some(value)) => {
-                self.0.push_str("Some(");
+                self.text.push_str("Some(");
                 value.describe(self)?;
-                self.0.write_str(")")
+                self.text.write_str(")")
             }
         }
     }

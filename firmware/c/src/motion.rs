@@ -1,0 +1,76 @@
+//! Between timers and the loops: counts in, PWM duty out.
+
+use core::mem::MaybeUninit;
+
+use omni_core::{CounterState, EncoderCounter, TorqueLimit, VelocityEstimator, VelocityState};
+
+/// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
+#[repr(C)]
+pub struct Encoder {
+    counter: EncoderCounter<f32>,
+    velocity: VelocityEstimator<f32>,
+}
+
+/// What is remembered of one wheel's encoder.
+#[repr(C)]
+pub struct EncoderState {
+    counter: CounterState,
+    velocity: VelocityState<f32>,
+}
+
+/// Makes the state of one wheel's encoder ready for the first reading.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState>>) -> bool {
+    let Some(state) = state else {
+        return false;
+    };
+    state.write(EncoderState {
+        counter: CounterState::default(),
+        velocity: VelocityState::at_rest(),
+    });
+    true
+}
+
+/// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
+/// tells the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
+/// counts a period.
+///
+/// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_encoder_step(
+    encoder: Option<&Encoder>,
+    state: Option<&mut EncoderState>,
+    raw: u32,
+    since_edge_s: f32,
+    rad_s: Option<&mut f32>,
+) -> bool {
+    let (Some(encoder), Some(state), Some(rad_s)) = (encoder, state, rad_s) else {
+        return false;
+    };
+    let counts = encoder.counter.update(&mut state.counter, raw);
+    *rad_s = encoder
+        .velocity
+        .step(&mut state.velocity, counts, Some(since_edge_s));
+    true
+}
+
+/// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
+/// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_duty(
+    motor: Option<&TorqueLimit<f32>>,
+    torque_n_m: f32,
+    velocity_rad_s: f32,
+    duty: Option<&mut f32>,
+) -> bool {
+    let (Some(motor), Some(duty)) = (motor, duty) else {
+        return false;
+    };
+    *duty = motor.duty(torque_n_m, velocity_rad_s);
+    true
+}

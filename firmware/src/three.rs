@@ -1,0 +1,72 @@
+//! The control task of a base with three omni wheels: counters of encoders in, duty of the motors' bridges out.
+
+use omni_core::{
+    BodyTwist, CounterState, DriveInput, DriveSample, DriveState, VelocityState, WheelVelocities,
+};
+
+mod constants {
+    include!(concat!(env!("OUT_DIR"), "/three.rs"));
+}
+use constants::{COUNTER, DRIVE, MOTORS, VELOCITY, WHEELS};
+
+/// The board: these are yours.
+pub trait Board {
+    /// The counter of a timer in encoder mode; none where it cannot be read.
+    fn counter(&mut self, wheel: usize) -> Option<u32>;
+    /// The command \[m/s, m/s, rad/s\]; none where none came since the last period.
+    fn command(&mut self) -> Option<BodyTwist<f32>>;
+    /// PWM and direction of a bridge: -1 to 1. 0 shorts the motor, which brakes.
+    fn set_duty(&mut self, wheel: usize, duty: f32);
+    /// The wheel rolls freely.
+    fn open_bridge(&mut self, wheel: usize);
+}
+
+/// What is remembered from one period to the next.
+pub struct Base {
+    drive: DriveState<f32, WHEELS>,
+    counters: [CounterState; WHEELS],
+    velocities: [VelocityState<f32>; WHEELS],
+}
+
+impl Base {
+    /// Before the first period.
+    pub fn at_start() -> Self {
+        Self {
+            drive: DriveState::new(&DRIVE),
+            counters: [CounterState::default(); WHEELS],
+            velocities: [VelocityState::at_rest(); WHEELS],
+        }
+    }
+
+    /// To be called from a timer's interrupt, every `PERIOD_US`.
+    pub fn every_period(&mut self, board: &mut impl Board) -> DriveSample<f32, WHEELS> {
+        let mut measured = WheelVelocities::zero();
+        let mut heard = [false; WHEELS];
+        for wheel in 0..WHEELS {
+            if let Some(counter) = board.counter(wheel) {
+                let counts = COUNTER.update(&mut self.counters[wheel], counter);
+                measured.rad_s[wheel] = VELOCITY.step(&mut self.velocities[wheel], counts, None);
+                heard[wheel] = true;
+            }
+        }
+        let mut input = DriveInput::measured(&measured);
+        for wheel in 0..WHEELS {
+            if !heard[wheel] {
+                input.readings_rad_s[wheel] = None;
+            }
+        }
+        input.command = board.command();
+        let sample = DRIVE.step(&mut self.drive, &input);
+        for wheel in 0..WHEELS {
+            if sample.brake[wheel] {
+                board.set_duty(wheel, 0.0);
+            } else if sample.wheels.active[wheel] {
+                let torque_n_m = sample.wheels.applied.n_m[wheel];
+                board.set_duty(wheel, MOTORS[wheel].duty(torque_n_m, measured.rad_s[wheel]));
+            } else {
+                board.open_bridge(wheel);
+            }
+        }
+        sample
+    }
+}
