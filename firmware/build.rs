@@ -7,8 +7,9 @@ use std::path::PathBuf;
 
 use omni_config::{Language, Override, Scenario, rust_expression};
 use omni_core::{
-    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, FaultConfig, Odometry,
-    OdometryNoise, Rest, SlipConfig, SpeedLimits, TwistLimits,
+    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, Estimator, EstimatorConfig,
+    FaultConfig, Kinematics, Odometry, OdometryNoise, Rest, SlipConfig, SpeedLimits, TwistLimits,
+    WheelLayout,
 };
 
 #[path = "src/randomised.rs"]
@@ -62,6 +63,15 @@ fn defaults(name: &str, keys: &[Override]) -> Result<Drive<f32, 7>, Box<dyn Erro
     Ok(scenario
         .drive()?
         .ok_or("no [drive] although a key of it was set")?)
+}
+
+/// An estimator with its defaults, for four mecanum wheels.
+fn estimator(scenario: &Scenario) -> Result<Estimator<f32, 4>, Box<dyn Error>> {
+    let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.5, 0.4, 0.076)?)?;
+    Ok(Estimator::new(
+        EstimatorConfig::new(scenario.period_s() as f32),
+        &kinematics,
+    )?)
 }
 
 /// A constant of the vehicle under traction control, as source.
@@ -139,8 +149,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         source.push_str(&path(&scenario)?);
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
+             /// An estimator of four mecanum wheels.\npub static ESTIMATOR: omni_core::Estimator<f32, 4> = {};\n\
              /// A drive with every option on.\npub static EVERYTHING: omni_core::Drive<f32, 7> = {};\n\
              /// A drive as a `[drive]` of defaults makes it.\npub static DEFAULTS: omni_core::Drive<f32, 7> = {};\n{}",
+            rust_expression(&estimator(&scenario)?),
             rust_expression(&everything(&scenario)?),
             rust_expression(&defaults(&name, &keys)?),
             served(&scenario)

@@ -28,21 +28,23 @@ PAGES = {
     "runs": (
         "Runs, traces, logs",
         "run compare bound wheels read_mcap Trace Outcome Log Bound WheelsTrace Simulation Sample Policy PolicyInfo"
-        " Observation",
+        " Observation import_log ImportSummary ImportedSignal resimulate Resimulation Difference",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario vehicles scenarios policies"),
     "control": (
         "Kinematics and control",
-        "Layout Wheel Kinematics Desaturated Odometry moved_by discretize at_point from_point to_world to_body"
-        " CommandShaper ShapedCommands Pid PidSample Controller ControlSample disturbed_ratio slip_ratio shape_error"
-        " speed_ratio_spread torque_range torque_factor reference_factor",
+        "Layout Wheel Kinematics Desaturated Odometry Estimator moved_by discretize at_point from_point to_world"
+        " to_body CommandShaper ShapedCommands Pid PidSample Controller ControlSample disturbed_ratio slip_ratio"
+        " shape_error speed_ratio_spread torque_range torque_factor reference_factor",
     ),
     "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
+    "measured": ("Identification, calibration", "identify Identification calibrate Calibration CalibrationRun"),
     "learning": ("Environments for learning", "gym"),
     "pictures": ("Figures, films, reports", "plot film report meshes"),
 }
 # Modules whose names the package exports itself.
-WHOSE_NAMES = ("errors", "runs", "ensembles", "own_policy", "tuning")
+RUNS = ("runs", "ensembles", "own_policy", "tuning")
+WHOSE_NAMES = ("errors", *RUNS, "recordings", "resimulation", "identification", "calibration")
 # Tags that make a browser fetch something, and the attribute that says from where.
 FETCHED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "object": "data"}
 FETCHING_LINKS = {"stylesheet", "icon", "preconnect", "preload", "prefetch", "modulepreload", "manifest"}
@@ -201,7 +203,12 @@ class Keys:
         self.tables[name] = ""  # keeps its place, and ends loops
         options = self.choices(schema)
         text = f"## {name}\n\n{schema.get('description', '')}\n"
-        if options:
+        if "properties" in schema:
+            # Alternatives only say which of its keys have to be there.
+            keys = [f"`{key}`" for option in options for key in option["required"]]
+            text += f"\nOne of {', '.join(keys)} has to be there.\n" if keys else ""
+            text += "\n" + self.rows(schema)
+        elif options:
             for option in options:
                 kind = option.get("properties", {}).get("kind", {}).get("const")
                 text += "\n" + self.table(f'kind = "{kind}"' if kind else "keys", option, level=3, named=name)

@@ -27,6 +27,8 @@ PROCESSORS = (
 )
 # Arithmetic in double precision: on these processors in software, slow and large.
 DOUBLE = re.compile(r"__(aeabi_(d[a-z0-9]+|cdcmp\w*|\w+2d)|\w*df\w*)$")
+# Those that are looked at for what they must not contain.
+IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "three", "loop"}
 PANIC = re.compile(r"panicking|panic_fmt|panic_bounds_check|omnistep_a_panic_is_reachable")
 
 
@@ -145,14 +147,14 @@ def main() -> None:
         print(f"{processor}: {said.splitlines()[1]}")
         hashes |= set(re.findall(r"hash (\d+), as on the computer", said))
         if processor == "Cortex-M4F":
-            for name in ("drive", "everything", "traction", "path"):
+            for name in ("drive", "everything", "traction", "estimator", "path"):
                 figures |= run(machine, release / name)[0]
             for name in ("controller", "loop"):
                 images[name] = Image(release / name)
             images["drive_loop"] = Image(FIRMWARE / "target" / "drive_loop")
             problems += [over(each["name"], figures.get(each["name"]), each) for each in budgets["figure"]]
         for path in release.iterdir():
-            if path.name in ("controller", "self_test", "drive", "everything", "traction", "path", "three", "loop"):
+            if path.name in IMAGES:
                 bad = forbidden(Image(path).symbols)
                 problems += [f"{processor}: {path.name} contains {', '.join(bad)}"] if bad else []
         rows[processor] = figures

@@ -19,7 +19,7 @@ FOLDER = ROOT / "docs" / "images"
 
 
 def main(results: Path) -> None:
-    """Write climb.png, climb-log.png, figure-8.png to figure-11.png and climb-map.png."""
+    """Write climb.png, climb-log.png, figure-8.png to figure-11.png, climb-map.png and square-path.png."""
     subprocess.run([sys.executable, "-m", "omnistep", "study", "climb_map", "--out", results], check=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
     synchronised = omnistep.run("step", policy="synchronised")
@@ -33,6 +33,7 @@ def main(results: Path) -> None:
         "figure-10": omnistep.plot.climb(synchronised)[0],
         "figure-11": omnistep.plot.climb(independent)[0],
         "climb-map": omnistep.plot.climb_map(results)[0],
+        "square-path": omnistep.plot.path(omnistep.run("square", overrides={"start.heading_rad": 0.3})),
     }
     for name, ax in pictures.items():
         ax.figure.savefig(FOLDER / f"{name}.png", dpi=90)

@@ -21,7 +21,7 @@ for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
     $omnistep run "$scenario" --quiet --set duration_s=2 --out "$work/logs" >/dev/null
 done
 $omnistep compare step --quiet --out "$work/step" >/dev/null
-topics="/cmd_vel /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
+topics="/cmd_vel /ground_truth/odom /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
 for log in "$work"/logs/*.mcap; do
     # shellcheck disable=SC2086
     .venv/bin/python scripts/check_log.py "$log" --require $topics >"$work/said" || { cat "$work/said" >&2; exit 1; }

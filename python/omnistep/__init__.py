@@ -7,12 +7,14 @@ True
 """
 
 from omnistep import plot
+from omnistep._calibration_runs import CalibrationRun
 from omnistep._omnistep import (
     Bound,
     CommandShaper,
     Controller,
     ControlSample,
     Desaturated,
+    Estimator,
     Kinematics,
     Layout,
     Log,
@@ -49,20 +51,31 @@ from omnistep._omnistep import (
     vehicles,
     wheels,
 )
+from omnistep.calibration import Calibration, calibrate
 from omnistep.ensembles import StudyResult, study, sweep
 from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError, StudyError
+from omnistep.identification import Identification, identify
 from omnistep.own_policy import Policy, PolicyInfo
+from omnistep.recordings import ImportedSignal, ImportSummary, import_log
+from omnistep.resimulation import Difference, Resimulation, resimulate
 from omnistep.runs import compare, read_mcap, run
 from omnistep.tuning import TuneResult, tune
 
 __all__ = [
     "Bound",
+    "Calibration",
+    "CalibrationRun",
     "CommandShaper",
     "ConfigError",
     "ControlSample",
     "Controller",
     "Desaturated",
+    "Difference",
+    "Estimator",
     "FilmError",
+    "Identification",
+    "ImportSummary",
+    "ImportedSignal",
     "Kinematics",
     "Layout",
     "Log",
@@ -75,6 +88,7 @@ __all__ = [
     "PidSample",
     "Policy",
     "PolicyInfo",
+    "Resimulation",
     "Sample",
     "Scenario",
     "ShapedCommands",
@@ -90,15 +104,19 @@ __all__ = [
     "__version__",
     "at_point",
     "bound",
+    "calibrate",
     "compare",
     "discretize",
     "disturbed_ratio",
     "from_point",
+    "identify",
+    "import_log",
     "moved_by",
     "plot",
     "policies",
     "read_mcap",
     "reference_factor",
+    "resimulate",
     "run",
     "scenarios",
     "shape_error",

@@ -19,6 +19,15 @@ def main() -> int:
         return _strip(arguments[1:])
     if arguments[:1] == ["film"]:
         return _film(arguments[1:])
+    if arguments[:1] == ["import"]:
+        return _import(arguments[1:])
+    if arguments[:1] == ["resimulate"]:
+        return _resimulate(arguments[1:])
+    if arguments[:1] in (["identify"], ["calibrate"]):
+        from omnistep import _measured_cli
+
+        command = _measured_cli.identify if arguments[0] == "identify" else _measured_cli.calibrate
+        return command(arguments[1:])
     # As in the Rust binary: Ctrl-C ends the process at once, unless the command ends itself in order.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return cli(["omnistep", *arguments])
@@ -69,9 +78,68 @@ def _film(arguments: list[str]) -> int:
     return _made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
 
 
+def _import(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="omnistep import",
+        description="Make a log of what was measured on a vehicle, and say what became of each of its columns.",
+    )
+    parser.add_argument(
+        "log", type=Path, metavar="LOG", help="a .csv or .parquet file, a rosbag2 (its folder, .mcap, .db3)"
+    )
+    parser.add_argument(
+        "--map", required=True, type=Path, metavar="MAP.toml", help="which columns or topics are which signals"
+    )
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path("robot.mcap"), help="the log to write; robot.mcap if left out"
+    )
+    parser.add_argument("--quiet", action="store_true", help="show no progress bar")
+    given = parser.parse_args(arguments)
+    from omnistep import recordings
+
+    def make() -> None:
+        print(recordings.import_log(given.log, map=given.map, out=given.out, progress=not given.quiet))
+
+    return _made(make, given.out)
+
+
+def _resimulate(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="omnistep resimulate",
+        description="Drive the simulation with the commands or torques of a log, and compare the two.",
+    )
+    parser.add_argument("log", type=Path, metavar="LOG.mcap")
+    parser.add_argument(
+        "--scenario", help="what is simulated, a built-in name or a .toml file; the log's own if left out"
+    )
+    by = parser.add_mutually_exclusive_group()
+    by.add_argument("--commands", action="store_true", help="what was asked for goes to the controller; the default")
+    by.add_argument("--torques", action="store_true", help="what acted on the actuators goes to the motors")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; repeat for more"
+    )
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path("resimulated.png"), help="png, svg or pdf; resimulated.png if left out"
+    )
+    parser.add_argument("--quiet", action="store_true", help="show no progress bar")
+    given = parser.parse_args(arguments)
+    from omnistep import resimulation
+
+    def make() -> None:
+        resimulation.write(
+            given.log,
+            given.out,
+            scenario=given.scenario,
+            by="torques" if given.torques else "commands",
+            keys=given.set,
+            progress=not given.quiet,
+        )
+
+    return _made(make, given.out)
+
+
 def _made(make: Callable[[], None], out: Path) -> int:
     """Make a file and say where it is, or what is wrong in one line."""
-    from omnistep.errors import OmnistepError
+    from omnistep.errors import OmnistepError, SimulationError
 
     try:
         make()
@@ -79,7 +147,7 @@ def _made(make: Callable[[], None], out: Path) -> int:
         return 130
     except (OmnistepError, ValueError, ImportError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
-        return 1 if isinstance(error, RuntimeError) else 2
+        return 1 if isinstance(error, RuntimeError | SimulationError) else 2
     try:
         print(out)
     except UnicodeEncodeError:  # its name is no text: as the system has it

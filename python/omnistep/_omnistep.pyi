@@ -23,6 +23,7 @@ __all__ = [
     "Controller",
     "Desaturated",
     "Episodes",
+    "Estimator",
     "Kinematics",
     "Layout",
     "Log",
@@ -70,6 +71,7 @@ __all__ = [
     "vehicles",
     "wheels",
     "wilson",
+    "write_recording",
 ]
 
 __version__: str
@@ -759,6 +761,110 @@ class Desaturated:
         """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
 
 @final
+class Estimator:
+    """The pose from wheels, gyro and accelerometer at once, while wheels slip; and how far it may be off.
+
+    An extended Kalman filter in whose state is the slip of all wheels together, which no redundancy sees and an
+    accelerometer does. Wheels that disagree are believed less; a vehicle that is told to rest and stands has no
+    velocity, and teaches the gyro's bias. What is NaN was not heard and is left out.
+
+    Args:
+        kinematics: how wheels say how the vehicle moves.
+        period_s: time between two steps [s], 1e-6 to 10.
+        wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
+        gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
+        accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
+        wander_m_s_per_sqrt_s: how far the velocity wanders where no acceleration is told [m/s per root of s]; 0.3.
+        bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
+        bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
+        slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
+        slip_s: time in which a slip comes and goes [s]; 0.3.
+
+    Raises:
+        ConfigError: a value is out of range.
+
+    Example:
+        >>> import omnistep
+        >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.1)
+        >>> estimator = omnistep.Estimator(kinematics=omnistep.Kinematics(layout=layout), period_s=0.001)
+        >>> locked = [[0.0] * 4] * 1000  # pushed for a second at 0.5 m/s^2 with locked wheels, on ice
+        >>> poses = estimator.step(locked, yaw_rates=0.0, accelerations=[0.5, 0.0])
+        >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) + 0.5) < 0.02
+        (True, True)
+    """
+
+    def __new__(
+        cls,
+        *,
+        kinematics: Kinematics,
+        period_s: float,
+        wheel_rad_s: float | None = None,
+        gyro_rad_s: float | None = None,
+        accelerometer_m_s2: float | None = None,
+        wander_m_s_per_sqrt_s: float | None = None,
+        bias_rad_s: float | None = None,
+        bias_walk_rad_s_per_sqrt_s: float | None = None,
+        slip_m_s: float | None = None,
+        slip_s: float | None = None,
+    ) -> Estimator: ...
+    @property
+    def pose(self) -> _Floats:
+        """The pose now, (3,)."""
+    @property
+    def twist(self) -> _Floats:
+        """The vehicle's motion now, not that of its wheels, (3,)."""
+    @property
+    def slip(self) -> _Floats:
+        """What all wheels together show beyond that motion, as a twist, (3,)."""
+    @property
+    def covariance(self) -> _Floats:
+        """Covariance of the pose, (3, 3), in x [m], y [m] and yaw [rad]."""
+    @property
+    def gyro_bias_rad_s(self) -> float:
+        """What the gyro says at rest [rad/s]."""
+    @property
+    def nis(self) -> _Floats:
+        """Normalised squared innovation of each row of the last step, by the wheels taken in: 1 on average.
+
+        NaN where none was.
+        """
+    def step(
+        self,
+        wheels: _Rows,
+        *,
+        yaw_rates: float | _Row | None = None,
+        accelerations: _Rows | None = None,
+        told_to_rest: bool | Sequence[bool] | _Bools | None = None,
+    ) -> _Floats:
+        """One period a row.
+
+        Args:
+            wheels: actuator velocities [rad/s], (N,) or (T, N).
+            yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
+            accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
+                none by default.
+            told_to_rest: the command is rest, one or (T,); False by default.
+
+        Returns:
+            The pose after each, (3,) or (T, 3).
+
+        Raises:
+            ConfigError: a shape is wrong.
+            TypeError: not numbers.
+        """
+    def reset(self, pose: _Row, *, pose_deviations: _Row | None = None) -> None:
+        """Set the pose and how well it is known; the yaw is wrapped.
+
+        Args:
+            pose: x [m], y [m], yaw [rad].
+            pose_deviations: standard deviations of the three; known exactly by default.
+
+        Raises:
+            ConfigError: not three finite numbers, or a deviation that is none.
+            TypeError: not numbers.
+        """
+
+@final
 class Odometry:
     """Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 
@@ -1348,6 +1454,26 @@ def read_mcap(path: str | PathLike[str], *, on_progress: Callable[[float], objec
         on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
     """
 
+def write_recording(
+    path: str | PathLike[str],
+    scenario: str | PathLike[str] | Scenario,
+    columns: Mapping[str, _Floats],
+    facts: Mapping[str, str],
+    map: str,
+) -> None:
+    """Write what was measured on a vehicle as a log.
+
+    Args:
+        path: the log.
+        scenario: vehicle and control period, and what a simulation would be told.
+        columns: a number a control period each, NaN where nothing is known, by the names that columns of a trace have.
+        facts: what the log shall say of itself, by name.
+        map: how it was read, a text in TOML.
+
+    Raises:
+        LogError: columns have different lengths or a name that cannot be, or the file cannot be written.
+    """
+
 @final
 class Log:
     """A run read back from its log.
@@ -1373,6 +1499,12 @@ class Log:
     def complete(self) -> bool:
         """Was it finished? Else its last chunk, at most a simulated second, may be missing."""
     @property
+    def recorded(self) -> bool:
+        """Was it measured on a vehicle (:func:`omnistep.import_log`)? What nobody measured is NaN then.
+
+        There is no outcome, and the scenario is what a simulation of it would be told.
+        """
+    @property
     def scenario_toml(self) -> str:
         """The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out."""
     @property
@@ -1389,13 +1521,25 @@ class Log:
         """
     @property
     def outcome(self) -> Outcome | None:
-        """The figures; None where the run was killed before its end."""
+        """The figures; None where the run was killed before its end, or was none of the simulation's."""
     @property
     def frame_time_s(self) -> _Floats:
         """Times of the frames [s], (F,)."""
     @property
     def frames(self) -> dict[str, _Floats]:
         """Frames in the world by name, (F, 7): x, y, z [m] and the unit quaternion x, y, z, w."""
+    @property
+    def odometry(self) -> dict[str, _Floats]:
+        """Where the wheels have the vehicle, from ``/odom``, each (O,).
+
+        ``time_s``, and the columns ``odom_*`` of a run's trace.
+        """
+    @property
+    def ground_truth(self) -> dict[str, _Floats]:
+        """Where the vehicle was, from ``/ground_truth/odom``, each (O,).
+
+        ``time_s``, ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``.
+        """
     @property
     def urdf(self) -> str:
         """The vehicle as URDF."""
@@ -1593,6 +1737,18 @@ class Outcome:
     @property
     def path_error_peak_m(self) -> float | None:
         """Largest such distance [m]; None without a path."""
+    @property
+    def odometry_error_m(self) -> float:
+        """Distance of the base's origin from where odometry has it [m], at the end of the crossing or run."""
+    @property
+    def final_x_m(self) -> float:
+        """True x of the base's origin then [m], world."""
+    @property
+    def final_y_m(self) -> float:
+        """True y then [m], world."""
+    @property
+    def final_yaw_rad(self) -> float:
+        """True heading then [rad], counter-clockwise positive, -pi to pi."""
     def to_dict(self) -> dict[str, str | bool | float | None]:
         """The figures by name."""
     def __eq__(self, other: object, /) -> bool: ...

@@ -1,7 +1,8 @@
 """The paper's figures from runs, and maps of where a vehicle climbs.
 
 Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
-(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them.
+(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them. :func:`path`
+is a run from above, with its odometry.
 
 Needs matplotlib, which the extra ``plot`` brings. Every function draws on the axes given, or on a new figure, and
 returns the axes it drew on. A policy has the same colour in every figure.
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnistep import _omnistep, _side
+from omnistep import _omnistep, _path, _side
 from omnistep._axes import (
     dashes,
     given_or_new,
@@ -37,7 +38,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
     from numpy.typing import NDArray
 
-__all__ = ["Sheet", "climb", "climb_map", "climbs", "ensemble", "paper", "policy_colour", "strip", "strips", "wheels"]
+__all__ = [
+    "Sheet",
+    "climb",
+    "climb_map",
+    "climbs",
+    "ensemble",
+    "paper",
+    "path",
+    "policy_colour",
+    "strip",
+    "strips",
+    "wheels",
+]
 
 _LETTERS = "abcdefgh"
 
@@ -239,6 +252,39 @@ def strips(
     for ax in drawn[:-1]:
         ax.set_xlabel("")
     return drawn
+
+
+def path(trace: Trace | Log, *, every_s: float | None = None, sigmas: float = 2.0, ax: Axes | None = None) -> Axes:
+    """Draw a run from above: where the vehicle was, where its odometry has it, and the path that it was to follow.
+
+    Ellipses around the places by odometry are two standard deviations wide to each side, along their own axes: of a
+    normal distribution they hold 86 %. They know nothing of slip that all wheels share. A thin line joins each of them
+    to where the vehicle was at that time. Of a recording whose robot told no variances there are no ellipses.
+
+    Args:
+        trace: a run, or its log.
+        every_s: time between two ellipses [s], above 0; a tenth of the run by default.
+        sigmas: standard deviations from the middle of an ellipse to its rim, above 0; on good ground they are
+            millimetres, and ten times as many show their shape.
+        ax: axes to draw on; a new figure by default.
+
+    Returns:
+        The axes, of equal scales.
+
+    Raises:
+        ConfigError: a number is not positive, the log has no ``/odom``, or the run no row; or it is the ``trace`` of a
+            log, which does not say where the vehicle was: hand in the log.
+        TypeError: an argument of another type.
+        ImportError: matplotlib is not there.
+
+    Example:
+        >>> import omnistep
+        >>> trace = omnistep.run("square", overrides={"duration_s": 2.0})
+        >>> ax = omnistep.plot.path(trace)
+        >>> [line.get_label().split(",")[0] for line in ax.lines[:3]]
+        ['command', 'truth', 'odometry']
+    """
+    return _path.draw(trace, every_s=every_s, sigmas=sigmas, ax=ax)
 
 
 def wheels(

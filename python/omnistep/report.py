@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import meshes
+from omnistep import _path, meshes
 from omnistep._omnistep import Log, read_mcap
 
 #: Rows a second of the plots: a period of 20 ms is a pixel of an 8 s run on a large screen.
@@ -31,6 +31,10 @@ _SERIES = {
     "disturbed": "disturbed_ratio",
     "load": "force_normal_n",
 }
+#: Standard deviations from the middle of an ellipse of odometry to its rim.
+_SIGMAS = 2.0
+#: Where a line has a gap: further away than any vehicle goes, and exact as a single.
+_GAP = float(2**60)
 #: Facts that differ from run to run: they are in the table.
 _OF_A_RUN = ("policy", "seed")
 #: Columns of the table, and how a figure is written.
@@ -47,6 +51,10 @@ _FIGURES = {
     "heat_n2m2s": "{:.1f}",
     "work_j": "{:.1f}",
     "required_friction": "{:.2f}",
+    "final_x_m": "{:.3f}",
+    "final_y_m": "{:.3f}",
+    "final_yaw_rad": "{:.3f}",
+    "odometry_error_m": "{:.4f}",
 }
 _HEADINGS = {
     "verdict": "verdict",
@@ -61,14 +69,19 @@ _HEADINGS = {
     "heat_n2m2s": "heat [N2m2s]",
     "work_j": "work [J]",
     "required_friction": "friction asked for",
+    "final_x_m": "x [m]",
+    "final_y_m": "y [m]",
+    "final_yaw_rad": "heading [rad]",
+    "odometry_error_m": "odometry error [m]",
 }
 
 
 def page(logs: Sequence[Log]) -> str:
     """Make one HTML page of several runs.
 
-    It has a table of their figures, a player of each run, plots of wheel speeds, torques with their limits, slip,
-    disturbed ratio and load, and one cursor in time for all of them. It holds everything it needs.
+    It has a table of their figures, a player of each run, its way from above (as :func:`omnistep.plot.path` draws it),
+    plots of wheel speeds, torques with their limits, slip, disturbed ratio and load, and one cursor in time for all of
+    them. It holds everything it needs.
 
     Args:
         logs: runs to show, at least one.
@@ -196,6 +209,7 @@ def _run(log: Log) -> dict[str, Any]:
         "series": {name: _packed(trace.wheels(signal)[rows]) for name, signal in _SERIES.items()},
         "frameTime": _packed(log.frame_time_s),
         "poses": _packed(poses),
+        "above": _above(log),
         "extent": [*np.round(shown, 3).tolist(), height],
         "mesh": {
             "links": len(vehicle.links),
@@ -209,6 +223,29 @@ def _run(log: Log) -> dict[str, Any]:
             "triangles": ground.triangles.tolist(),
             "colours": ground.colours.tolist(),
         },
+    }
+
+
+def _above(log: Log) -> dict[str, Any] | None:
+    """Return the run from above; None where the log has no odometry."""
+    if len(log.odometry["time_s"]) == 0:
+        return None
+    seen = _path.seen(log)
+    ellipses = [each for row in seen.rows() if (each := seen.ellipse_m(row, _SIGMAS)) is not None]
+    # In one line, with gaps between them: NaN is no JSON, and packed it would be 0.
+    gap = np.full((1, 2), _GAP)
+    command = None
+    if seen.command_m is not None:
+        command = _packed(seen.command_m[:: max(1, len(seen.command_m) // 1000)])
+    return {
+        "time": _packed(seen.time_s),
+        "odometry": _packed(seen.odometry_m),
+        "truth_time": _packed(seen.truth_time_s),
+        "truth": None if seen.truth_m is None else _packed(seen.truth_m),
+        "command": command,
+        "ellipses": _packed(np.concatenate([part for each in ellipses for part in (each, gap)])) if ellipses else None,
+        "sigmas": _SIGMAS,
+        "gap": _GAP,
     }
 
 
@@ -240,6 +277,7 @@ _PAGE = """<!doctype html>
 <button id="theme">Dark or light</button>
 </div>
 <div id="scene" role="img" aria-label="The vehicle on its ground at the cursor's time"></div>
+<div id="above" role="img" aria-label="The way from above: truth, odometry with its uncertainty, command"></div>
 <div id="plots" role="img" aria-label="Wheel speeds, torques, slip, disturbed ratio and loads over time"></div>
 <script type="application/json" id="data">{data}</script>
 <script>{plotly}</script>

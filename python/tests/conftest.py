@@ -1,6 +1,8 @@
 """Shared runs: simulated once, read by many tests."""
 
+import importlib.util
 import signal
+from pathlib import Path
 
 import matplotlib
 import pytest
@@ -29,3 +31,18 @@ def general_climb() -> omnistep.Trace:
 def wheel_runs() -> list[omnistep.WheelsTrace]:
     """Section 3.3 under the law in the paper's words, and under (12) as printed."""
     return [omnistep.wheels("synchronised"), omnistep.wheels("paper")]
+
+
+@pytest.fixture(scope="session")
+def recorded():
+    """The module beside this that makes a robot's log of a run."""
+    spec = importlib.util.spec_from_file_location("recorded", Path(__file__).with_name("recorded.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def curve() -> omnistep.Trace:
+    """Two seconds of a vehicle of three wheels in a curve."""
+    return omnistep.run("flat", overrides={"duration_s": 2.0, "vehicle": "omni3", "command.wz_rad_s": 0.3})

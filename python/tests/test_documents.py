@@ -23,6 +23,8 @@ from sybil import Document
 from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
+from omnistep._log_map import read_map
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("docs/*.md"))]
 BLOCK = re.compile(r"(?P<kind>[\w-]*)(?P<info>[^\n]*)$\n", re.MULTILINE)
@@ -153,6 +155,9 @@ def toml_block(example, info):
         return
     if title := re.search(r'title="([^"]+)"', info):
         Path(title[1]).write_text(example.parsed)
+    if "wheels" in fragment and "period_s" in fragment:  # the map of a foreign log
+        read_map(title[1])
+        return
     kinds = [kind for kind in KINDS_OF_FILES if set(fragment) <= keys_of(kind)]
     errors = [f"{sorted(fragment)}: keys of {kinds or 'no kind of file'}"]
     for kind in kinds:
@@ -183,7 +188,7 @@ def rust_block(example, info):
 
 
 def c_block(example, info):
-    # With the constants that the page wrote, else those of a scenario that has a [drive]; firmware/c/example is what runs.
+    # With the constants that the page wrote, else of a scenario that has a [drive]; firmware/c/example is what runs.
     if not Path("constants.h").exists():
         code, constants, err = omnistep("constants", "flat", "--set", "drive.timeout_s=0.2", "--language", "c")
         assert code == 0, err

@@ -49,10 +49,16 @@ def test_every_public_class_and_function_has_an_example_or_is_made_by_one_that_h
     # What only calls hand out is shown where it is handed out.
     handed_out = {
         "Bound",
+        "Calibration",
         "ControlSample",
         "Desaturated",
+        "Difference",
+        "Identification",
+        "ImportSummary",
+        "ImportedSignal",
         "Outcome",
         "PidSample",
+        "Resimulation",
         "Sample",
         "ShapedCommands",
         "Trace",

@@ -101,7 +101,7 @@ const announced = (client, id) => client.send({ op: "advertise", channels: [{ id
 const told = (client, pattern) => () => client.texts.some(({ op, message }) => op === "status" && pattern.test(message));
 
 const asked = (client) => client.of("/cmd_vel").at(-1)?.message.twist.linear.x;
-const speed = (client) => client.of("/odom").at(-1).message.twist.twist.linear;
+const speed = (client) => client.of("/ground_truth/odom").at(-1).message.twist.twist.linear;
 
 test("a client watches a run in step with the clock and changes command, policy and torque limit", async () => {
   const { run, address } = await started("--wait", "--steer", "--set", "duration_s=600");
@@ -110,21 +110,21 @@ test("a client watches a run in step with the clock and changes command, policy 
   await client.until(() => ofServer() !== undefined, "the server's greeting");
   const info = ofServer();
   assert.ok(info.capabilities.includes("parameters") && info.capabilities.includes("clientPublish"));
-  for (const topic of ["/robot_description", "/odom", "/vehicle_state", "/tf", "/markers"]) await client.subscribe(topic);
+  for (const topic of ["/robot_description", "/ground_truth/odom", "/vehicle_state", "/tf", "/markers"]) await client.subscribe(topic);
 
   // Descriptions come to whoever asks late; a second takes a second.
   await client.until(() => client.of("/robot_description").length > 0, "the robot's description");
   assert.match(client.of("/robot_description")[0].message.data, /^<robot name="chugo7"/);
-  await client.until(() => client.of("/odom").length >= 5, "poses");
-  const [clock, simulated] = [performance.now(), client.of("/odom").at(-1).time];
-  await client.until(() => Number(client.of("/odom").at(-1).time - simulated) >= 2e9, "two seconds");
+  await client.until(() => client.of("/ground_truth/odom").length >= 5, "poses");
+  const [clock, simulated] = [performance.now(), client.of("/ground_truth/odom").at(-1).time];
+  await client.until(() => Number(client.of("/ground_truth/odom").at(-1).time - simulated) >= 2e9, "two seconds");
   const took = (performance.now() - clock) / 1000;
   assert.ok(took > 1.8 && took < 4, `2 simulated seconds took ${took} s`); // never faster than the clock; later where the machine is
   assert.ok(Math.abs(speed(client).x - 0.3) < 0.02, "the scenario's command is followed");
 
   // One component alone: the others stay the scenario's.
   let stop = repeating(() => client.send({ op: "setParameters", id: "turn", parameters: [{ name: "command.wz_rad_s", value: 0.2 }] }));
-  await client.until(() => Math.abs(client.of("/odom").at(-1).message.twist.twist.angular.z - 0.2) < 0.05 && Math.abs(speed(client).x - 0.3) < 0.02, "turning while driving ahead");
+  await client.until(() => Math.abs(client.of("/ground_truth/odom").at(-1).message.twist.twist.angular.z - 0.2) < 0.05 && Math.abs(speed(client).x - 0.3) < 0.02, "turning while driving ahead");
   stop();
   client.send({ op: "setParameters", id: "straight", parameters: [{ name: "command.wz_rad_s", value: 0.0 }] });
 
@@ -173,7 +173,7 @@ test("a run ends with its scenario, faster than the clock if asked to, and print
   const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--speed", "inf");
   const client = await connected(address);
   const start = performance.now();
-  await client.subscribe("/odom");
+  await client.subscribe("/ground_truth/odom");
   const [code] = await once(run, "exit");
   assert.ok(performance.now() - start < 20_000, "30 s of simulation in less than 20");
   assert.equal(code, 0);
@@ -195,7 +195,7 @@ test("a port that is taken is an error that names it", async () => {
 test("a command ends half a second after its last message, and with its client: the vehicle comes to rest", async () => {
   const { run, address } = await started("--steer", "--set", "duration_s=600");
   const watching = await connected(address), steering = await connected(address);
-  for (const topic of ["/odom", "/cmd_vel"]) await watching.subscribe(topic);
+  for (const topic of ["/ground_truth/odom", "/cmd_vel"]) await watching.subscribe(topic);
   announced(steering, 1);
 
   // Once, and then silence.
@@ -272,8 +272,8 @@ test("idle sockets keep no viewer out, not even where the process may open few f
     return socket;
   }));
   const client = await connected(address);
-  await client.subscribe("/odom");
-  await client.until(() => client.of("/odom").length > 0, "poses");
+  await client.subscribe("/ground_truth/odom");
+  await client.until(() => client.of("/ground_truth/odom").length > 0, "poses");
   for (const socket of idle) socket.destroy();
   run.kill("SIGINT");
   await once(run, "exit");

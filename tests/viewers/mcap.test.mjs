@@ -11,7 +11,7 @@ import { decompress } from "fzstd";
 const folder = process.env.LOGS;
 const logs = (await readdir(folder)).filter((name) => name.endsWith(".mcap"));
 const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
-const topics = ["/cmd_vel", "/joint_states", "/markers", "/odom", "/robot_description", "/terrain/robot_description", "/tf", "/vehicle_state"];
+const topics = ["/cmd_vel", "/ground_truth/odom", "/joint_states", "/markers", "/odom", "/robot_description", "/terrain/robot_description", "/tf", "/vehicle_state"];
 
 test("there are logs to read", () => assert.ok(logs.length >= 11, `${logs.length} in ${folder}`));
 
@@ -49,8 +49,8 @@ for (const name of logs) {
         assert.match(decoded.data, /^<robot name="/);
       }
     }
-    // Traction control, which drives the built-in step, has signals of its own.
-    const own = name.startsWith("step-steady") ? ["/controller_signals"] : [];
+    // Traction control, which drives the built-in step, has signals of its own, and so has who follows a path.
+    const own = /^(step-steady|square|figure_eight)/.test(name) ? ["/controller_signals"] : [];
     assert.deepEqual([...counts.keys()].sort(), [...topics, ...own].sort());
     assert.equal(reader.statistics.messageCount, BigInt([...counts.values()].reduce((a, b) => a + b, 0)));
     await file.close();

@@ -26,7 +26,7 @@ pub struct LogRates {
     #[garde(custom(within(LOG_HZ)))]
     #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub joint_states_hz: f64,
-    /// `/odom` \[Hz\], 0 to 1e6.
+    /// `/odom` and `/ground_truth/odom` \[Hz\], 0 to 1e6.
     #[garde(custom(within(LOG_HZ)))]
     #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     pub odom_hz: f64,

@@ -53,6 +53,11 @@ impl<R: Real> PoseCovariance<R> {
         })
     }
 
+    /// Of a matrix that is one.
+    pub(crate) fn of(matrix: [[R; 3]; 3]) -> Self {
+        Self { matrix }
+    }
+
     /// The symmetric 3 x 3 matrix, rows and columns x, y, yaw \[m^2, m rad, rad^2\]: entries 0, 1, 5, 6, 7, 11, 30, 31,
     /// 35 of the 6x6 of a ROS 2 `PoseWithCovariance`.
     ///

@@ -6,15 +6,15 @@ use omni_config::Vehicle;
 
 use crate::ros2::{TfMessage, TransformStamped};
 use crate::rotation::{after, rotate};
-use crate::urdf::{BASE_LINK, WORLD_LINK, link_name, wheel_link};
+use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_name, wheel_link};
 
 /// A pose: x, y, z \[m\] and the unit quaternion x, y, z, w.
 pub(crate) type Pose = [f64; 7];
 /// Poses of frames by name, one a message.
 type Poses = BTreeMap<String, Vec<Pose>>;
 
-/// Most frames of a vehicle: 16 bodies and 8 wheels.
-const MOST_FRAMES: usize = 24;
+/// Most frames of a vehicle: odometry's, 16 bodies and 8 wheels.
+const MOST_FRAMES: usize = 25;
 
 /// A link of the tree, as every message has it.
 struct Link {
@@ -82,14 +82,18 @@ impl Frames {
             .hinge
             .iter()
             .map(|hinge| link_name(vehicle, &hinge.child).to_owned());
-        let own: BTreeSet<String> = bodies.chain(wheels).chain([BASE_LINK.to_owned()]).collect();
+        let always = [BASE_LINK.to_owned(), ODOM_LINK.to_owned()];
+        let own: BTreeSet<String> = bodies.chain(wheels).chain(always).collect();
         let count = self.links.len();
         let frames: BTreeMap<_, _> = self
             .links
             .into_iter()
             .map(|link| (link.child, link.poses))
             .collect();
-        if self.times_s.is_empty() || (count == own.len() && frames.keys().eq(&own)) {
+        // A log of before /ground_truth/odom has no frame of odometry.
+        let of_before = own.iter().filter(|name| *name != ODOM_LINK);
+        let fits = count == frames.len() && (frames.keys().eq(&own) || frames.keys().eq(of_before));
+        if self.times_s.is_empty() || fits {
             return Ok((self.times_s, frames));
         }
         let own: Vec<_> = own.into_iter().collect();
@@ -159,7 +163,7 @@ mod tests {
                 .map(String::from)
                 .collect()
         };
-        assert_eq!(own.len(), scenario.vehicle().body.len() + 7);
+        assert_eq!(own.len(), scenario.vehicle().body.len() + 7 + 1);
         let mut links: Vec<(&str, &str)> = own.iter().map(|name| ("world", name.as_str())).collect();
         let of = |links: &[(&str, &str)]| {
             let mut frames = Frames::default();
@@ -167,6 +171,12 @@ mod tests {
             frames.of(scenario.vehicle()).map(|(_, frames)| frames.len())
         };
         assert_eq!(of(&links), Ok(own.len()));
+        let before: Vec<_> = links
+            .iter()
+            .copied()
+            .filter(|(_, name)| *name != "odom")
+            .collect();
+        assert_eq!(of(&before), Ok(own.len() - 1));
         links.push(("world", "base_link"));
         assert!(
             of(&links)

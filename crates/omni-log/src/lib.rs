@@ -3,7 +3,8 @@
 //! # In this crate
 //!
 //! [`RunLog`] writes a run while it goes on, [`record`] and [`run_logged`] run a scenario into one; [`read_log`] and [`LoggedRun`] read
-//! it back, [`replay`] feeds its measurements to the controller again. With the feature `live`, `run_live` serves a run to
+//! it back, [`replay`] feeds its measurements to the controller again; [`Recording`] makes such a log of what was measured on a
+//! vehicle. With the feature `live`, `run_live` serves a run to
 //! viewers while it goes on.
 #![forbid(unsafe_code)]
 
@@ -11,16 +12,19 @@ mod error;
 mod frames;
 #[cfg(feature = "live")]
 mod live;
+mod located;
 mod logged_run;
 mod messages;
 mod part_file;
 mod reader;
 mod record;
+mod recording;
 mod replay;
 pub mod ros2;
 mod rotation;
 mod run_log;
 mod size_limits;
+mod track;
 mod urdf;
 mod writer;
 
@@ -32,7 +36,11 @@ pub use messages::topic;
 pub use part_file::FinishedLog;
 pub use reader::{LogFile, LogMessage, read_log};
 pub use record::{Record, record, run_logged};
+pub use recording::Recording;
 pub use replay::{Difference, Replay, WheelReplay, replay};
 pub use run_log::RunLog;
-pub use urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};
+pub use track::Track;
+pub use urdf::{
+    BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link,
+};
 pub use writer::{Channel, LogError, LogWriter};

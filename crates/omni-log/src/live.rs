@@ -197,13 +197,14 @@ fn refused<E: From<Error>>(error: omni_sim::Error) -> E {
 }
 
 /// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
-const TOPICS: [fn() -> Topic; 8] = [
+const TOPICS: [fn() -> Topic; 9] = [
     || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
     || topic_of::<StringMessage>(topic::TERRAIN),
     || topic_of::<VehicleState>(topic::VEHICLE_STATE),
     || topic_of::<TfMessage>(topic::TF),
     || topic_of::<JointState>(topic::JOINT_STATES),
     || topic_of::<Odometry>(topic::ODOM),
+    || topic_of::<Odometry>(topic::GROUND_TRUTH),
     || topic_of::<TwistStamped>(topic::CMD_VEL),
     || topic_of::<MarkerArray>(topic::MARKERS),
 ];

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use omni_config::{Scenario, Vehicle};
+use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::MOST_SIGNALS;
 use omni_sim::{Outcome, Rows, Trace};
@@ -11,7 +11,7 @@ use omni_sim::{Outcome, Rows, Trace};
 use crate::frames::Frames;
 use crate::reader::read_log_watched;
 use crate::ros2::{ControllerSignals, Twist, VehicleState, WheelState};
-use crate::{Error, LogError, LogFile, LogMessage, topic};
+use crate::{Error, LogError, LogFile, LogMessage, Track, topic};
 
 /// Columns of a log that every vehicle has, named as in [`Trace`].
 const COMMON: [&str; 9] = [
@@ -25,6 +25,9 @@ const COMMON: [&str; 9] = [
     "estimated_wz_rad_s",
     "common_factor",
 ];
+
+/// The one signal that is no number.
+const SATURATED: &str = "saturated";
 
 /// A signal of each wheel.
 type WheelColumn = (&'static str, fn(&WheelState) -> f64);
@@ -40,7 +43,7 @@ const WHEEL: [WheelColumn; 15] = [
     ("torque_n_m", |w| w.acted_n_m),
     ("limit_lower_n_m", |w| w.limit_lower_n_m),
     ("limit_upper_n_m", |w| w.limit_upper_n_m),
-    ("saturated", |w| f64::from(u8::from(w.saturated))),
+    (SATURATED, |w| f64::from(u8::from(w.saturated))),
     ("disturbed_ratio", |w| w.disturbed_ratio),
     ("slip_ratio", |w| w.slip_ratio),
     ("force_normal_n", |w| w.contact_normal_n),
@@ -60,6 +63,10 @@ pub struct LoggedRun {
     pub frame_time_s: Vec<f64>,
     /// Every frame of `/tf` in the world, by name: x, y, z \[m\] and the unit quaternion x, y, z, w, one row a time.
     pub frames: BTreeMap<String, Vec<[f64; 7]>>,
+    /// Where `/odom` has the vehicle.
+    pub odometry: Track,
+    /// Where `/ground_truth/odom` has it.
+    pub ground_truth: Track,
     /// The vehicle as URDF.
     pub urdf: String,
     /// The ground as URDF.
@@ -100,6 +107,7 @@ impl LoggedRun {
         let mut states = Vec::new();
         let mut own = Own::default();
         let mut frames = Frames::default();
+        let [mut odometry, mut ground_truth] = [Track::default(), Track::default()];
         let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
         let path = path.as_ref();
         let damaged = |reason| LogError::Damaged {
@@ -111,6 +119,8 @@ impl LoggedRun {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),
                 LogMessage::ControllerSignals(signals) => own.add(time_ns, signals).map_err(damaged)?,
                 LogMessage::Tf(message) => frames.add(time_ns, message).map_err(damaged)?,
+                LogMessage::Odom(message) => odometry.add(time_ns, &message),
+                LogMessage::GroundTruth(message) => ground_truth.add(time_ns, &message),
                 LogMessage::RobotDescription(text) => urdf = text.data,
                 LogMessage::Terrain(text) => terrain_urdf = text.data,
                 _ => {}
@@ -132,7 +142,7 @@ impl LoggedRun {
             if i % ROWS_PER_LOOK == 0 && !watch(1.0) {
                 return Err(LogError::Stopped { path: file.path }.into());
             }
-            push(&mut rows, *time_ns, state, own.row(i), file.scenario.vehicle());
+            push(&mut rows, *time_ns, state, own.row(i), &file);
         }
         let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
         // A run that was killed has none.
@@ -143,6 +153,8 @@ impl LoggedRun {
             trace: rows.finish(outcome),
             frame_time_s,
             frames,
+            odometry,
+            ground_truth,
             urdf,
             terrain_urdf,
             file,
@@ -160,7 +172,7 @@ impl LoggedRun {
 const ROWS_PER_LOOK: usize = 4096;
 
 /// What no controller would be allowed: a name that is there twice, or that of a column that every log has, would be read in its place.
-fn check_names(names: &[String]) -> Result<(), String> {
+pub(crate) fn check_names(names: &[String]) -> Result<(), String> {
     let twice = |(i, name): (usize, &String)| names[..i].contains(name);
     let taken = |name: &String| COMMON.contains(&name.as_str()) || name.starts_with("wheel_");
     if names.len() > MOST_SIGNALS || names.iter().enumerate().any(twice) || names.iter().any(taken) {
@@ -221,13 +233,8 @@ impl Own {
     }
 }
 
-fn push(
-    rows: &mut Rows,
-    time_ns: u64,
-    state: &VehicleState,
-    own: impl Iterator<Item = f64>,
-    vehicle: &Vehicle,
-) {
+fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<Item = f64>, file: &LogFile) {
+    let vehicle = file.scenario.vehicle();
     let planar = |t: &Twist| {
         let (vx_m_s, vy_m_s, wz_rad_s) = (t.linear.x, t.linear.y, t.angular.z);
         BodyTwist {
@@ -243,7 +250,11 @@ fn push(
     rows.push(planar(&state.estimated_twist));
     rows.push([state.common_factor]);
     rows.push(own);
-    for (_, signal) in &WHEEL {
+    for (name, signal) in &WHEEL {
+        if file.recorded && *name == SATURATED {
+            rows.push(vehicle.wheel.iter().map(|_| f64::NAN)); // nobody knows, and a message can only say yes or no
+            continue;
+        }
         // As many as the vehicle has, whatever a message holds.
         rows.push((0..vehicle.wheel.len()).map(|i| state.wheels.get(i).map_or(f64::NAN, signal)));
     }

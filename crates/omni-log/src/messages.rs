@@ -6,7 +6,8 @@
 //! | `/controller_signals` | `omni_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
-//! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: the true pose and twist, no estimate |
+//! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: what the wheels say, with its covariance |
+//! | `/ground_truth/odom` | `nav_msgs/msg/Odometry` | as `/odom`: the true pose and twist |
 //! | `/cmd_vel` | `geometry_msgs/msg/TwistStamped` | 50 Hz |
 //! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N |
 //! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
@@ -16,13 +17,16 @@ use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
+use crate::located;
 use crate::ros2::{
-    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Odometry, Point, Pose,
-    PoseWithCovariance, Quaternion, RosMessage, StringMessage, TfMessage, Transform, TransformStamped, Twist,
-    TwistStamped, TwistWithCovariance, Vector3, VehicleState, WheelState,
+    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
+    StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped, Vector3, VehicleState,
+    WheelState,
 };
 use crate::rotation::about;
-use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link};
+use crate::urdf::{
+    BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link,
+};
 
 /// Topics, by what they carry.
 pub mod topic {
@@ -34,8 +38,10 @@ pub mod topic {
     pub const TF: &str = "/tf";
     /// Hinges and wheels.
     pub const JOINT_STATES: &str = "/joint_states";
-    /// True pose and twist.
+    /// Pose and twist by what the wheels turned, with the pose's covariance.
     pub const ODOM: &str = "/odom";
+    /// True pose and twist; of a recording where somebody saw the vehicle from outside.
+    pub const GROUND_TRUTH: &str = "/ground_truth/odom";
     /// The command.
     pub const CMD_VEL: &str = "/cmd_vel";
     /// Forces of the ground.
@@ -65,7 +71,7 @@ pub(crate) trait Sink {
 
 /// When a topic is due.
 #[derive(Clone, Copy)]
-struct Pace {
+pub(crate) struct Pace {
     /// None: never.
     period_ns: Option<u64>,
     next_ns: u64,
@@ -80,7 +86,7 @@ impl Pace {
         }
     }
 
-    fn hz(rate: f64) -> Self {
+    pub(crate) fn hz(rate: f64) -> Self {
         let period_ns = (rate > 0.0).then(|| (1e9 / rate).round() as u64);
         Self {
             period_ns,
@@ -88,7 +94,7 @@ impl Pace {
         }
     }
 
-    fn due(&mut self, time_ns: u64) -> bool {
+    pub(crate) fn due(&mut self, time_ns: u64) -> bool {
         let Some(period_ns) = self.period_ns else {
             return false;
         };
@@ -178,7 +184,8 @@ impl Messages {
             sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
         }
         if self.odom.due(time) {
-            sink.send(topic::ODOM, time, &odometry(seen))?;
+            sink.send(topic::ODOM, time, &located::odometry(seen))?;
+            sink.send(topic::GROUND_TRUTH, time, &located::ground_truth(seen))?;
         }
         if self.cmd_vel.due(time) {
             let command = TwistStamped {
@@ -240,7 +247,7 @@ impl Messages {
         }
     }
 
-    /// World to base, parent to child of every hinge, carrier to every wheel.
+    /// World to base, base to odometry's frame, parent to child of every hinge, carrier to every wheel.
     fn transforms(&self, seen: &Observation) -> TfMessage {
         let vehicle = self.scenario.vehicle();
         let between = |parent: &str, child: &str, at: [f64; 3], turn: [f64; 4]| TransformStamped {
@@ -256,12 +263,16 @@ impl Messages {
             let origin = link_frame_m(vehicle, body);
             [0, 1, 2].map(|k| point[k] - origin[k])
         };
-        let mut transforms = vec![between(
-            WORLD_LINK,
-            BASE_LINK,
-            seen.pose.position_m,
-            seen.pose.rotation_xyzw,
-        )];
+        let (reckoned, turn) = located::odometry_from_base(seen);
+        let mut transforms = vec![
+            between(
+                WORLD_LINK,
+                BASE_LINK,
+                seen.pose.position_m,
+                seen.pose.rotation_xyzw,
+            ),
+            between(BASE_LINK, ODOM_LINK, reckoned, turn),
+        ];
         for (hinge, o) in vehicle.hinge.iter().zip(&seen.hinges) {
             transforms.push(between(
                 link_name(vehicle, &hinge.parent),
@@ -320,26 +331,6 @@ fn axle(wheel: &WheelSpec) -> [f64; 3] {
     [-dy, dx, 0.0]
 }
 
-fn odometry(seen: &Observation) -> Odometry {
-    let [x, y, z] = seen.pose.position_m;
-    let pose = Pose {
-        position: Point { x, y, z },
-        orientation: quaternion(seen.pose.rotation_xyzw),
-    };
-    Odometry {
-        header: Header::new(seen.time_ns, WORLD_LINK),
-        child_frame_id: BASE_LINK.into(),
-        pose: PoseWithCovariance {
-            pose,
-            covariance: [[0.0; 6]; 6],
-        },
-        twist: TwistWithCovariance {
-            twist: twist(&seen.twist),
-            covariance: [[0.0; 6]; 6],
-        },
-    }
-}
-
 /// An arrow from where the ground pushes each wheel, along the whole force; none in the air.
 fn forces(seen: &Observation) -> MarkerArray {
     let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
@@ -372,15 +363,15 @@ fn forces(seen: &Observation) -> MarkerArray {
     }
 }
 
-fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+pub(crate) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
     Vector3 { x, y, z }
 }
 
-fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
+pub(crate) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-fn twist(t: &BodyTwist<f64>) -> Twist {
+pub(crate) fn twist(t: &BodyTwist<f64>) -> Twist {
     Twist {
         linear: vector([t.vx_m_s, t.vy_m_s, 0.0]),
         angular: vector([0.0, 0.0, t.wz_rad_s]),

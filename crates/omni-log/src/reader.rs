@@ -16,8 +16,8 @@ use crate::ros2::{
     ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped,
     VehicleState,
 };
-use crate::run_log::{OUTCOME, OWN_CONTROLLER, RUN, SCENARIO};
-use crate::{Error, LogError, size_limits, topic};
+use crate::run_log::{OUTCOME, OWN_CONTROLLER, RECORDED, RUN, SCENARIO};
+use crate::{Error, LogError, WORLD_LINK, size_limits, topic};
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
@@ -36,8 +36,10 @@ pub enum LogMessage {
     Tf(TfMessage),
     /// `/joint_states`.
     JointStates(JointState),
-    /// `/odom`.
+    /// `/odom`: what the wheels say.
     Odom(Box<Odometry>),
+    /// `/ground_truth/odom`; and `/odom` in the frame `world`, which was the truth before there was odometry.
+    GroundTruth(Box<Odometry>),
     /// `/cmd_vel`.
     CmdVel(TwistStamped),
     /// `/markers`.
@@ -58,6 +60,8 @@ pub struct LogFile {
     pub run: BTreeMap<String, String>,
     /// The controller was one of somebody's own, which is not in the log: the scenario does not say what it did.
     pub own_controller: bool,
+    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where nobody knows.
+    pub recorded: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
     /// The figures; none where the run was killed before its end.
@@ -139,8 +143,7 @@ pub(crate) fn read_log_watched(
         .with_record_length_limit(size_limits::largest_record(length));
     let mut reader = LinearReader::new_with_options(options);
     let mut seen = Seen::default();
-    let (mut read, mut last, mut footer_bytes) = (0, Vec::new(), 0);
-    let mut unpacked = 0;
+    let (mut read, mut last, mut footer_bytes, mut unpacked) = (0, Vec::new(), 0, 0);
     // What is wrong with it if it is one of ours, which its scenario shows: that may come later.
     let mut doubt = None;
     let scenario_of = |text: &str| {
@@ -222,15 +225,16 @@ pub(crate) fn read_log_watched(
         _ => scenario_of(&text),
     };
     let scenario = scenario?;
-    // Where the scenario came behind its states.
     if let Some(found) = seen.wheels {
+        // Where the scenario came behind its states.
         fitting_wheels(found, scenario.vehicle().wheel.len()).map_err(damaged)?;
     }
     // It follows from the scenario, also for logs that do not say it.
     let wheel_model_valid = scenario.beyond_balls().is_none();
-    let (key, own) = OWN_CONTROLLER;
+    let says = |(key, value): (&str, &str)| seen.run.get(key).is_some_and(|said| said == value);
     Ok(LogFile {
-        own_controller: seen.run.get(key).is_some_and(|value| value == own),
+        own_controller: says(OWN_CONTROLLER),
+        recorded: says(RECORDED),
         run: seen.run,
         outcome: seen.outcome.map(|mut outcome| {
             outcome.wheel_model_valid = wheel_model_valid;
@@ -360,7 +364,11 @@ impl Seen {
             topic::CONTROLLER_SIGNALS => LogMessage::ControllerSignals(decode(data)?),
             topic::TF => LogMessage::Tf(decode(data)?),
             topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),
-            topic::ODOM => LogMessage::Odom(Box::new(decode(data)?)),
+            topic::ODOM => match Box::<Odometry>::new(decode(data)?) {
+                odometry if odometry.header.frame_id == WORLD_LINK => LogMessage::GroundTruth(odometry),
+                odometry => LogMessage::Odom(odometry),
+            },
+            topic::GROUND_TRUTH => LogMessage::GroundTruth(Box::new(decode(data)?)),
             topic::CMD_VEL => LogMessage::CmdVel(decode(data)?),
             topic::MARKERS => LogMessage::Markers(decode(data)?),
             topic::ROBOT_DESCRIPTION => LogMessage::RobotDescription(decode(data)?),

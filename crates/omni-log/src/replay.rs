@@ -34,6 +34,8 @@ pub struct Difference {
 pub struct WheelReplay {
     /// The wheel.
     pub wheel: String,
+    /// Control periods in which the log has its torque: all of them but of a recording.
+    pub compared: u64,
     /// Root mean square of the logged torque \[N.m\].
     pub logged_rms_n_m: f64,
     /// And of the replayed one \[N.m\].
@@ -58,13 +60,17 @@ pub struct Replay {
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
+    /// Control periods in which a recording has no command: the controller is told the last one.
+    pub without_command: u64,
+    /// Control periods in which a recording lacks the velocity of a wheel: the controller is told that no reading arrived.
+    pub without_measurement: u64,
     /// Torques, wheel by wheel.
     pub wheels: Vec<WheelReplay>,
 }
 
 /// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`, `vehicle.gains...`), period by
 /// period, and compares every signal with the log, bit for bit. The vehicle does not move otherwise than it did: what is shown is
-/// what the controller would have commanded.
+/// what the controller would have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
 ///
 /// # Errors
 /// As [`read_log`]; [`LogError::Lacks`] where the log has no `/vehicle_state` every control period, or its controller was one of
@@ -116,6 +122,8 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
     let mut measured = Vec::new();
     let mut sensed = Sensed::at_rest(scenario.vehicle());
     let (mut differing, mut first) = (0, None);
+    let (mut without_command, mut without_measurement) = (0, 0);
+    let mut asked = BodyTwist::ZERO;
     let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
     let mut wheels: Vec<_> = names.map(Sums::new).collect();
     for (period, (time_ns, state)) in states.iter().enumerate() {
@@ -152,8 +160,34 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
                 .into());
             }
         }
-        control.step(&planar(&state.asked_twist), &sensed, &mut sample)?;
-        if let Some((wheel, signal, [logged, replayed])) = difference(state, &sample) {
+        if file.recorded {
+            if scenario.heading_hold.is_some() && state.gyro_rad_s.is_nan() {
+                let what = format!(
+                    "no gyro at t = {} s, and control.heading_hold needs one, allowed: a log with a gyro all the time, or no heading hold",
+                    *time_ns as f64 / 1e9
+                );
+                return Err(LogError::Lacks {
+                    path: path.to_path_buf(),
+                    what,
+                }
+                .into());
+            }
+            without_measurement += u64::from(measured.iter().any(|measured| measured.is_nan()));
+        }
+        let told = planar(&state.asked_twist);
+        // A recording may not know; the controller is told what it was told last.
+        if file.recorded && told.to_array().iter().any(|part| part.is_nan()) {
+            without_command += 1;
+        } else {
+            asked = told;
+        }
+        control.step(&asked, &sensed, &mut sample)?;
+        let differs = if file.recorded {
+            None
+        } else {
+            difference(state, &sample)
+        };
+        if let Some((wheel, signal, [logged, replayed])) = differs {
             differing += 1;
             first.get_or_insert(Difference {
                 time_ns: *time_ns,
@@ -165,7 +199,16 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             });
         }
         for (sums, (logged, replayed)) in wheels.iter_mut().zip(state.wheels.iter().zip(&sample.wheels)) {
-            sums.add(*time_ns, logged.applied_n_m, replayed.applied_n_m);
+            // A recording may know the torques by their currents alone, or not at all.
+            let by_current = file.recorded && logged.applied_n_m.is_nan();
+            let torque_n_m = if by_current {
+                logged.acted_n_m
+            } else {
+                logged.applied_n_m
+            };
+            if !(file.recorded && torque_n_m.is_nan()) {
+                sums.add(*time_ns, torque_n_m, replayed.applied_n_m);
+            }
         }
     }
     Ok(Replay {
@@ -173,7 +216,9 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         periods: states.len() as u64,
         differing,
         first,
-        wheels: wheels.into_iter().map(|sums| sums.finish(states.len())).collect(),
+        without_command,
+        without_measurement,
+        wheels: wheels.into_iter().map(Sums::finish).collect(),
         file,
     })
 }
@@ -235,6 +280,7 @@ fn difference(
 /// A wheel's torques, summed up.
 struct Sums {
     wheel: String,
+    count: u64,
     logged: f64,
     replayed: f64,
     largest: f64,
@@ -245,6 +291,7 @@ impl Sums {
     fn new(wheel: String) -> Self {
         Self {
             wheel,
+            count: 0,
             logged: 0.0,
             replayed: 0.0,
             largest: 0.0,
@@ -253,6 +300,7 @@ impl Sums {
     }
 
     fn add(&mut self, time_ns: u64, logged: f64, replayed: f64) {
+        self.count += 1;
         self.logged += logged * logged;
         self.replayed += replayed * replayed;
         let off = (logged - replayed).abs();
@@ -261,9 +309,10 @@ impl Sums {
         }
     }
 
-    fn finish(self, count: usize) -> WheelReplay {
-        let rms = |sum: f64| (sum / count.max(1) as f64).sqrt();
+    fn finish(self) -> WheelReplay {
+        let rms = |sum: f64| (sum / self.count.max(1) as f64).sqrt();
         WheelReplay {
+            compared: self.count,
             logged_rms_n_m: rms(self.logged),
             replayed_rms_n_m: rms(self.replayed),
             largest_n_m: self.largest,

@@ -12,7 +12,7 @@ use std::io;
 use quick_xml::Writer;
 
 pub use ground::ground_urdf;
-pub use vehicle::{BASE_LINK, WORLD_LINK, link_frame_m, link_name, vehicle_urdf, wheel_link};
+pub use vehicle::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, vehicle_urdf, wheel_link};
 
 /// XML that is being written.
 type Xml = Writer<Vec<u8>>;

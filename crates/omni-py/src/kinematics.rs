@@ -1,13 +1,14 @@
 //! The linear maps of a layout over arrays of twists and of wheel velocities.
 
 use numpy::PyArrayDyn;
-use omni_core::{Desaturation, ForwardMap};
+use omni_core::{Desaturation, EstimatorConfig, ForwardMap};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{Array, Rows, array, choice, numbers};
 use crate::error::refused;
+use crate::estimate::Estimate;
 use crate::layout::Layout;
 use crate::maps::{Maps, Reduced, named, weighted};
 use crate::track::Track;
@@ -53,6 +54,10 @@ impl Kinematics {
 
     pub(crate) fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
         self.maps.track(period_s)
+    }
+
+    pub(crate) fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>> {
+        self.maps.estimate(config)
     }
 }
 

@@ -7,6 +7,8 @@ mod bound;
 mod cli;
 mod controller;
 mod error;
+mod estimate;
+mod estimator;
 mod interruptible;
 mod kinematics;
 mod layout;
@@ -47,13 +49,15 @@ mod _omnistep {
     #[pymodule_export]
     use crate::error::shortened;
     #[pymodule_export]
+    use crate::estimator::Estimator;
+    #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
     use crate::layout::{Layout, Wheel};
     #[pymodule_export]
     use crate::learn::Episodes;
     #[pymodule_export]
-    use crate::log::{Log, read_mcap};
+    use crate::log::{Log, read_mcap, write_recording};
     #[pymodule_export]
     use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_spread};
     #[pymodule_export]

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use omni_log::LoggedRun;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use omni_log::{LoggedRun, Recording, Track};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::{exception, looked};
 use crate::outcome::Outcome;
+use crate::scenario::{ScenarioArg, load};
 use crate::trace::Trace;
 
 /// A run read back from its log.
@@ -28,6 +29,7 @@ pub(crate) struct Log {
     path: PathBuf,
     run: BTreeMap<String, String>,
     complete: bool,
+    recorded: bool,
     scenario: String,
     /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
     ///
@@ -42,6 +44,8 @@ pub(crate) struct Log {
     outcome: Option<Outcome>,
     frame_time_s: Vec<f64>,
     frames: BTreeMap<String, Vec<[f64; 7]>>,
+    odometry: Track,
+    ground_truth: Track,
     urdf: String,
     terrain_urdf: String,
 }
@@ -68,20 +72,68 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     let file = logged.file;
     // Plain data, which was read from such a text.
     let scenario = toml::to_string(&file.scenario).unwrap_or_default();
-    let policy = file.run.get("policy").filter(|_| file.own_controller);
+    let policy = file
+        .run
+        .get("policy")
+        .filter(|_| file.own_controller || file.recorded);
     let policy = policy.cloned().unwrap_or_else(|| file.scenario.control.law());
     Ok(Log {
         path: file.path,
         run: file.run,
         complete: file.complete,
+        recorded: file.recorded,
         scenario,
         outcome: file.outcome.map(Outcome::new),
         trace: Py::new(py, Trace::new(file.scenario, policy, logged.trace))?,
         frame_time_s: logged.frame_time_s,
         frames: logged.frames,
+        odometry: logged.odometry,
+        ground_truth: logged.ground_truth,
         urdf: logged.urdf,
         terrain_urdf: logged.terrain_urdf,
     })
+}
+
+/// Write what was measured on a vehicle as a log.
+///
+/// Args:
+///     path: the log.
+///     scenario: vehicle and control period, and what a simulation would be told.
+///     columns: a number a control period each, NaN where nothing is known, by the names that columns of a trace have.
+///     facts: what the log shall say of itself, by name.
+///     map: how it was read, a text in TOML.
+///
+/// Raises:
+///     LogError: columns have different lengths or a name that cannot be, or the file cannot be written.
+#[pyfunction]
+pub(crate) fn write_recording(
+    py: Python<'_>,
+    path: PathBuf,
+    scenario: ScenarioArg,
+    columns: BTreeMap<String, PyReadonlyArray1<'_, f64>>,
+    facts: BTreeMap<String, String>,
+    map: String,
+) -> PyResult<()> {
+    let scenario = load(scenario, None, None, None)?;
+    let columns = columns
+        .into_iter()
+        .map(|(name, column)| (name, column.as_array().to_vec()));
+    let mut recording = Recording::new(columns.collect());
+    (recording.facts, recording.map) = (facts, map);
+    py.detach(|| recording.write(&path, &scenario))
+        .map_err(exception)?;
+    Ok(())
+}
+
+/// Times and poses by name.
+fn track<'py>(py: Python<'py>, track: &Track, names: [&str; 3]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("time_s", PyArray1::from_slice(py, &track.time_s))?;
+    for (k, name) in names.into_iter().enumerate() {
+        let column = track.poses.iter().map(|pose| pose[k]);
+        dict.set_item(name, PyArray1::from_iter(py, column))?;
+    }
+    Ok(dict)
 }
 
 #[pymethods]
@@ -104,6 +156,14 @@ impl Log {
         self.complete
     }
 
+    /// Was it measured on a vehicle (:func:`omnistep.import_log`)? What nobody measured is NaN then.
+    ///
+    /// There is no outcome, and the scenario is what a simulation of it would be told.
+    #[getter]
+    fn recorded(&self) -> bool {
+        self.recorded
+    }
+
     /// The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out.
     #[getter]
     fn scenario_toml(&self) -> &str {
@@ -124,7 +184,7 @@ impl Log {
         self.trace.clone_ref(py)
     }
 
-    /// The figures; None where the run was killed before its end.
+    /// The figures; None where the run was killed before its end, or was none of the simulation's.
     #[getter]
     fn outcome(&self) -> Option<Outcome> {
         self.outcome.clone()
@@ -148,6 +208,33 @@ impl Log {
         Ok(dict)
     }
 
+    /// Where the wheels have the vehicle, from ``/odom``, each (O,).
+    ///
+    /// ``time_s``, and the columns ``odom_*`` of a run's trace.
+    #[getter]
+    fn odometry<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = track(py, &self.odometry, ["odom_x_m", "odom_y_m", "odom_yaw_rad"])?;
+        let names = [
+            "odom_var_x_m2",
+            "odom_cov_xy_m2",
+            "odom_var_y_m2",
+            "odom_var_yaw_rad2",
+        ];
+        for (k, name) in names.into_iter().enumerate() {
+            let column = self.odometry.variances.iter().map(|row| row[k]);
+            dict.set_item(name, PyArray1::from_iter(py, column))?;
+        }
+        Ok(dict)
+    }
+
+    /// Where the vehicle was, from ``/ground_truth/odom``, each (O,).
+    ///
+    /// ``time_s``, ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``.
+    #[getter]
+    fn ground_truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        track(py, &self.ground_truth, ["pose_x_m", "pose_y_m", "pose_yaw_rad"])
+    }
+
     /// The vehicle as URDF.
     #[getter]
     fn urdf(&self) -> &str {
@@ -162,7 +249,11 @@ impl Log {
 
     fn __repr__(&self, py: Python<'_>) -> String {
         let trace = self.trace.bind(py).get();
-        let end = if self.complete { "complete" } else { "not finished" };
+        let end = match (self.recorded, self.complete) {
+            (true, _) => "recorded",
+            (false, true) => "complete",
+            (false, false) => "not finished",
+        };
         format!(
             "<omnistep.Log {}: {}, {end}>",
             self.path.display(),

@@ -1,10 +1,11 @@
 //! The linear maps of a layout of any wheel count, over rows of numbers.
 
-use omni_core::{BodyTwist, Desaturation, ForwardMap, SpeedLimits, WheelVelocities};
+use omni_core::{BodyTwist, Desaturation, EstimatorConfig, ForwardMap, SpeedLimits, WheelVelocities};
 use pyo3::prelude::*;
 
 use crate::arrays::sized;
 use crate::error::of_core;
+use crate::estimate::{Estimate, estimate};
 use crate::layout::Layout;
 use crate::track::{Track, track};
 
@@ -19,6 +20,8 @@ pub(crate) trait Maps: Send + Sync {
     fn forward_matrix(&self) -> Vec<f64>;
     /// Odometry that starts at the origin.
     fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>>;
+    /// An estimator that starts at the origin.
+    fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>>;
 }
 
 /// Columns of [`Desaturated`], row after row.
@@ -99,6 +102,10 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
 
     fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>> {
         track(self, period_s)
+    }
+
+    fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>> {
+        estimate(self, config)
     }
 }
 

@@ -211,6 +211,30 @@ impl Outcome {
         self.inner.path_error_peak_m
     }
 
+    /// Distance of the base's origin from where odometry has it [m], at the end of the crossing or run.
+    #[getter]
+    fn odometry_error_m(&self) -> f64 {
+        self.inner.odometry_error_m
+    }
+
+    /// True x of the base's origin then [m], world.
+    #[getter]
+    fn final_x_m(&self) -> f64 {
+        self.inner.final_x_m
+    }
+
+    /// True y then [m], world.
+    #[getter]
+    fn final_y_m(&self) -> f64 {
+        self.inner.final_y_m
+    }
+
+    /// True heading then [rad], counter-clockwise positive, -pi to pi.
+    #[getter]
+    fn final_yaw_rad(&self) -> f64 {
+        self.inner.final_yaw_rad
+    }
+
     /// The figures by name.
     pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -238,6 +262,10 @@ impl Outcome {
         dict.set_item("energy_residual", self.inner.energy_residual)?;
         dict.set_item("path_error_rms_m", self.inner.path_error_rms_m)?;
         dict.set_item("path_error_peak_m", self.inner.path_error_peak_m)?;
+        dict.set_item("odometry_error_m", self.inner.odometry_error_m)?;
+        dict.set_item("final_x_m", self.inner.final_x_m)?;
+        dict.set_item("final_y_m", self.inner.final_y_m)?;
+        dict.set_item("final_yaw_rad", self.inner.final_yaw_rad)?;
         Ok(dict)
     }
 

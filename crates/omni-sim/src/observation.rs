@@ -5,6 +5,7 @@ use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
+use crate::odometry::OdometryEstimate;
 
 /// A place and an orientation in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,6 +93,8 @@ pub struct Observation {
     pub newton_residual_n: f64,
     /// Where the energy went since the start.
     pub energy: Energy,
+    /// Where the vehicle takes itself to be: not the truth, but what its wheels turned.
+    pub odometry: OdometryEstimate,
 }
 
 /// The energy balance since the start of a run.

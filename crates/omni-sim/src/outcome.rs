@@ -4,6 +4,7 @@ mod criteria;
 mod friction_use;
 mod linkage_spread;
 mod meter;
+mod whereabouts;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -147,6 +148,18 @@ pub struct Outcome {
     pub path_error_rms_m: Option<f64>,
     /// Largest such distance \[m\]; none without a path.
     pub path_error_peak_m: Option<f64>,
+    /// Distance of the base's origin from where its odometry has it \[m\], at the end of the crossing, or of the run on flat ground.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub odometry_error_m: f64,
+    /// True x of the base's origin then \[m\], world.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub final_x_m: f64,
+    /// True y then \[m\], world.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub final_y_m: f64,
+    /// True heading then \[rad\], counter-clockwise positive, -pi to pi.
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub final_yaw_rad: f64,
 }
 
 impl Outcome {
@@ -205,6 +218,10 @@ impl Outcome {
             energy_residual: f64::NAN,
             path_error_rms_m: None,
             path_error_peak_m: None,
+            odometry_error_m: f64::NAN,
+            final_x_m: f64::NAN,
+            final_y_m: f64::NAN,
+            final_yaw_rad: f64::NAN,
         }
     }
 }

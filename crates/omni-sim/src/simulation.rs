@@ -8,8 +8,9 @@ use crate::Error;
 use crate::config::{Command, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
-use crate::following::Following;
+use crate::following::{Following, true_pose};
 use crate::observation::Observation;
+use crate::odometry::Odometer;
 use crate::sensing::{Sensed, Sensing};
 use crate::world::{AnyPlant, plant};
 
@@ -36,7 +37,8 @@ pub struct Simulation {
     torques: Vec<f64>,
     command: Command,
     /// Who follows the command's path.
-    pub(crate) following: Option<Following>,
+    following: Option<Following>,
+    pub(crate) odometer: Odometer,
 }
 
 impl Simulation {
@@ -62,7 +64,8 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
-        let following = Following::new(scenario, &controller)?;
+        let following = Following::new(scenario)?;
+        let odometer = Odometer::new(scenario, &controller, true_pose(&observation))?;
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
@@ -73,6 +76,7 @@ impl Simulation {
             torques: Vec::new(),
             command: scenario.command.clone(),
             following,
+            odometer,
         };
         simulation.sense();
         Ok(simulation)
@@ -83,9 +87,8 @@ impl Simulation {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing
             .read(self.world.angles_rad(), &self.observation, &mut self.sensed);
-        if let Some(following) = &mut self.following {
-            following.turned(&self.sensed.wheels_rad_s);
-        }
+        self.odometer.read(&self.sensed.wheels_rad_s);
+        self.observation.odometry = self.odometer.estimate();
     }
 
     /// The scenario's own command for the next period, as the vehicle looks now.
@@ -107,7 +110,7 @@ impl Simulation {
     #[must_use]
     pub fn scenario_command_at(&self, time_s: f64) -> BodyTwist<f64> {
         match &self.following {
-            Some(following) => following.command(time_s, &self.sample, &self.observation),
+            Some(following) => following.command(time_s, &self.observation),
             None => self.command.for_heading(time_s, self.observation.pose.yaw_rad()),
         }
     }
@@ -174,6 +177,7 @@ impl Simulation {
         if !added_n_m.is_empty() {
             self.control.gave(&self.torques);
         }
+        self.odometer.stepped(&self.sample);
         self.world.brake(&self.sample.brake);
         self.world.step(&self.torques, &mut self.observation)?;
         self.sense();

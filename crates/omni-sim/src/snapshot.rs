@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::control_loop::LoopState;
 use crate::controller::{AnyController, ControlSample};
-use crate::following;
 use crate::observation::Observation;
+use crate::odometry;
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ struct Saved<'a> {
     sample: &'a ControlSample,
     observation: &'a Observation,
     sensed: &'a sensing::Sensed,
-    following: Option<following::State>,
+    odometry: &'a odometry::State,
 }
 
 #[derive(Deserialize)]
@@ -52,7 +52,7 @@ struct Resumed {
     sample: ControlSample,
     observation: Observation,
     sensed: sensing::Sensed,
-    following: Option<following::State>,
+    odometry: odometry::State,
 }
 
 fn refuse(reason: impl Into<String>) -> Error {
@@ -93,7 +93,7 @@ impl Simulation {
             sample: &self.sample,
             observation: &self.observation,
             sensed: &self.sensed,
-            following: self.following.as_ref().map(following::Following::state),
+            odometry: self.odometer.state(),
         };
         postcard::to_allocvec(&(Header::of(scenario)?, saved)).map_err(|error| refuse(error.to_string()))
     }
@@ -164,9 +164,7 @@ impl Simulation {
         simulation.sample = resumed.sample;
         simulation.observation = resumed.observation;
         simulation.sensed = resumed.sensed;
-        if let (Some(following), Some(state)) = (&mut simulation.following, resumed.following) {
-            following.restore(state);
-        }
+        simulation.odometer.restore(resumed.odometry);
         Ok(simulation)
     }
 }

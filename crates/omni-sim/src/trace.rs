@@ -10,7 +10,7 @@ use crate::following::{SIGNALS, error_of};
 use crate::observation::{Observation, WheelObservation};
 
 /// Columns that every vehicle has, in order.
-const COMMON: [&str; 32] = [
+const COMMON: [&str; 39] = [
     "time_s",
     "command_vx_m_s",
     "command_vy_m_s",
@@ -30,6 +30,13 @@ const COMMON: [&str; 32] = [
     "twist_vx_m_s",
     "twist_vy_m_s",
     "twist_wz_rad_s",
+    "odom_x_m",
+    "odom_y_m",
+    "odom_yaw_rad",
+    "odom_var_x_m2",
+    "odom_cov_xy_m2",
+    "odom_var_y_m2",
+    "odom_var_yaw_rad2",
     "force_x_n",
     "force_y_n",
     "force_z_n",
@@ -84,7 +91,7 @@ const WHEEL: [WheelColumn; 27] = [
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
 ///
 /// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
-/// the encoders, `common_factor`, pose and twist of the base, the total ground force, Newton's residual and the energy balance
+/// the encoders, `common_factor`, pose and twist of the base, the pose by odometry with its covariance, the total ground force, Newton's residual and the energy balance
 /// ([`crate::observation::Energy`]); `row_1_load_n`, the front row's, and so on; `body_NAME_nose_up_rad`;
 /// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; and for each signal of [`Trace::wheel_signals`] one column a wheel,
 /// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
@@ -376,6 +383,10 @@ impl TraceBuilder {
         rows.extend(seen.pose.rotation_xyzw);
         rows.push(seen.pose.yaw_rad());
         rows.extend(seen.twist.to_array());
+        let odometry = &seen.odometry;
+        rows.extend([odometry.pose.x_m, odometry.pose.y_m, odometry.pose.yaw_rad]);
+        let [[xx, xy, _], [_, yy, _], [_, _, yaw]] = odometry.covariance;
+        rows.extend([xx, xy, yy, yaw]);
         rows.extend(force);
         rows.push(seen.newton_residual_n);
         let e = &seen.energy;

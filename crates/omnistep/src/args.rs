@@ -129,12 +129,23 @@ pub(crate) enum Command {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
+    /// Makes a log of what was measured on a vehicle, from CSV, Parquet or rosbag2; part of the Python package with its extra
+    /// "import".
+    Import(PythonArgs),
+    /// Drives the simulation with the commands or torques of a log and compares the two; part of the Python package with its
+    /// extra "view".
+    Resimulate(PythonArgs),
     /// Makes a film or pictures of a logged run; part of the Python package with its extra "view".
     Film(PythonArgs),
     /// Draws a logged run from the side; part of the Python package with its extra "plot".
     Strip(PythonArgs),
     /// Makes one page of logged runs that any browser opens; part of the Python package with its extra "view".
     Report(PythonArgs),
+    /// Finds masses, friction, delay and lag from logs, with intervals; part of the Python package with its extra "identify".
+    Identify(PythonArgs),
+    /// Finds wheel radii, places and directions from runs whose ends were measured; part of the Python package with its extra
+    /// "identify".
+    Calibrate(PythonArgs),
     /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
     Check {
         /// Files, or names of what is built in.
@@ -147,7 +158,8 @@ pub(crate) enum Command {
         #[arg(long)]
         strict: bool,
     },
-    /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml.
+    /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml. A manoeuvre is a scenario whose log
+    /// `omnistep identify` makes the most of.
     New {
         /// What the file describes.
         kind: NewKind,
@@ -156,6 +168,9 @@ pub(crate) enum Command {
         /// The built-in one to start from; chugo7, step or climb_map if left out.
         #[arg(long)]
         like: Option<String>,
+        /// Of a manoeuvre: a built-in vehicle or a .toml file that shall drive it; chugo7 if left out.
+        #[arg(long, conflicts_with = "like")]
+        vehicle: Option<String>,
     },
     /// Prints the JSON Schema of a kind of file, for completion in editors:
     /// omnistep schema vehicle > vehicle.schema.json, and "#:schema ./vehicle.schema.json" as the file's first line.
@@ -189,6 +204,7 @@ pub(crate) enum NewKind {
     Vehicle,
     Scenario,
     Study,
+    Manoeuvre,
 }
 
 /// Where the controller of a run is.

@@ -61,12 +61,15 @@ pub enum Error {
         part: Option<PathBuf>,
     },
     /// A command that another program has.
-    #[error("omnistep {command} is part of the Python package: {how}")]
+    #[error(
+        "omnistep {command} is part of the Python package: in the repository pip install \".[{extra}]\", then the same command with its \
+         omnistep"
+    )]
     Elsewhere {
         /// The command.
         command: &'static str,
-        /// How to get it.
-        how: &'static str,
+        /// The extra that it needs there.
+        extra: &'static str,
     },
     /// A command that this program was built without.
     #[error(

@@ -1,6 +1,6 @@
 //! The figures of runs, as tables show them.
 
-use omni_sim::Outcome;
+use omni_sim::{Outcome, Verdict};
 
 use crate::output::marked;
 
@@ -9,7 +9,7 @@ type Column = (&'static str, fn(&Outcome) -> String);
 
 /// Those behind the verdict.
 const FIGURES: [Column; 10] = [
-    ("crossing [s]", |o| number(o.crossing_s.unwrap_or(f64::NAN), 2)),
+    (CROSSING, |o| number(o.crossing_s.unwrap_or(f64::NAN), 2)),
     (RETRIES, |o| {
         o.retries.map_or_else(|| "-".into(), |n| n.to_string())
     }),
@@ -22,16 +22,35 @@ const FIGURES: [Column; 10] = [
     ("heat [N2m2s]", |o| number(o.heat_n2m2s, 1)),
     ("work [J]", |o| number(o.work_j, 1)),
 ];
+/// In a table only where there was something to cross.
+const CROSSING: &str = "crossing [s]";
 /// In a table only where some run tried again: of the others it says nothing.
 const RETRIES: &str = "retries";
 
+/// Where a vehicle came to, and how far its odometry is from there: in a table only where there was nothing to cross.
+const WHEREABOUTS: [Column; 4] = [
+    ("x [m]", |o| number(o.final_x_m, 3)),
+    ("y [m]", |o| number(o.final_y_m, 3)),
+    ("heading [deg]", |o| number(o.final_yaw_rad.to_degrees(), 1)),
+    ("odometry error [m]", |o| number(o.odometry_error_m, 4)),
+];
+
 /// The figures that a table of some runs shows.
 pub(super) fn figures<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Vec<Column> {
-    let tried = outcomes
-        .into_iter()
-        .any(|outcome| outcome.retries.is_some_and(|n| n > 0));
-    let shown = |column: &Column| tried || column.0 != RETRIES;
-    FIGURES.into_iter().filter(shown).collect()
+    let (mut tried, mut driven, mut crossed) = (false, false, false);
+    for outcome in outcomes {
+        tried |= outcome.retries.is_some_and(|n| n > 0);
+        let on_flat_ground = outcome.verdict == Verdict::Driven;
+        driven |= on_flat_ground;
+        crossed |= !on_flat_ground;
+    }
+    let shown = |column: &Column| match column.0 {
+        RETRIES => tried,
+        CROSSING => crossed,
+        _ => true,
+    };
+    let whereabouts = WHEREABOUTS.into_iter().filter(|_| driven);
+    whereabouts.chain(FIGURES.into_iter().filter(shown)).collect()
 }
 
 /// Headings of the verdict and of figures behind it.

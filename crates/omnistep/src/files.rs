@@ -8,6 +8,7 @@ use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
+use crate::manoeuvre;
 use crate::output::print;
 
 /// Prints the JSON Schema of a kind of file.
@@ -33,15 +34,33 @@ pub(super) fn schema(_: FileKindArg, _: &mut dyn Write) -> Result<(), Error> {
 }
 
 /// Writes `NAME.toml`, unless there is such a file.
-pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn Write) -> Result<(), Error> {
+pub(super) fn new(
+    kind: NewKind,
+    name: &str,
+    like: Option<&str>,
+    vehicle: Option<&str>,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    if let (Some(vehicle), false) = (vehicle, matches!(kind, NewKind::Manoeuvre)) {
+        return Err(Error::Argument {
+            name: "--vehicle",
+            value: vehicle.to_owned(),
+            allowed: "only with new manoeuvre",
+        });
+    }
+    let kind_of_new = kind;
     let (kind, like) = match kind {
         NewKind::Vehicle => (FileKind::Vehicle, like.unwrap_or("chugo7")),
         NewKind::Scenario => (FileKind::Scenario, like.unwrap_or("step")),
         NewKind::Study => (FileKind::Study, like.unwrap_or("climb_map")),
+        NewKind::Manoeuvre => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
     };
-    let text = kind
-        .template(like)?
-        .replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1);
+    let text = match kind_of_new {
+        NewKind::Manoeuvre => manoeuvre::text(name, like)?,
+        _ => kind
+            .template(like)?
+            .replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1),
+    };
     // What would be refused when it is read is not written.
     let source = Source::text(format!("new {name}"), &*text);
     let hint = match kind {
@@ -72,9 +91,13 @@ pub(super) fn new(kind: NewKind, name: &str, like: Option<&str>, out: &mut dyn W
             },
             path: path.clone(),
         })?;
+    let started = match kind_of_new {
+        NewKind::Manoeuvre => "a manoeuvre for",
+        _ => "started from",
+    };
     print(
         out,
-        &format!("{}: started from {like}; run it with: {hint}\n", path.display()),
+        &format!("{}: {started} {like}; run it with: {hint}\n", path.display()),
     )
 }
 

@@ -20,6 +20,7 @@ mod list;
 #[cfg(feature = "live")]
 mod live;
 mod logs;
+mod manoeuvre;
 mod notices;
 mod output;
 mod ripple;
@@ -159,10 +160,19 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             overrides,
         } => logs::replayed(&log, policy.as_deref(), &overrides, out),
         Command::Urdf { vehicle, overrides } => logs::urdf(&vehicle, &overrides, out),
-        Command::Film(_) => Err(in_python("film")),
-        Command::Strip(_) => Err(in_python("strip")),
-        Command::Report(_) => Err(in_python("report")),
-        Command::New { kind, name, like } => files::new(kind, &name, like.as_deref(), out),
+        Command::Import(_) => Err(in_python("import", "import")),
+        Command::Resimulate(_) => Err(in_python("resimulate", "view")),
+        Command::Film(_) => Err(in_python("film", "view")),
+        Command::Strip(_) => Err(in_python("strip", "view")),
+        Command::Report(_) => Err(in_python("report", "view")),
+        Command::Identify(_) => Err(in_python("identify", "identify")),
+        Command::Calibrate(_) => Err(in_python("calibrate", "identify")),
+        Command::New {
+            kind,
+            name,
+            like,
+            vehicle,
+        } => files::new(kind, &name, like.as_deref(), vehicle.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),
         Command::List { kind } => list::list(kind, out),
     };
@@ -217,9 +227,6 @@ fn run_bound(_: &str, _: &[String], _: bool, _: &mut dyn Write) -> Result<(), Er
 }
 
 /// A subcommand that the Python package's `omnistep` has and this program has not.
-fn in_python(command: &'static str) -> Error {
-    Error::Elsewhere {
-        command,
-        how: "in the repository pip install \".[view]\", then the same command with its omnistep",
-    }
+fn in_python(command: &'static str, extra: &'static str) -> Error {
+    Error::Elsewhere { command, extra }
 }

@@ -76,6 +76,7 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
         let policy = policy.unwrap_or_else(|| file.scenario.control.law());
         let mut row = vec![name.into_owned(), policy, engine];
         match &file.outcome {
+            _ if file.recorded => row[2] = "-".into(),
             Some(outcome) => row.extend(cells(outcome, &shown)),
             None => row.push("ended early".into()),
         }
@@ -95,16 +96,21 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
 
 fn described(file: &LogFile) -> String {
     let run = |key: &str| file.run.get(key).map_or("?", String::as_str);
-    let mut text = format!(
-        "{}: {} with {}, policy {}, seed {}, engine {}, omnistep {}; ",
-        file.path.display(),
-        run("scenario"),
-        run("vehicle"),
-        run("policy"),
-        run("seed"),
-        file.scenario.physics.engine.name(),
-        run("omnistep")
-    );
+    let path = file.path.display();
+    let mut text = if file.recorded {
+        let [source, vehicle, omnistep] = ["source", "vehicle", "omnistep"].map(run);
+        format!("{path}: recorded, imported from {source}, vehicle {vehicle}, omnistep {omnistep}; ")
+    } else {
+        format!(
+            "{path}: {} with {}, policy {}, seed {}, engine {}, omnistep {}; ",
+            run("scenario"),
+            run("vehicle"),
+            run("policy"),
+            run("seed"),
+            file.scenario.physics.engine.name(),
+            run("omnistep")
+        )
+    };
     let until_s = file.until_ns as f64 / 1e9;
     text += &if file.complete {
         format!("complete, {until_s} s, every checksum is right\n")
@@ -131,7 +137,7 @@ pub(super) fn replayed(
     overrides.extend(policy.map(|policy| Override::new("control.policy", policy)));
     let replay = replay(path, &overrides)?;
     print(out, &said(&replay))?;
-    if !overrides.is_empty() {
+    if !overrides.is_empty() || replay.file.recorded {
         print(out, &format!("{}\n", torques(&replay)))?;
     }
     Ok(())
@@ -139,6 +145,16 @@ pub(super) fn replayed(
 
 fn said(replay: &Replay) -> String {
     let (file, periods) = (replay.file.path.display(), replay.periods);
+    if replay.file.recorded {
+        let compared = replay.wheels.iter().map(|wheel| wheel.compared).max();
+        return format!(
+            "{file}: policy {}: {periods} control periods of a recording; it has torques in {}, no command in {}, no velocity of some wheel in {}\n",
+            replay.policy,
+            compared.unwrap_or(0),
+            replay.without_command,
+            replay.without_measurement
+        );
+    }
     let Some(first) = &replay.first else {
         return format!(
             "{file}: policy {}: {periods} control periods, no difference in any bit\n",
@@ -170,6 +186,9 @@ fn torques(replay: &Replay) -> Table {
         "at [s]",
     ];
     let rows = replay.wheels.iter().map(|wheel| {
+        if wheel.compared == 0 {
+            return std::array::from_fn(|k| if k == 0 { wheel.wheel.clone() } else { "-".into() });
+        }
         [
             wheel.wheel.clone(),
             format!("{:.4}", wheel.logged_rms_n_m),

@@ -11,6 +11,9 @@
     run.time = floats(run.time);
     run.frameTime = floats(run.frameTime);
     run.mesh.vertices = floats(run.mesh.vertices);
+    for (const key of run.above ? ["time", "odometry", "truth_time", "truth", "command", "ellipses"] : []) {
+      if (run.above[key]) run.above[key] = floats(run.above[key]);
+    }
   }
   const palette = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#7f7f7f"];
   const state = { run: 0, time: 0, playing: false, last: 0, dirty: true };
@@ -75,6 +78,41 @@
     return Plotly.react("scene", traces, layout, { responsive: true, displaylogo: false });
   };
 
+  // ---- the way from above
+  const places = (values, gap) => [0, 1].map((k) =>
+    Array.from({ length: values.length / 2 }, (_, r) => values[2 * r + k] === gap ? null : values[2 * r + k]));
+  const line = (values, name, style, gap) => {
+    const [x, y] = places(values, gap);
+    return { type: "scatter", mode: "lines", x, y, name, line: style };
+  };
+  // Where odometry and truth are at the cursor's time.
+  const marks = (above) => {
+    const known = [[above.time, above.odometry], [above.truth_time, above.truth]].filter(([, values]) => values);
+    const at = known.map(([times, values]) => values.subarray(2 * rowOf(times, state.time)));
+    return { x: at.map(([x]) => x), y: at.map(([, y]) => y) };
+  };
+  const drawAbove = () => {
+    const { above } = current(), { ink, paper, line: grid, mark } = looks();
+    byId("above").hidden = !above;
+    if (!above) return Promise.resolve();
+    const traces = [
+      { type: "scatter", mode: "markers", ...marks(above), name: "at the cursor", marker: { color: mark, size: 9 } },
+    ];
+    if (above.ellipses) {
+      traces.push(line(above.ellipses, `${above.sigmas} standard deviations`, { color: palette[1], width: 1 }, above.gap));
+    }
+    if (above.command) traces.unshift({ ...line(above.command, "command", { color: palette[7], width: 5 }), opacity: 0.5 });
+    if (above.truth) traces.push(line(above.truth, "truth", { color: ink, width: 1.6 }));
+    traces.push(line(above.odometry, "odometry", { color: palette[1], width: 2, dash: "dash" })); // over the truth, which it hardly leaves
+    const axis = { gridcolor: grid, zeroline: false };
+    const layout = {
+      margin: { l: 64, r: 12, t: 12, b: 44 }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, hovermode: "closest",
+      xaxis: { ...axis, title: { text: "x [m]" } }, yaxis: { ...axis, title: { text: "y [m]" }, scaleanchor: "x" },
+      legend: { orientation: "h", y: 1.1 }, uirevision: String(state.run),
+    };
+    return Plotly.react("above", traces, layout, { responsive: true, displaylogo: false });
+  };
+
   // ---- the plots
   const panels = [
     { key: "speed", title: "wheel speed [rad/s]" },
@@ -123,6 +161,10 @@
     clock.textContent = `${state.time.toFixed(2)} s`;
     const [x, y, z] = placed(run, rowOf(run.frameTime, state.time));
     Plotly.restyle("scene", { x: [x], y: [y], z: [z] }, [1]);
+    if (run.above) {
+      const { x: across, y: along } = marks(run.above);
+      Plotly.restyle("above", { x: [across], y: [along] }, [run.above.command ? 1 : 0]);
+    }
     Plotly.relayout("plots", { "shapes[0].x0": state.time, "shapes[0].x1": state.time });
   };
   const seek = (time) => {
@@ -140,7 +182,7 @@
     document.querySelectorAll("tbody tr").forEach((row, k) => row.setAttribute("aria-current", String(k === index)));
     slider.max = String(current().end);
     seek(state.time);
-    return Promise.all([drawScene(), drawPlots()]).then(() => {
+    return Promise.all([drawScene(), drawAbove(), drawPlots()]).then(() => {
       byId("plots").removeAllListeners?.("plotly_click");
       byId("plots").on("plotly_click", (event) => seek(event.points[0].x));
     });

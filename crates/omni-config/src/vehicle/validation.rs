@@ -122,8 +122,8 @@ fn own_names(source: &Source, vehicle: &Vehicle) -> Result<(), Error> {
     let bodies = bodies.enumerate().map(|(i, name)| ("body", i + 1, name));
     for (list, i, name) in bodies.chain(hinges.enumerate().map(|(i, name)| ("hinge", i, name))) {
         let wheel = |w: &WheelSpec| name.strip_prefix("wheel_") == Some(w.name.as_str());
-        if ["world", "base_link"].contains(&name.as_str()) || vehicle.wheel.iter().any(wheel) {
-            let allowed = "neither \"world\" nor \"base_link\", nor \"wheel_\" and a wheel's name: frames of logs are called so";
+        if ["world", "odom", "base_link"].contains(&name.as_str()) || vehicle.wheel.iter().any(wheel) {
+            let allowed = "neither \"world\", \"odom\" nor \"base_link\", nor \"wheel_\" and a wheel's name: frames of logs are called so";
             return Err(source.refuse(
                 format!("{list}[{i}].name"),
                 format!("{name:?}, allowed: {allowed}"),

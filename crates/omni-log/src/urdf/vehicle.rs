@@ -10,6 +10,8 @@ use super::{Geometry, Inertial, Place, Shape, Xml, at, element, leaf, link, list
 
 /// The link of the vehicle's first body, by the name that ROS tools expect.
 pub const BASE_LINK: &str = "base_link";
+/// The frame in which odometry has the vehicle, by the name that ROS tools expect.
+pub const ODOM_LINK: &str = "odom";
 /// The frame of the ground.
 pub const WORLD_LINK: &str = "world";
 

@@ -8,10 +8,10 @@ use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, sp
 use super::criteria::{Gain, Gained, Lean, Runaway};
 use super::friction_use::FrictionUse;
 use super::linkage_spread::LinkageSpread;
+use super::whereabouts::Whereabouts;
 use super::{Outcome, Verdict};
-use crate::config::{Engine, Obstacle, PlannedPath, Scenario, Terrain};
+use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
-use crate::following::error_of;
 use crate::observation::Observation;
 
 /// How far below its place on the ground beyond a wheel may be and still count as up \[m\]: contacts give a little.
@@ -54,8 +54,7 @@ pub(crate) struct Meter {
     lean: Lean,
     gain: Gain,
     last: Last,
-    /// The path that is followed, what its errors are on average, and the largest of them.
-    path: Option<(PlannedPath, Mean, f64)>,
+    whereabouts: Whereabouts,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -100,7 +99,6 @@ struct Progress {
 /// What the last period showed.
 #[derive(Default)]
 struct Last {
-    place: [f64; 2],
     passed: Vec<bool>,
     residual: f64,
 }
@@ -152,12 +150,7 @@ impl Meter {
             lean: Lean::new(scenario),
             gain: Gain::new(weight_n),
             last: Last::default(),
-            // It was planned when the scenario was loaded.
-            path: scenario
-                .planned_path()
-                .ok()
-                .flatten()
-                .map(|path| (path, Mean::default(), 0.0)),
+            whereabouts: Whereabouts::new(scenario),
         }
     }
 
@@ -169,15 +162,10 @@ impl Meter {
         self.runaway.push(sample, seen);
         self.lean.push(seen);
         self.gain.push(seen);
-        if let Some((path, errors, peak)) = &mut self.path {
-            let [error, _] = error_of(&path.trajectory().at(seen.time_ns as f64 * 1e-9).pose, seen);
-            errors.add(error);
-            *peak = peak.max(error);
-        }
+        self.whereabouts.push(seen);
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         let [px, py, _] = seen.pose.position_m;
-        self.last.place = [px, py];
         let commanded = sample.command.vx_m_s.hypot(sample.command.vy_m_s) * self.period_s;
         self.progress.push(seen.time_ns, commanded, [px, py]);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
@@ -265,6 +253,7 @@ impl Meter {
             crossing.shape.add(*error);
         }
         self.friction.push(seen);
+        self.whereabouts.cross(seen);
     }
 
     /// Has every wheel stood beyond the obstacle?
@@ -296,7 +285,7 @@ impl Meter {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
             Verdict::Driven
-        } else if self.progress.stalled(self.last.place) {
+        } else if self.progress.stalled(self.whereabouts.place()) {
             Verdict::Stalled
         } else {
             Verdict::Unfinished
@@ -307,6 +296,7 @@ impl Meter {
         let (from, from_j) = c.from.unwrap_or(c.to);
         let (to, to_j) = c.to;
         let (way_m, work_j) = ((to[0] - from[0]).hypot(to[1] - from[1]), to_j - from_j);
+        let pose = self.whereabouts.pose();
         let gained_m = self.terrain.level_beyond_m(to[1]);
         Outcome {
             verdict,
@@ -317,7 +307,7 @@ impl Meter {
                 let us = (self.period_s * 1e6).round() as u64;
                 (c.periods * us) as f64 / 1e6
             }),
-            stalled_at_m: stalled.then_some(self.last.place[0]),
+            stalled_at_m: stalled.then_some(self.whereabouts.place()[0]),
             stalled_row: row.filter(|_| stalled).map(|row| row + 1),
             retries: self.retries,
             pitch_peak_deg: c.pitch_rad.to_degrees() * measured,
@@ -335,8 +325,12 @@ impl Meter {
                 .then(|| work_j / (self.weight_n * gained_m)),
             required_friction: self.friction.percentile(0.95),
             energy_residual: self.last.residual,
-            path_error_rms_m: self.path.as_ref().map(|(_, errors, _)| errors.root()),
-            path_error_peak_m: self.path.as_ref().map(|(_, _, peak)| *peak),
+            path_error_rms_m: self.whereabouts.path_error_rms_m(),
+            path_error_peak_m: self.whereabouts.path_error_peak_m(),
+            odometry_error_m: self.whereabouts.odometry_error_m(),
+            final_x_m: pose.x_m,
+            final_y_m: pose.y_m,
+            final_yaw_rad: pose.yaw_rad,
         }
     }
 }
@@ -378,18 +372,18 @@ impl Progress {
 }
 
 #[derive(Default)]
-struct Mean {
+pub(super) struct Mean {
     squares: f64,
     count: f64,
 }
 
 impl Mean {
-    fn add(&mut self, x: f64) {
+    pub(super) fn add(&mut self, x: f64) {
         self.squares += x * x;
         self.count += 1.0;
     }
 
-    fn root(&self) -> f64 {
+    pub(super) fn root(&self) -> f64 {
         (self.squares / self.count).sqrt() // NaN where there is nothing to average
     }
 }

@@ -205,7 +205,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
         (
             |answer| answer.sample.wheels.measured.rad_s[0] = 77.0,
-            "allowed: what was sent since",
+            "which was sent",
         ),
         (
             |answer| answer.drive.faults[0] = 3,

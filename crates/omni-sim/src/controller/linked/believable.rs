@@ -60,10 +60,10 @@ impl<const N: usize> Linked<N> {
             let let_go = wheels.applied.n_m[i] == 0.0;
             let sent = self.unanswered_rad_s.iter().any(|sent| sent[i] == *said);
             if !sent && *said != before && !(*said == 0.0 && let_go) {
-                let sent: Vec<f32> = self.unanswered_rad_s.iter().map(|sent| sent[i]).collect();
+                let sent = self.unanswered_rad_s.last().map_or(f32::NAN, |sent| sent[i]);
                 return Err(format!(
-                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: what was sent since its last answer, \
-                     {sent:?}, {before}, as in that answer, or 0 without torque"
+                    "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent}, which was sent, {before}, as \
+                     before, or 0 without torque"
                 ));
             }
             if answer.drive.faults[i] != 0 && !let_go {

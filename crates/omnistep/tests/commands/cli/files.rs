@@ -109,3 +109,43 @@ fn schemas_are_printed_and_a_new_file_names_the_one_beside_it() {
             .success()
     );
 }
+
+#[test]
+fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    for vehicle in omni_config::builtin_vehicles() {
+        let name = format!("of_{vehicle}");
+        let said = omnistep(folder.path(), &["new", "manoeuvre", &name, "--vehicle", vehicle]);
+        assert_eq!(
+            stdout(&said),
+            format!("{name}.toml: a manoeuvre for {vehicle}; run it with: omnistep run {name}.toml\n")
+        );
+        let scenario =
+            omni_config::Scenario::load(folder.path().join(format!("{name}.toml")).to_str().unwrap(), &[])
+                .unwrap();
+        let limits = scenario.vehicle().limits.unwrap();
+        let duration_s = scenario.duration_s;
+        // The whole share in each direction, both ways, and never more; at rest in the end.
+        let mut most = [[0.0_f64; 3]; 2];
+        for step in 0..(100.0 * duration_s) as usize {
+            let twist = scenario.command.at(0.01 * step as f64).to_array();
+            for axis in 0..3 {
+                most[0][axis] = most[0][axis].max(twist[axis]);
+                most[1][axis] = most[1][axis].max(-twist[axis]);
+            }
+        }
+        for most in most {
+            assert!(most[0] <= 0.6 * limits.vx_m_s + 1e-3 && most[1] <= 0.6 * limits.vy_m_s + 1e-3);
+            assert!(most[2] <= 0.6 * limits.wz_rad_s + 1e-3);
+            assert!(most.iter().all(|most| *most > 0.05), "{vehicle} {most:?}");
+        }
+        assert_eq!(scenario.command.at(duration_s).to_array(), [0.0; 3]);
+    }
+    let said = refused(folder.path(), &["new", "manoeuvre", "a", "--vehicle", "omni33"]);
+    assert!(said.contains("omni3") && said.lines().count() == 1, "{said}");
+    let said = refused(folder.path(), &["new", "vehicle", "a", "--vehicle", "omni3"]);
+    assert_eq!(
+        said,
+        "error: --vehicle = omni3, allowed: only with new manoeuvre\n"
+    );
+}

@@ -472,9 +472,19 @@ fn what_is_no_log_is_refused_by_name() {
         "error: x.mcap: not an MCAP file, or nothing of it was written\n"
     );
     assert!(refused(folder.path(), &["replay", "y.mcap"]).starts_with("error: y.mcap: "));
-    for command in ["film", "report", "strip"] {
+    for (command, extra) in [
+        ("film", "view"),
+        ("report", "view"),
+        ("strip", "view"),
+        ("resimulate", "view"),
+        ("import", "import"),
+    ] {
         let said = refused(folder.path(), &[command, "x.mcap", "-o", "y"]);
-        assert!(said.contains("pip install \".[view]\""), "{said}");
+        assert!(said.contains(&format!("pip install \".[{extra}]\"")), "{said}");
+    }
+    for command in ["identify", "calibrate"] {
+        let said = refused(folder.path(), &[command, "x.mcap", "--vehicle", "omni3"]);
+        assert!(said.contains("pip install \".[identify]\""), "{said}");
     }
 }
 

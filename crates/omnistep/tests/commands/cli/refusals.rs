@@ -394,8 +394,8 @@ fn unknown_names_are_refused_with_the_names_there_are() {
 
 #[test]
 fn names_that_frames_of_logs_have_are_refused() {
-    let allowed = "allowed: neither \"world\" nor \"base_link\", nor \"wheel_\" and a wheel's name";
-    for name in ["world", "base_link", "wheel_4"] {
+    let allowed = "allowed: neither \"world\", \"odom\" nor \"base_link\", nor \"wheel_\" and a wheel's name";
+    for name in ["world", "odom", "base_link", "wheel_4"] {
         refused_file(
             "v.toml",
             "name = \"roll\"",

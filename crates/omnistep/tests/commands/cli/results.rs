@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::{omnistep, refused, rows, stdout};
 
 /// Keys that are null where the riser was never reached, and no path is followed.
-const FIGURES: [&str; 18] = [
+const FIGURES: [&str; 22] = [
     "crossing_s",
     "pitch_peak_deg",
     "slip_rms",
@@ -27,6 +27,10 @@ const FIGURES: [&str; 18] = [
     "required_friction",
     "path_error_rms_m",
     "path_error_peak_m",
+    "odometry_error_m",
+    "final_x_m",
+    "final_y_m",
+    "final_yaw_rad",
 ];
 
 #[test]
@@ -163,6 +167,32 @@ fn same_scenario_and_seed_write_the_same_bytes() {
         one.len()
     );
     assert!(one == two, "the files differ");
+}
+
+#[test]
+fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["flat", "--quiet", "--set", "duration_s=1.5"];
+    let text = stdout(&omnistep(folder.path(), &[&["run"], &arguments[..]].concat()));
+    for heading in ["x [m]", "y [m]", "heading [deg]", "odometry error [m]"] {
+        assert!(text.contains(&format!(" {heading} |")), "{heading}: {text}");
+    }
+    assert!(!text.contains("crossing"), "{text}");
+    let row = &rows(&omnistep(
+        folder.path(),
+        &[&["run", "--json"], &arguments[..]].concat(),
+    ))[0];
+    let [x_m, y_m, yaw_rad, error_m] =
+        ["final_x_m", "final_y_m", "final_yaw_rad", "odometry_error_m"].map(|key| row[key].as_f64().unwrap());
+    // 0.3 m/s for 1.5 s, less the ramp and what the loops lag behind it.
+    assert!(
+        (0.3..0.45).contains(&x_m) && y_m.abs() < 0.01 && yaw_rad.abs() < 0.01,
+        "{row}"
+    );
+    assert!(
+        text.contains(&format!(" {x_m:.3} |")) && text.contains(&format!(" {error_m:.4} |")),
+        "{text}"
+    );
 }
 
 #[test]

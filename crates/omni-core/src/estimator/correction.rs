@@ -1,0 +1,138 @@
+//! What the wheels say, and how far they are believed.
+
+use super::step::{Heard, above_zero, least, part};
+use super::{
+    BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST, QUIET,
+    Real, SIZE, SLIP, SUDDEN, VX, VY, WheelVelocities,
+};
+
+impl<R: Real, const N: usize> Estimator<R, N> {
+    /// Takes in the wheels; gives the normalised innovation squared.
+    pub(super) fn correct(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        heard: &Heard<R, N>,
+        moved: &mut [R; SIZE],
+    ) -> R {
+        if heard.count == 0 {
+            return R::zero();
+        }
+        let innovations = self.innovations(state, input, heard);
+        let body = self.kinematics.forward(&innovations).to_array();
+        let variances = self.variances(state, heard, &innovations, &body);
+        self.widen(state, &variances, &body);
+        let rate = state.yaw_rate - state.bias;
+        let mut nis = R::zero();
+        for (((row, reading), variance), heard) in self
+            .kinematics
+            .inverse_matrix()
+            .iter()
+            .zip(input.wheels.rad_s)
+            .zip(variances)
+            .zip(heard.wheels)
+        {
+            if !heard {
+                continue;
+            }
+            let [a, b, c] = *row;
+            let ([vx, vy], [sx, sy, sw]) = (state.velocity, state.slip);
+            let innovation = reading - (a * (vx + sx) + b * (vy + sy) + c * (rate + sw));
+            let seen = state.covariance.seen_by(row);
+            let whole =
+                a * (seen[VX] + seen[SLIP]) + b * (seen[VY] + seen[SLIP + 1]) + c * seen[SLIP + 2] + variance;
+            let gain = state.covariance.take(&seen, whole);
+            state.add(&gain, innovation, moved);
+            nis += innovation * innovation / whole;
+        }
+        nis
+    }
+
+    /// What each wheel says beyond what is expected of it. A wheel that is not heard says what the others make of it.
+    fn innovations(
+        &self,
+        state: &EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        heard: &Heard<R, N>,
+    ) -> WheelVelocities<R, N> {
+        let ([vx, vy], [sx, sy, sw]) = (state.velocity, state.slip);
+        let expected = BodyTwist::from_array([vx + sx, vy + sy, state.yaw_rate - state.bias + sw]);
+        let mut innovations = self.kinematics.inverse(&expected);
+        for ((innovation, reading), heard) in innovations
+            .rad_s
+            .iter_mut()
+            .zip(input.wheels.rad_s)
+            .zip(heard.wheels)
+        {
+            *innovation = if heard { reading - *innovation } else { R::zero() };
+        }
+        if heard.count < N {
+            for _ in 0..8 {
+                let filled = self.kinematics.project(&innovations);
+                for ((innovation, filled), heard) in
+                    innovations.rad_s.iter_mut().zip(filled.rad_s).zip(heard.wheels)
+                {
+                    if !heard {
+                        *innovation = filled;
+                    }
+                }
+            }
+        }
+        innovations
+    }
+
+    /// Variance of each wheel's reading: its noise, and what it has disagreed with the others of late.
+    fn variances(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        heard: &Heard<R, N>,
+        innovations: &WheelVelocities<R, N>,
+        body: &[R; 3],
+    ) -> [R; N] {
+        let noise = self.config.wheel_rad_s * self.config.wheel_rad_s;
+        let part = part(self.config.period_s, DISAGREEMENT_S);
+        let residual = self
+            .kinematics
+            .residual_beyond(innovations, &BodyTwist::from_array(*body));
+        let mut variances = [noise; N];
+        for i in 0..N {
+            if !heard.wheels[i] || self.redundancy[i] < R::of(LEAST_REDUNDANCY) {
+                continue;
+            }
+            let square = residual.rad_s[i] * residual.rad_s[i] / self.redundancy[i];
+            state.disagreement[i] += part * (square - state.disagreement[i]);
+            variances[i] += above_zero(state.disagreement[i] - R::of(QUIET) * noise);
+        }
+        variances
+    }
+
+    /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels disagree, and by what nobody expected.
+    fn widen(&self, state: &mut EstimatorState<R, N>, variances: &[R; N], body: &[R; 3]) {
+        let config = &self.config;
+        let noise = config.wheel_rad_s * config.wheel_rad_s;
+        // Not by the yaw rate of the slip: it has the gyro's noise in it.
+        let [sx, sy, _] = state.slip;
+        let floor = config.slip_m_s * config.slip_m_s;
+        let slides = floor + sx * sx + sy * sy;
+        let slides = [slides, slides, slides / self.lever_m2];
+        let per = R::of(2.0) * config.period_s / config.slip_s;
+        let p = &mut state.covariance.0;
+        for j in 0..3 {
+            let (mut read, mut disagreed, mut quiet) = (R::zero(), R::zero(), R::zero());
+            for (share, variance) in self.shares[j].iter().zip(variances) {
+                read += *share * *variance;
+                disagreed += *share * (*variance - noise);
+                quiet += *share * noise;
+            }
+            let most = R::of(MOST) * quiet;
+            let (s, v) = (SLIP + j, VX + j);
+            p[s][s] += least(per * (slides[j] + disagreed), most);
+            let mut known = p[s][s] + read;
+            if j < 2 {
+                known += p[v][v] + p[v][s] + p[v][s];
+            }
+            let excess = body[j] * body[j] - R::of(SUDDEN) * known;
+            p[s][s] += least(above_zero(excess), most);
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! A vehicle that stands.
+
+use super::step::{Heard, least, part};
+use super::{
+    BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, VX, VY,
+};
+
+impl<R: Real, const N: usize> Estimator<R, N> {
+    /// Has everything been quiet for long enough?
+    pub(super) fn stands(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        heard: &Heard<R, N>,
+    ) -> bool {
+        let (config, zero) = (&self.config, R::zero());
+        let part = part(config.period_s, STILL_S);
+        let mut square = zero;
+        for (w, heard) in input.wheels.rad_s.iter().zip(heard.wheels) {
+            if heard {
+                square += *w * *w;
+            }
+        }
+        if heard.count > 0 {
+            square /= R::of(heard.count as f64);
+        }
+        // A reading that is absurd is forgotten as soon as any: ten times what is quiet.
+        let ten = R::of(10.0);
+        let noise = R::of(QUIET) * config.wheel_rad_s * config.wheel_rad_s;
+        let calm = config.still_wheel_rad_s * config.still_wheel_rad_s + noise;
+        state.turning += part * (least(square, ten * calm) - state.turning);
+        let rate = heard.gyro.map_or(zero, |rate| rate - state.bias);
+        let [ax, ay] = heard.acceleration.unwrap_or([zero; 2]);
+        // The gyro's mean is as near to its bias as that is known: a vehicle that turns slowly would else teach it.
+        let known = state.covariance.0[BIAS][BIAS] + part * config.gyro_rad_s * config.gyro_rad_s;
+        let square = |limit: R| limit * limit;
+        let (still, push) = (square(config.still_gyro_rad_s), square(config.still_m_s2));
+        let limits = [least(still, R::of(16.0) * known), push, push];
+        let mut quiet = input.told_to_rest && heard.count > 0 && state.turning <= calm;
+        let most = [config.still_gyro_rad_s, config.still_m_s2, config.still_m_s2].map(|limit| ten * limit);
+        for (((mean, now), most), limit) in state.quiet.iter_mut().zip([rate, ax, ay]).zip(most).zip(limits) {
+            *mean += part * (now.limited(-most, most) - *mean);
+            quiet &= *mean * *mean <= limit;
+        }
+        state.still_s = if quiet {
+            state.still_s + config.period_s
+        } else {
+            zero
+        };
+        // It need not be counted for ever.
+        state.still_s = least(state.still_s, R::of(2.0 * STILL_S));
+        state.still_s > R::of(STILL_S)
+    }
+
+    /// It does not move, and the gyro says its bias.
+    pub(super) fn stand(&self, state: &mut EstimatorState<R, N>, heard: &Heard<R, N>, moved: &mut [R; SIZE]) {
+        let config = &self.config;
+        let walk = config.bias_walk_rad_s_per_sqrt_s;
+        state.covariance.0[BIAS][BIAS] += walk * walk * config.period_s;
+        let still = R::of(STANDING_M_S);
+        let [vx, _] = state.velocity;
+        state.take::<VX>(-vx, still, moved);
+        let [_, vy] = state.velocity;
+        state.take::<VY>(-vy, still, moved);
+        if let Some(gyro) = heard.gyro {
+            state.take::<BIAS>(gyro - state.bias, config.gyro_rad_s, moved);
+        }
+        // Wheels that stand on a vehicle that stands do not slip.
+        let left = R::one() - part(config.period_s, STILL_S);
+        state.slip = state.slip.map(|slip| slip * left);
+        state.yaw_rate = state.bias;
+    }
+}
+
+impl<R: Real, const N: usize> EstimatorState<R, N> {
+    /// Takes in a reading of one component.
+    fn take<const I: usize>(&mut self, innovation: R, deviation: R, moved: &mut [R; SIZE]) {
+        let seen = self.covariance.0.map(|row| row[I]);
+        let gain = self.covariance.take(&seen, seen[I] + deviation * deviation);
+        self.add(&gain, innovation, moved);
+    }
+}

@@ -1,0 +1,326 @@
+//! What was measured on a vehicle, as a log like that of a run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use omni_config::{Scenario, shortened};
+use omni_core::BodyTwist;
+
+use crate::logged_run::check_names;
+use crate::messages::{Pace, Sink, twist};
+use crate::ros2::{
+    ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, Quaternion,
+    StringMessage, TwistStamped, TwistWithCovariance, VehicleState, WheelState,
+};
+use crate::run_log::{MAP, RECORDED, RUN, SCENARIO};
+use crate::urdf::{BASE_LINK, WORLD_LINK, vehicle_urdf, wheel_link};
+use crate::{Error, FinishedLog, LogError, LogWriter, topic};
+
+/// Columns of the whole vehicle that `/vehicle_state` has a place for.
+const STATE: [&str; 7] = [
+    "asked_vx_m_s",
+    "asked_vy_m_s",
+    "asked_wz_rad_s",
+    "gyro_rad_s",
+    "estimated_vx_m_s",
+    "estimated_vy_m_s",
+    "estimated_wz_rad_s",
+];
+/// And of each wheel, behind `wheel_NAME_`.
+const WHEEL: [&str; 4] = ["reference_rad_s", "measured_rad_s", "applied_n_m", "torque_n_m"];
+/// Where the vehicle was, by somebody who saw it from outside: x, y, z \[m\], heading \[rad\].
+const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
+/// And its attitude as a quaternion x, y, z, w.
+const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
+/// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
+const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
+
+/// What was measured on a vehicle in every control period, by the names that columns of a [`Trace`](omni_sim::Trace) have.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Recording {
+    /// Where it comes from, and whatever else the log shall say of itself, by name: the metadata `run`.
+    pub facts: BTreeMap<String, String>,
+    /// How it was read: the attachment `map.toml`.
+    pub map: String,
+    /// One number a control period each, NaN where nothing is known: `asked_*`, `gyro_rad_s`, `estimated_*` and of wheels
+    /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`. Others go to `/controller_signals`; of these `pose_*` are
+    /// on `/ground_truth/odom` too and `odom_*` on `/odom`.
+    pub columns: BTreeMap<String, Vec<f64>>,
+}
+
+impl Recording {
+    /// A recording of these columns, about which nothing is said.
+    #[must_use]
+    pub fn new(columns: BTreeMap<String, Vec<f64>>) -> Self {
+        Self {
+            facts: BTreeMap::new(),
+            map: String::new(),
+            columns,
+        }
+    }
+
+    /// Writes it as a log: the messages of a run, without those that nobody measured (`/tf`, `/markers`, `/terrain`), and without an
+    /// outcome. `scenario` says vehicle and control period, and what a simulation would be told. Row k ends at (k + 1) periods.
+    ///
+    /// ```
+    /// use std::collections::BTreeMap;
+    /// use omni_log::{Error, LoggedRun, Recording};
+    /// use omni_sim::config::Scenario;
+    /// let path = std::env::temp_dir().join(format!("omnistep-recording-{}.mcap", std::process::id()));
+    /// let columns = BTreeMap::from([("wheel_1_measured_rad_s".to_owned(), vec![0.5, f64::NAN, 0.7])]);
+    /// Recording::new(columns).write(&path, &Scenario::load("flat", &[])?)?;
+    /// let logged = LoggedRun::read(&path)?;
+    /// assert!(logged.file.recorded && logged.file.outcome.is_none());
+    /// let measured = logged.trace.column("wheel_1_measured_rad_s").expect("a column");
+    /// assert!(measured[0] == 0.5 && measured[1].is_nan() && measured[2] == 0.7);
+    /// # std::fs::remove_file(&path).ok();
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LogError::Lacks`] where columns have different lengths or a name that cannot be, as [`LogWriter::create`] and
+    /// [`LogWriter::write`].
+    pub fn write(&self, path: impl AsRef<Path>, scenario: &Scenario) -> Result<FinishedLog, Error> {
+        let path = path.as_ref();
+        let columns = Columns::new(&self.columns, scenario).map_err(|what| LogError::Lacks {
+            path: path.to_path_buf(),
+            what,
+        })?;
+        let mut log = LogWriter::create(path)?;
+        let (key, value) = RECORDED;
+        let own = [
+            ("omnistep", omni_sim::VERSION.to_owned()),
+            ("scenario", scenario.name.clone()),
+            ("vehicle", scenario.vehicle().name.clone()),
+            ("policy", RECORDED.1.to_owned()),
+            ("engine", RECORDED.1.to_owned()),
+            ("seed", scenario.seed.to_string()),
+            (key, value.to_owned()),
+        ];
+        let mut facts = self.facts.clone();
+        facts.extend(own.map(|(key, value)| (key.to_owned(), value)));
+        log.metadata(RUN, facts)?;
+        log.attachment(SCENARIO, "application/toml", scenario.to_toml()?.as_bytes())?;
+        log.attachment(MAP, "application/toml", self.map.as_bytes())?;
+        let data = vehicle_urdf(scenario.vehicle());
+        log.send(topic::ROBOT_DESCRIPTION, 0, &StringMessage { data })?;
+        columns.write(&mut log, scenario)?;
+        Ok(log.finish()?)
+    }
+}
+
+/// The columns, each where it goes.
+struct Columns<'a> {
+    rows: usize,
+    state: [Option<&'a [f64]>; STATE.len()],
+    /// Of each wheel in the vehicle's order.
+    wheels: Vec<[Option<&'a [f64]>; WHEEL.len()]>,
+    truth: [Option<&'a [f64]>; TRUTH.len()],
+    attitude: [Option<&'a [f64]>; ATTITUDE.len()],
+    odometry: [Option<&'a [f64]>; ODOMETRY.len()],
+    own: Vec<(String, &'a [f64])>,
+}
+
+impl<'a> Columns<'a> {
+    fn new(columns: &'a BTreeMap<String, Vec<f64>>, scenario: &Scenario) -> Result<Self, String> {
+        let rows = columns.values().next().map_or(0, Vec::len);
+        if let Some((name, column)) = columns.iter().find(|(_, column)| column.len() != rows) {
+            let (name, found) = (shortened(name), column.len());
+            return Err(format!(
+                "column {name}: {found} rows, allowed: {rows} as of the others"
+            ));
+        }
+        let of = |name: &str| columns.get(name).map(Vec::as_slice);
+        let wheels = &scenario.vehicle().wheel;
+        let of_wheel = |wheel: &str, signal: &str| format!("wheel_{wheel}_{signal}");
+        let mut known: Vec<String> = STATE.map(String::from).into();
+        for wheel in wheels {
+            known.extend(WHEEL.map(|signal| of_wheel(&wheel.name, signal)));
+        }
+        let own: Vec<_> = columns
+            .iter()
+            .filter(|(name, _)| !known.contains(name))
+            .map(|(name, column)| (name.clone(), column.as_slice()))
+            .collect();
+        let names: Vec<_> = own.iter().map(|(name, _)| name.clone()).collect();
+        check_names(&names)?;
+        Ok(Self {
+            rows,
+            state: STATE.map(of),
+            wheels: wheels
+                .iter()
+                .map(|wheel| WHEEL.map(|signal| of(&of_wheel(&wheel.name, signal))))
+                .collect(),
+            truth: TRUTH.map(of),
+            attitude: ATTITUDE.map(of),
+            odometry: ODOMETRY.map(of),
+            own,
+        })
+    }
+
+    fn write(&self, log: &mut LogWriter, scenario: &Scenario) -> Result<(), LogError> {
+        let rates = &scenario.log;
+        let mut paces = [rates.joint_states_hz, rates.odom_hz, rates.cmd_vel_hz].map(Pace::hz);
+        let mut angles_rad = vec![0.0; self.wheels.len()];
+        for row in 0..self.rows {
+            let time = (row as u64 + 1) * scenario.control.period_us * 1000;
+            let state = self.vehicle_state(row, time, scenario);
+            for (angle, wheel) in angles_rad.iter_mut().zip(&state.wheels) {
+                // As of a run: a wheel that nobody measured is shown where it was.
+                if wheel.measured_rad_s.is_finite() {
+                    *angle += wheel.measured_rad_s * scenario.period_s();
+                }
+            }
+            log.send(topic::VEHICLE_STATE, time, &state)?;
+            if !self.own.is_empty() {
+                log.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(row, time))?;
+            }
+            let [joints, odometry, command] = &mut paces;
+            if joints.due(time) {
+                log.send(
+                    topic::JOINT_STATES,
+                    time,
+                    &joint_states(&state, &angles_rad, scenario),
+                )?;
+            }
+            if odometry.due(time) {
+                if let Some(odometry) = self.odometry(row, time) {
+                    log.send(topic::ODOM, time, &odometry)?;
+                }
+                if let Some(truth) = self.truth(row, time) {
+                    log.send(topic::GROUND_TRUTH, time, &truth)?;
+                }
+            }
+            let asked = state.asked_twist;
+            if command.due(time) && known([asked.linear.x, asked.linear.y, asked.angular.z]).is_some() {
+                let header = Header::new(time, BASE_LINK);
+                log.send(topic::CMD_VEL, time, &TwistStamped { header, twist: asked })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn vehicle_state(&self, row: usize, time: u64, scenario: &Scenario) -> VehicleState {
+        let [vx, vy, wz, gyro_rad_s, e_vx, e_vy, e_wz] = self.state.map(|column| at(column, row));
+        let unknown = f64::NAN;
+        let wheels = scenario.vehicle().wheel.iter().zip(&self.wheels);
+        VehicleState {
+            header: Header::new(time, BASE_LINK),
+            policy: RECORDED.1.into(),
+            asked_twist: twist(&BodyTwist::from_array([vx, vy, wz])),
+            gyro_rad_s,
+            common_factor: unknown,
+            estimated_twist: twist(&BodyTwist::from_array([e_vx, e_vy, e_wz])),
+            wheels: wheels
+                .map(|(wheel, columns)| {
+                    let [reference_rad_s, measured_rad_s, applied_n_m, acted_n_m] =
+                        columns.map(|column| at(column, row));
+                    WheelState {
+                        name: wheel.name.clone(),
+                        reference_rad_s,
+                        measured_rad_s,
+                        p_n_m: unknown,
+                        i_n_m: unknown,
+                        d_n_m: unknown,
+                        requested_n_m: unknown,
+                        applied_n_m,
+                        acted_n_m,
+                        limit_lower_n_m: unknown,
+                        limit_upper_n_m: unknown,
+                        saturated: false,
+                        slip_ratio: unknown,
+                        disturbed_ratio: unknown,
+                        contact_normal_n: unknown,
+                        contact_along_n: unknown,
+                    }
+                })
+                .collect(),
+        }
+    }
+
+    fn own_signals(&self, row: usize, time: u64) -> ControllerSignals {
+        ControllerSignals {
+            header: Header::new(time, ""),
+            name: self.own.iter().map(|(name, _)| name.clone()).collect(),
+            value: self.own.iter().map(|(_, column)| column[row]).collect(),
+        }
+    }
+
+    /// None where nobody knows.
+    fn truth(&self, row: usize, time: u64) -> Option<Odometry> {
+        let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
+        let [x, y] = known([x, y])?;
+        // A pose in the plane has neither height nor tilt.
+        let z = if z.is_finite() { z } else { 0.0 };
+        let attitude = known(self.attitude.map(|column| at(column, row)));
+        let turn = attitude.or_else(|| known([yaw]).map(|[yaw]| about_z(yaw)))?;
+        Some(placed(time, WORLD_LINK, [x, y, z], turn))
+    }
+
+    fn odometry(&self, row: usize, time: u64) -> Option<Odometry> {
+        let [x, y, yaw] = known(self.odometry.map(|column| at(column, row)))?;
+        Some(placed(time, "odom", [x, y, 0.0], about_z(yaw)))
+    }
+}
+
+fn at(column: Option<&[f64]>, row: usize) -> f64 {
+    column
+        .and_then(|column| column.get(row))
+        .copied()
+        .unwrap_or(f64::NAN)
+}
+
+fn about_z(yaw_rad: f64) -> [f64; 4] {
+    [0.0, 0.0, libm::sin(yaw_rad / 2.0), libm::cos(yaw_rad / 2.0)]
+}
+
+fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
+    values.iter().all(|value| value.is_finite()).then_some(values)
+}
+
+/// A pose whose twist nobody measured.
+fn placed(time: u64, frame: &str, [x, y, z]: [f64; 3], [qx, qy, qz, qw]: [f64; 4]) -> Odometry {
+    let orientation = Quaternion {
+        x: qx,
+        y: qy,
+        z: qz,
+        w: qw,
+    };
+    let unknown = BodyTwist::from_array([f64::NAN; 3]);
+    Odometry {
+        header: Header::new(time, frame),
+        child_frame_id: BASE_LINK.into(),
+        pose: PoseWithCovariance {
+            pose: Pose {
+                position: Point { x, y, z },
+                orientation,
+            },
+            covariance: [[0.0; 6]; 6],
+        },
+        twist: TwistWithCovariance {
+            twist: twist(&unknown),
+            covariance: [[0.0; 6]; 6],
+        },
+    }
+}
+
+/// The wheels; hinges are left out, which the vehicle's encoders need not have.
+fn joint_states(state: &VehicleState, angles_rad: &[f64], scenario: &Scenario) -> JointState {
+    let wheels = scenario.vehicle().wheel.iter().zip(&state.wheels);
+    let mut joints = JointState {
+        header: state.header.clone(),
+        ..JointState::default()
+    };
+    for ((wheel, measured), angle) in wheels.zip(angles_rad) {
+        joints.name.push(wheel_link(&wheel.name));
+        joints.position.push(angle * wheel.gear);
+        joints.velocity.push(measured.measured_rad_s * wheel.gear);
+        joints.effort.push(measured.acted_n_m / wheel.gear);
+    }
+    joints
+}
+
+#[cfg(test)]
+#[path = "recording_tests.rs"]
+mod tests;

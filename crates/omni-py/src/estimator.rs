@@ -1,0 +1,238 @@
+//! The estimator over arrays.
+
+use omni_core::EstimatorConfig;
+use pyo3::prelude::*;
+
+use crate::arrays::{Array, Rows, STEPS_PER_LOOK, array, as_many_or_one, fixed, flags, floats};
+use crate::error::refused;
+use crate::estimate::{Beside, Estimate};
+use crate::kinematics::Kinematics;
+
+/// The pose from wheels, gyro and accelerometer at once, while wheels slip; and how far it may be off.
+///
+/// An extended Kalman filter in whose state is the slip of all wheels together, which no redundancy sees and an
+/// accelerometer does. Wheels that disagree are believed less; a vehicle that is told to rest and stands has no
+/// velocity, and teaches the gyro's bias. What is NaN was not heard and is left out.
+///
+/// Args:
+///     kinematics: how wheels say how the vehicle moves.
+///     period_s: time between two steps [s], 1e-6 to 10.
+///     wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
+///     gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
+///     accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
+///     wander_m_s_per_sqrt_s: how far the velocity wanders where no acceleration is told [m/s per root of s]; 0.3.
+///     bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
+///     bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
+///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
+///     slip_s: time in which a slip comes and goes [s]; 0.3.
+///
+/// Raises:
+///     ConfigError: a value is out of range.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.1)
+///     >>> estimator = omnistep.Estimator(kinematics=omnistep.Kinematics(layout=layout), period_s=0.001)
+///     >>> locked = [[0.0] * 4] * 1000  # pushed for a second at 0.5 m/s^2 with locked wheels, on ice
+///     >>> poses = estimator.step(locked, yaw_rates=0.0, accelerations=[0.5, 0.0])
+///     >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) + 0.5) < 0.02
+///     (True, True)
+#[pyclass(module = "omnistep")]
+pub(crate) struct Estimator {
+    wheels: usize,
+    filter: Box<dyn Estimate>,
+    nis: Vec<f64>,
+    nis_shape: Vec<usize>,
+}
+
+/// As many values as there are rows, a single one standing for all.
+fn each(name: &str, found: usize, rows: usize) -> PyResult<()> {
+    if found == rows || found == 1 {
+        Ok(())
+    } else {
+        Err(as_many_or_one((name, found), "row", ("wheels", rows)))
+    }
+}
+
+#[pymethods]
+impl Estimator {
+    #[new]
+    #[pyo3(signature = (*, kinematics, period_s, wheel_rad_s = None, gyro_rad_s = None, accelerometer_m_s2 = None,
+        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, slip_m_s = None, slip_s = None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords, each with a name")]
+    fn new(
+        kinematics: &Bound<'_, Kinematics>,
+        period_s: f64,
+        wheel_rad_s: Option<f64>,
+        gyro_rad_s: Option<f64>,
+        accelerometer_m_s2: Option<f64>,
+        wander_m_s_per_sqrt_s: Option<f64>,
+        bias_rad_s: Option<f64>,
+        bias_walk_rad_s_per_sqrt_s: Option<f64>,
+        slip_m_s: Option<f64>,
+        slip_s: Option<f64>,
+    ) -> PyResult<Self> {
+        let mut config = EstimatorConfig::new(period_s);
+        for (to, given) in [
+            (&mut config.wheel_rad_s, wheel_rad_s),
+            (&mut config.gyro_rad_s, gyro_rad_s),
+            (&mut config.accelerometer_m_s2, accelerometer_m_s2),
+            (&mut config.wander_m_s_per_sqrt_s, wander_m_s_per_sqrt_s),
+            (&mut config.bias_rad_s, bias_rad_s),
+            (&mut config.bias_walk_rad_s_per_sqrt_s, bias_walk_rad_s_per_sqrt_s),
+            (&mut config.slip_m_s, slip_m_s),
+            (&mut config.slip_s, slip_s),
+        ] {
+            *to = given.unwrap_or(*to);
+        }
+        let kinematics = kinematics.get();
+        Ok(Self {
+            wheels: kinematics.wheel_count(),
+            filter: kinematics.estimate(config)?,
+            nis: Vec::new(),
+            nis_shape: vec![0],
+        })
+    }
+
+    /// The pose now, (3,).
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![3], self.filter.pose().to_vec())
+    }
+
+    /// The vehicle's motion now, not that of its wheels, (3,).
+    #[getter]
+    fn twist<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![3], self.filter.twist().to_vec())
+    }
+
+    /// What all wheels together show beyond that motion, as a twist, (3,).
+    #[getter]
+    fn slip<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![3], self.filter.slip().to_vec())
+    }
+
+    /// Covariance of the pose, (3, 3), in x [m], y [m] and yaw [rad].
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![3, 3], self.filter.covariance().as_flattened().to_vec())
+    }
+
+    /// What the gyro says at rest [rad/s].
+    #[getter]
+    fn gyro_bias_rad_s(&self) -> f64 {
+        self.filter.bias()
+    }
+
+    /// Normalised squared innovation of each row of the last step, by the wheels taken in: 1 on average.
+    ///
+    /// NaN where none was.
+    #[getter]
+    fn nis<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, self.nis_shape.clone(), self.nis.clone())
+    }
+
+    /// One period a row.
+    ///
+    /// Args:
+    ///     wheels: actuator velocities [rad/s], (N,) or (T, N).
+    ///     yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
+    ///     accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
+    ///         none by default.
+    ///     told_to_rest: the command is rest, one or (T,); False by default.
+    ///
+    /// Returns:
+    ///     The pose after each, (3,) or (T, 3).
+    ///
+    /// Raises:
+    ///     ConfigError: a shape is wrong.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (wheels, *, yaw_rates = None, accelerations = None, told_to_rest = None))]
+    fn step<'py>(
+        &mut self,
+        wheels: &Bound<'py, PyAny>,
+        yaw_rates: Option<&Bound<'py, PyAny>>,
+        accelerations: Option<&Bound<'py, PyAny>>,
+        told_to_rest: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py, f64>> {
+        let py = wheels.py();
+        let rows = Rows::with_gaps("wheels", wheels, self.wheels)?;
+        let count = rows.len();
+        let yaw_rates = match yaw_rates {
+            Some(given) => floats("yaw_rates", given)?.0,
+            None => vec![f64::NAN],
+        };
+        let accelerations = match accelerations {
+            Some(given) => Rows::with_gaps("accelerations", given, 2)?.values,
+            None => vec![f64::NAN; 2],
+        };
+        let rests = match told_to_rest {
+            Some(given) => flags("told_to_rest", given)?,
+            None => vec![false],
+        };
+        each("yaw_rates", yaw_rates.len(), count)?;
+        each("accelerations", accelerations.len() / 2, count)?;
+        each("told_to_rest", rests.len(), count)?;
+        let (filter, width) = (&mut *self.filter, self.wheels);
+        let accelerations: &[[f64; 2]] = accelerations.as_chunks().0;
+        let (poses, nis) = py.detach(|| -> PyResult<_> {
+            let (mut poses, mut nis) = (Vec::with_capacity(3 * count), Vec::with_capacity(count));
+            let last = |values: usize, k: usize| k.min(values.saturating_sub(1));
+            for (k, row) in rows.values.chunks_exact(width).enumerate() {
+                let beside = Beside {
+                    yaw_rate_rad_s: yaw_rates
+                        .get(last(yaw_rates.len(), k))
+                        .copied()
+                        .unwrap_or(f64::NAN),
+                    acceleration_m_s2: accelerations
+                        .get(last(accelerations.len(), k))
+                        .copied()
+                        .unwrap_or([f64::NAN; 2]),
+                    told_to_rest: rests.get(last(rests.len(), k)).copied().unwrap_or(false),
+                };
+                let came = filter.step(row, &beside);
+                poses.extend(came.pose);
+                nis.push(if came.readings > 0 {
+                    came.nis / came.readings as f64
+                } else {
+                    f64::NAN
+                });
+                if k % STEPS_PER_LOOK == STEPS_PER_LOOK - 1 {
+                    Python::attach(|py| py.check_signals())?;
+                }
+            }
+            Ok((poses, nis))
+        })?;
+        (self.nis, self.nis_shape) = (nis, rows.shape_of_scalars());
+        array(py, rows.shape(3), poses)
+    }
+
+    /// Set the pose and how well it is known; the yaw is wrapped.
+    ///
+    /// Args:
+    ///     pose: x [m], y [m], yaw [rad].
+    ///     pose_deviations: standard deviations of the three; known exactly by default.
+    ///
+    /// Raises:
+    ///     ConfigError: not three finite numbers, or a deviation that is none.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (pose, *, pose_deviations = None))]
+    fn reset(&mut self, pose: &Bound<'_, PyAny>, pose_deviations: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        const ALLOWED: &str = "three finite numbers, x [m], y [m], yaw [rad]";
+        let pose: [f64; 3] = fixed("pose", pose, ALLOWED)?;
+        let deviations = match pose_deviations {
+            Some(given) => fixed("pose_deviations", given, "three finite numbers >= 0")?,
+            None => [0.0; 3],
+        };
+        if self.filter.reset(pose, deviations)? {
+            Ok(())
+        } else {
+            Err(refused("pose", &format!("pose = {pose:?}, allowed: {ALLOWED}")))
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let [x, y, yaw] = self.filter.pose();
+        format!("<omnistep.Estimator at x {x:.3} m, y {y:.3} m, yaw {yaw:.3} rad>")
+    }
+}

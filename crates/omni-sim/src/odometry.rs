@@ -1,0 +1,286 @@
+//! The odometry of a run: where the vehicle is by what its wheels turned, and how sure that is.
+
+use omni_core::{
+    BodyTwist, CovarianceGrowth, Kinematics, Odometry, OdometryNoise, OdometryState, PlanarPose,
+    PoseCovariance, WheelAngles,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::config::{self, DriveNoise, Scenario, Vehicle, for_wheel_count};
+use crate::controller::{AnyController, ControlSample};
+
+/// Most wheels of a vehicle: what has fewer has columns of zeros, so that how many there are does not matter.
+const WHEELS: usize = 8;
+/// Time over which what the wheels turned is gathered before the covariance grows by it \[s\]. A slip of one period and one count of a coarse
+/// encoder are then no noise of their own, and it costs next to nothing.
+const WINDOW_S: f64 = 0.01;
+
+/// Dead reckoning by twists: how many wheels there are does not matter to it.
+type ByTwists = Odometry<f64, 1>;
+
+/// Where a vehicle is by what its wheels turned, and how sure that is, at the end of a control period.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario};
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// for _ in 0..2000 {
+///     simulation.step(&simulation.scenario_command())?;
+/// }
+/// let (odometry, truth) = (simulation.observation().odometry, simulation.observation().pose.position_m);
+/// assert!(truth[0] > 0.3 && (odometry.pose.x_m - truth[0]).abs() < 0.005); // its wheels roll
+/// assert!(odometry.covariance[0][0] > 0.0);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct OdometryEstimate {
+    /// Pose of the origin in the world \[m, m, rad\], yaw in (-pi, pi]. It begins at the true pose of the start.
+    pub pose: PlanarPose<f64>,
+    /// Twist of the origin that the wheels last amounted to.
+    pub twist: BodyTwist<f64>,
+    /// Covariance of the pose: rows and columns x, y, yaw, world axes \[m^2, m rad, rad^2\]. 0 at the start.
+    pub covariance: [[f64; 3]; 3],
+}
+
+impl Default for OdometryEstimate {
+    fn default() -> Self {
+        Self {
+            pose: PlanarPose::origin(),
+            twist: BodyTwist::ZERO,
+            covariance: [[0.0; 3]; 3],
+        }
+    }
+}
+
+/// What a snapshot keeps.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct State {
+    reckoned: OdometryState<f64, 1>,
+    twist: BodyTwist<f64>,
+    covariance: PoseCovariance<f64>,
+    /// What the wheels turned since the covariance grew \[rad\], in how many periods, and the pose then.
+    turned: [f64; WHEELS],
+    periods: u32,
+    from: PlanarPose<f64>,
+    /// Wheels that have no say.
+    left_out: [bool; WHEELS],
+}
+
+/// Where the pose of a drive and the wheels that it leaves out are among the controller's own signals.
+#[derive(Clone, Copy)]
+struct OfDrive {
+    pose: usize,
+    left_out: usize,
+}
+
+/// The odometry of a vehicle, with what it remembers.
+pub(crate) struct Odometer {
+    vehicle: Vehicle,
+    odometry: ByTwists,
+    growth: CovarianceGrowth<f64>,
+    period_s: f64,
+    /// Periods after which the covariance grows.
+    window: u32,
+    start: PlanarPose<f64>,
+    drive: Option<OfDrive>,
+    /// None where too few wheels tell the motion.
+    maps: Option<Maps>,
+    state: State,
+}
+
+/// Twist by wheel velocities, one row an axis, and back.
+struct Maps {
+    forward: [[f64; WHEELS]; 3],
+    inverse: [[f64; 3]; WHEELS],
+}
+
+impl Maps {
+    fn of(vehicle: &Vehicle, left_out: &[bool; WHEELS]) -> Result<Option<Self>, omni_core::ConfigError> {
+        let count = vehicle.wheel.len();
+        for_wheel_count!(count, maps[](vehicle, left_out), |count| Err(config::wheel_count_refused(count)))
+    }
+}
+
+fn maps<const N: usize>(
+    vehicle: &Vehicle,
+    left_out: &[bool; WHEELS],
+) -> Result<Option<Maps>, omni_core::ConfigError> {
+    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
+    let Some(kinematics) = kinematics.excluding(&std::array::from_fn(|i| left_out[i])) else {
+        return Ok(None);
+    };
+    let (mut forward, mut inverse) = ([[0.0; WHEELS]; 3], [[0.0; 3]; WHEELS]);
+    for (to, from) in forward.iter_mut().zip(kinematics.forward_matrix()) {
+        to[..N].copy_from_slice(from);
+    }
+    inverse[..N].copy_from_slice(kinematics.inverse_matrix());
+    Ok(Some(Maps { forward, inverse }))
+}
+
+impl Odometer {
+    /// Of a scenario whose vehicle starts at a true pose, with a controller that was made for it.
+    pub(crate) fn new(
+        scenario: &Scenario,
+        controller: &AnyController,
+        start: PlanarPose<f64>,
+    ) -> Result<Self, Error> {
+        let refuse = |error: omni_core::ConfigError| config::Error::Key {
+            file: format!("scenario {}", scenario.name),
+            key: error.parameter.into(),
+            message: error.to_string(),
+        };
+        let noise = scenario
+            .drive
+            .as_ref()
+            .and_then(|drive| drive.noise)
+            .unwrap_or_default();
+        let DriveNoise {
+            wheel_rad_per_sqrt_rad,
+            residual_gain,
+            ..
+        } = noise;
+        let growth = CovarianceGrowth::new(OdometryNoise {
+            wheel_rad_per_sqrt_rad,
+            residual_gain,
+        });
+        let period_s = scenario.period_s();
+        let own = controller.signal_names();
+        let place = |signal: &str| own.iter().position(|name| name == signal);
+        let first = scenario
+            .vehicle()
+            .wheel
+            .first()
+            .map_or("", |wheel| wheel.name.as_str());
+        let drive = place("drive_pose_x_m").zip(place(&format!("drive_left_out_{first}")));
+        let left_out = [false; WHEELS];
+        let mut reckoned = OdometryState::new();
+        reckoned.reset(&start);
+        Ok(Self {
+            maps: Maps::of(scenario.vehicle(), &left_out).map_err(refuse)?,
+            vehicle: scenario.vehicle().clone(),
+            odometry: Odometry::new(period_s).map_err(refuse)?,
+            growth: growth.map_err(refuse)?,
+            period_s,
+            window: (WINDOW_S / period_s).round().max(1.0) as u32,
+            start,
+            drive: drive.map(|(pose, left_out)| OfDrive { pose, left_out }),
+            state: State {
+                from: reckoned.pose(),
+                reckoned,
+                twist: BodyTwist::ZERO,
+                covariance: PoseCovariance::default(),
+                turned: [0.0; WHEELS],
+                periods: 0,
+                left_out,
+            },
+        })
+    }
+
+    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not been told of it yet keeps to what it said.
+    pub(crate) fn read(&mut self, wheels_rad_s: &[f64]) {
+        if self.drive.is_none() {
+            self.turn(wheels_rad_s.iter().copied(), |_| false);
+        }
+    }
+
+    /// The controller did its step: where it is a drive, its own pose counts, and its word on which wheels have a say.
+    pub(crate) fn stepped(&mut self, sample: &ControlSample) {
+        let Some(OfDrive { pose, left_out }) = self.drive else {
+            return;
+        };
+        let flag = |wheel: usize| sample.own.get(left_out + wheel).is_some_and(|flag| *flag != 0.0);
+        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), flag);
+        if let Some([x, y, yaw]) = sample.own.get(pose..).and_then(|own| own.first_chunk()) {
+            let (sin, cos) = omni_core::Real::sine_cosine(self.start.yaw_rad);
+            // Of nonsense over a link nothing is taken.
+            self.state.reckoned.reset(&PlanarPose {
+                x_m: self.start.x_m + cos * x - sin * y,
+                y_m: self.start.y_m + sin * x + cos * y,
+                yaw_rad: self.start.yaw_rad + yaw,
+            });
+        }
+    }
+
+    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading has no say.
+    fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_left_out: impl Fn(usize) -> bool) {
+        let (mut read, mut left_out) = ([0.0; WHEELS], [false; WHEELS]);
+        for (i, velocity) in wheels_rad_s.enumerate().take(WHEELS) {
+            left_out[i] = is_left_out(i) || !velocity.is_finite();
+            if !left_out[i] {
+                read[i] = velocity;
+            }
+        }
+        if left_out != self.state.left_out {
+            self.grow();
+            // The layout was good when all wheels had a say.
+            self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
+            self.state.left_out = left_out;
+        }
+        let Some(maps) = &self.maps else {
+            self.state.twist = BodyTwist::ZERO;
+            return;
+        };
+        let twist = maps
+            .forward
+            .each_ref()
+            .map(|row| row.iter().zip(&read).map(|(f, v)| f * v).sum());
+        self.state.twist = BodyTwist::from_array(twist);
+        self.odometry
+            .step_twist(&mut self.state.reckoned, &self.state.twist);
+        for (turned, velocity) in self.state.turned.iter_mut().zip(&read) {
+            *turned += velocity * self.period_s;
+        }
+        self.state.periods += 1;
+        if self.state.periods >= self.window {
+            self.grow();
+        }
+    }
+
+    /// Takes what was turned since the last time into the covariance.
+    fn grow(&mut self) {
+        let state = &mut self.state;
+        if let (Some(maps), 1..) = (&self.maps, state.periods) {
+            let moved = maps.forward.each_ref().map(|row| {
+                let parts = row.iter().zip(&state.turned);
+                parts.map(|(f, turned)| f * turned).sum::<f64>()
+            });
+            let residual = |wheel: usize| {
+                let explained = maps.inverse[wheel].iter().zip(&moved);
+                state.turned[wheel] - explained.map(|(a, by)| a * by).sum::<f64>()
+            };
+            let residuals = WheelAngles {
+                rad: std::array::from_fn(residual),
+            };
+            let turned = WheelAngles { rad: state.turned };
+            self.growth.step_by(
+                &mut state.covariance,
+                &state.from,
+                &maps.forward,
+                &turned,
+                &residuals,
+            );
+        }
+        state.turned = [0.0; WHEELS];
+        state.periods = 0;
+        state.from = state.reckoned.pose();
+    }
+
+    /// Where it has come to.
+    pub(crate) fn estimate(&self) -> OdometryEstimate {
+        OdometryEstimate {
+            pose: self.state.reckoned.pose(),
+            twist: self.state.twist,
+            covariance: *self.state.covariance.matrix(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+
+    pub(crate) fn restore(&mut self, state: State) {
+        self.maps = Maps::of(&self.vehicle, &state.left_out).ok().flatten();
+        self.state = state;
+    }
+}

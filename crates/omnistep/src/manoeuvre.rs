@@ -1,0 +1,144 @@
+//! A drive for `omnistep identify`: a scenario that moves everything which a log shall tell of.
+
+use std::fmt::Write as _;
+
+use omni_config::Vehicle;
+
+use crate::Error;
+
+/// Part of the top speeds that is driven: below them no motor is at its limit.
+const SHARE: f64 = 0.6;
+/// Largest change of a speed at the rim \[m/s^2\]: a third of what rubber on a smooth floor gives.
+const CHANGE_M_S2: f64 = 2.0;
+/// Where neither the vehicle's limits nor its motors say how fast it goes \[m/s, m/s, rad/s\].
+const SPEEDS: [f64; 3] = [0.5, 0.5, 1.0];
+/// Parts of the speeds forward, sideways and about, and how long each is driven \[s\]. Ahead and back, sideways, turns, each fast and slow,
+/// and askew, where no wheel stands.
+const LEGS: [([f64; 3], f64); 17] = [
+    ([1.0, 0.0, 0.0], 1.4),
+    ([-1.0, 0.0, 0.0], 1.4),
+    ([-0.3, 0.0, 0.0], 1.0),
+    ([0.3, 0.0, 0.0], 1.0),
+    ([0.0, 1.0, 0.0], 1.4),
+    ([0.0, -1.0, 0.0], 1.4),
+    ([0.0, -0.3, 0.0], 1.0),
+    ([0.0, 0.3, 0.0], 1.0),
+    ([0.0, 0.0, 1.0], 1.4),
+    ([0.0, 0.0, -1.0], 1.4),
+    ([0.0, 0.0, -0.3], 1.0),
+    ([0.0, 0.0, 0.3], 1.0),
+    ([0.5, 0.2, 0.3], 1.4),
+    ([-0.5, 0.2, -0.3], 1.4),
+    ([0.2, -0.5, -0.3], 1.4),
+    ([-0.2, 0.5, 0.3], 1.4),
+    ([0.6, 0.0, 0.0], 1.0),
+];
+/// Halves of the swings about the last leg \[s\]: 0.5 to 5 Hz, for delay and lag.
+const SWINGS_S: [f64; 14] = [
+    1.0, 1.0, 0.7, 0.7, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.15, 0.15, 0.1, 0.1,
+];
+/// A swing's part of the speed ahead.
+const SWING: f64 = 0.25;
+
+/// The text of the scenario for a vehicle that its own file or name stands for.
+pub(crate) fn text(name: &str, given: &str) -> Result<String, Error> {
+    let vehicle = Vehicle::load(given)?;
+    let speeds = speeds(&vehicle)?;
+    let mut then = String::new();
+    let mut at_s = 0.5;
+    let mut before = [0.0; 3];
+    let mut drive = |at_s: f64, part: [f64; 3], ramp_s: Option<f64>| {
+        let steps = [0, 1, 2].map(|axis| (part[axis] - before[axis]).abs() * speeds.rim_m_s[axis]);
+        let ramp_s = ramp_s.unwrap_or((steps.iter().sum::<f64>() / CHANGE_M_S2).max(0.1));
+        before = part;
+        let [vx, vy, wz] = [0, 1, 2].map(|axis| part[axis] * speeds.twist[axis]);
+        // A string takes whatever is written.
+        let _ = writeln!(
+            then,
+            "    {{ at_s = {at_s:.2}, vx_m_s = {vx:.3}, vy_m_s = {vy:.3}, wz_rad_s = {wz:.3}, ramp_s = {ramp_s:.2} }},"
+        );
+        ramp_s
+    };
+    for (part, stays_s) in LEGS {
+        at_s += drive(at_s, part, None) + stays_s;
+    }
+    for (index, half_s) in SWINGS_S.into_iter().enumerate() {
+        let swing = if index % 2 == 0 { SWING } else { -SWING };
+        drive(at_s, [0.6 + swing, 0.0, 0.0], Some(half_s));
+        at_s += half_s;
+    }
+    at_s += drive(at_s, [0.0; 3], None);
+    let duration_s = (at_s + 0.5).ceil();
+    let quoted = serde_json::Value::from(given); // JSON quotes as TOML does
+    Ok(format!(
+        "# A drive that tells masses, friction, delay and lag: omnistep run {name}.toml, then omnistep identify of the log.
+# Drive the same commands with your own vehicle on level ground, some 3 m free on each side, and log the torques commanded (or the duty cycles)
+# and the wheels' velocities of every control period. Then the same with all wheels in the air (--lifted): only that tells gears from
+# rolling, and the wheels' inertia from the vehicle's mass; a scale (--known mass_kg=...) does the latter too.
+schema_version = 1
+name = \"{name}\"
+vehicle = {quoted}
+duration_s = {duration_s:.1}
+
+[terrain]
+kind = \"flat\"
+friction = 0.7
+
+[command]                       # ahead, sideways, about, each fast and slow; askew; then swings of 0.5 to 5 Hz
+vx_m_s = 0.0
+vy_m_s = 0.0
+wz_rad_s = 0.0
+ramp_s = 0.0
+then = [
+{then}]
+
+[control]
+policy = \"independent\"
+period_us = 1000
+
+[physics]
+engine = \"articulated\"
+step_us = 500
+contact_hz = 200.0
+contact_damping = 5.0
+gravity_m_s2 = 9.81
+"
+    ))
+}
+
+/// How fast the legs are driven.
+struct Speeds {
+    /// Along x, y \[m/s\] and about z \[rad/s\].
+    twist: [f64; 3],
+    /// The same at the fastest rim \[m/s\].
+    rim_m_s: [f64; 3],
+}
+
+fn speeds(vehicle: &Vehicle) -> Result<Speeds, Error> {
+    let of_motors = match vehicle.no_load_rad_s() {
+        Some(no_load) => Some(vehicle.speeds_at(no_load)?),
+        None => None,
+    };
+    let allowed = vehicle
+        .limits
+        .map(|limits| [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]);
+    let twist = [0, 1, 2].map(|axis| {
+        let top = [of_motors, allowed]
+            .into_iter()
+            .flatten()
+            .map(|speeds| speeds[axis]);
+        let top = top.fold(f64::INFINITY, f64::min);
+        SHARE * if top.is_finite() { top } else { SPEEDS[axis] }
+    });
+    // What a motion asks of the fastest wheel: its actuator's speed times what the wheel rolls by.
+    let per_actuator = vehicle.speeds_at(1.0)?;
+    let roll = vehicle
+        .wheel
+        .iter()
+        .map(|wheel| wheel.radius_m * wheel.gear)
+        .fold(0.0, f64::max);
+    Ok(Speeds {
+        twist,
+        rim_m_s: [0, 1, 2].map(|axis| roll * twist[axis] / per_actuator[axis]),
+    })
+}

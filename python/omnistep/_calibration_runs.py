@@ -1,0 +1,123 @@
+"""Runs for calibration: what was driven, and what was measured at the end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from omnistep._omnistep import shortened
+from omnistep._toml_files import read_toml
+from omnistep._wheel_logs import LogLike
+from omnistep.errors import ConfigError
+
+#: What is measured at the end of a run.
+ENDS = ("end_x_m", "end_y_m", "end_yaw_rad", "distance_m")
+RANGES = {
+    **dict.fromkeys(ENDS, (-1e3, 1e3)),
+    "distance_m": (0.0, 1e3),
+    "position_sd_m": (1e-6, 10.0),
+    "yaw_sd_rad": (1e-6, 3.0),
+}
+KEYS = ("schema_version", "position_sd_m", "yaw_sd_rad", "run")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationRun:
+    """One drive, and what was measured at its end; the start is the origin, facing +x.
+
+    Attributes:
+        log: what the encoders said: columns ``time_s`` and of every wheel ``wheel_NAME_position_rad`` or
+            ``wheel_NAME_measured_rad_s``, of its actuator.
+        end_x_m: how far ahead of its start the vehicle stands [m]; None where it was not measured.
+        end_y_m: how far to the left [m].
+        end_yaw_rad: how far it is turned counter-clockwise [rad], whole turns do not matter.
+        distance_m: distance of the end from the start [m], where only a tape was there.
+        gyro: the turn is that of the log's ``gyro_rad_s``; its zero is its mean while the vehicle stands at
+            the start, 0.5 s or more.
+
+    >>> import omnistep
+    >>> omnistep.CalibrationRun(log="ahead.csv", distance_m=2.013).end_x_m is None
+    True
+    """
+
+    log: LogLike
+    end_x_m: float | None = None
+    end_y_m: float | None = None
+    end_yaw_rad: float | None = None
+    distance_m: float | None = None
+    gyro: bool = False
+
+
+def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str, float]]:
+    r"""Read a TOML file that names logs and what was measured, for :func:`calibrate`.
+
+    Args:
+        path: a file with ``[[run]]`` tables of the keys of :class:`CalibrationRun`; ``log`` is relative to the file.
+            ``position_sd_m`` and ``yaw_sd_rad`` may stand before them.
+
+    Returns:
+        The runs, and the numbers that stand before them.
+
+    Raises:
+        ConfigError: it cannot be read, or a key or value is wrong.
+
+    >>> import tempfile, pathlib
+    >>> from omnistep._calibration_runs import read_runs
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "runs.toml"
+    >>> _ = file.write_text('[[run]]\nlog = "ahead.csv"\ndistance_m = 2.013\n')
+    >>> runs, _ = read_runs(file)
+    >>> runs[0].distance_m
+    2.013
+    """
+    name = fspath(path)
+    _, keys = read_toml(Path(path))
+    if unknown := sorted(set(keys) - set(KEYS)):
+        key = shortened(unknown[0])
+        raise ConfigError(f"{name}: {key} is no key, allowed: {', '.join(KEYS)}", key=key, file=name)
+    if keys.get("schema_version", 1) != 1:
+        raise ConfigError(
+            f"{name}: schema_version = {shortened(repr(keys['schema_version']))}, allowed: 1",
+            key="schema_version",
+            file=name,
+        )
+    tables = keys.get("run", [])
+    if not (isinstance(tables, list) and tables and all(isinstance(each, dict) for each in tables)):
+        raise ConfigError(f"{name}: no [[run]], allowed: one or more", key="run", file=name)
+    runs = []
+    for index, each in enumerate(tables):
+        allowed = ("log", *ENDS, "gyro")
+        if unknown := sorted(set(each) - set(allowed)):
+            key = f"run[{index}].{shortened(unknown[0])}"
+            raise ConfigError(f"{name}: {key} is no key, allowed: {', '.join(allowed)}", key=key, file=name)
+        log = each.get("log")
+        if not isinstance(log, str):
+            raise ConfigError(
+                f"{name}: run[{index}].log = {shortened(repr(log))}, allowed: the path of an MCAP or CSV file",
+                key=f"run[{index}].log",
+                file=name,
+            )
+        for key in ENDS:
+            if key in each:
+                number(key, each[key], f"{name}: run[{index}].")
+        if not isinstance(each.get("gyro", False), bool):
+            raise ConfigError(
+                f"{name}: run[{index}].gyro = {shortened(repr(each['gyro']))}, allowed: true, false",
+                key=f"run[{index}].gyro",
+                file=name,
+            )
+        runs.append(CalibrationRun(**{**each, "log": Path(path).parent / log}))
+    noise: dict[str, float] = {key: keys[key] for key in ("position_sd_m", "yaw_sd_rad") if key in keys}
+    for key, value in noise.items():
+        number(key, value, f"{name}: ")
+    return runs, noise
+
+
+def number(key: str, value: Any, where: str) -> None:
+    """Refuse what is no number within a key's range."""
+    low, high = RANGES[key]
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not low <= value <= high:
+        raise ConfigError(f"{where}{key} = {shortened(repr(value))}, allowed: {low:g} to {high:g}", key=key)

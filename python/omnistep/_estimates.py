@@ -1,0 +1,288 @@
+"""Least squares with intervals, and what the data cannot tell: shared by identification and calibration."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep.errors import ConfigError
+
+Floats = NDArray[np.float64]
+
+#: Part of the intervals that shall hold the truth.
+CONFIDENCE = 0.95
+#: A direction of parameters is told where its standard deviation is below this part of their scales.
+TOLD = 0.3
+#: A parameter belongs to a direction where it makes at least this part of it.
+MEMBER = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One number to be found."""
+
+    name: str
+    unit: str
+    start: float
+    #: What a large error of ``start`` would be.
+    scale: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    #: The parameter that is held first where only a combination is told: the one of highest rank.
+    rank: int = 0
+    #: Not searched for: somebody measured it otherwise.
+    known: bool = False
+    #: The parameter that it is never told apart from by such data, whatever small differences between wheels pretend.
+    apart_from: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """One parameter, as it was found.
+
+    Attributes:
+        name: the parameter, its unit at the end.
+        unit: the unit.
+        value: the estimate; what was held where the data do not tell it.
+        low: lower end of the 95 % interval; None of a parameter that was held.
+        high: upper end of it.
+        before: what the vehicle file has.
+        note: why it was held; empty where it was found.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float | None
+    high: float | None
+    before: float
+    note: str = ""
+
+    @property
+    def told(self) -> bool:
+        """The data tell it."""
+        return self.low is not None
+
+
+@dataclass
+class Fit:
+    """Where least squares ended."""
+
+    x: Floats
+    deviation: Floats
+    free: NDArray[np.bool_]
+    #: Of each parameter that is held because only a combination is told: the others of it.
+    together: dict[int, list[int]] = field(default_factory=dict)
+    #: Degrees of freedom of the deviations.
+    freedom: float = np.inf
+    residual: Floats = field(default_factory=lambda: np.zeros(0))
+    #: How residuals move with the parameters that were found, in units of their scales.
+    jacobian: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def scipy_part(name: str, needed_by: str) -> Any:
+    """Import a part of SciPy, or say which extra brings it."""
+    try:
+        return importlib.import_module(f"scipy.{name}")
+    except ImportError as error:
+        raise ImportError(f'{needed_by} needs SciPy: install omnistep with its extra "identify"') from error
+
+
+def fit(
+    residual: Callable[[Floats], Floats],
+    parameters: Sequence[Parameter],
+    *,
+    needed_by: str,
+    clusters: NDArray[np.int64] | None = None,
+    redundant: int = 0,
+    begin: Floats | None = None,
+) -> Fit:
+    """Find the parameters with the smallest sum of squared residuals, and hold those that the residuals do not tell.
+
+    Args:
+        residual: weighted residuals for all parameters; their standard deviations shall be alike.
+        parameters: where the search begins, and what bounds it.
+        needed_by: what is named where SciPy is not there.
+        clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: the
+            covariance then sums over groups. Without, residuals are independent.
+        redundant: how many of the residuals are no information of their own.
+        begin: where the search begins instead of the parameters' starts, which are still what is held.
+    """
+    optimize = scipy_part("optimize", needed_by)
+    start = np.array([p.start for p in parameters])
+    scale = np.array([p.scale for p in parameters])
+    bounds = np.array([[p.lower, p.upper] for p in parameters])
+    free = np.array([not (p.known or p.apart_from) for p in parameters])
+    names = [p.name for p in parameters]
+    together = {k: [names.index(p.apart_from)] for k, p in enumerate(parameters) if p.apart_from}
+    begin = start if begin is None else begin
+    x = np.where(free, np.clip(begin, bounds[:, 0], bounds[:, 1]), start)
+    while True:
+        if not free.any():
+            return Fit(x=x, deviation=np.zeros(len(x)), free=free, together=together, residual=residual(x))
+
+        def of_free(z: Floats, base: Floats = x, at: NDArray[np.bool_] = free) -> Floats:
+            whole = base.copy()
+            whole[at] = z * scale[at]
+            return residual(whole)
+
+        low, high = (bounds[free, side] / scale[free] for side in (0, 1))
+        inside = np.clip(x[free] / scale[free], low, high)
+        # A first look at where it starts: a search along what is not told goes anywhere.
+        first = _jacobian(of_free, inside, low, high)
+        held = _hold(first, None, free, together, parameters)
+        if held is not None:
+            x[held] = start[held]
+            free[held] = False
+            continue
+        found = optimize.least_squares(of_free, inside, bounds=(low, high), method="dogbox")
+        x[free] = found.x * scale[free]
+        rest = len(found.fun) - redundant - int(free.sum())
+        if rest < 1:
+            raise ConfigError(
+                f"{len(found.fun) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
+                " than parameters; drive more runs",
+                key="data",
+            )
+        sigma = float(np.sqrt(found.fun @ found.fun / rest))
+        held = _hold(found.jac, sigma, free, together, parameters)
+        if held is None:
+            break
+        free[held] = False
+        x = np.where(free, np.clip(begin, bounds[:, 0], bounds[:, 1]), start)
+    variance = sigma**2 * np.diag(_inverse(found.jac.T @ found.jac))
+    if clusters is not None:
+        variance = variance * _inflation(found.jac, found.fun / sigma, clusters)
+    deviation = np.zeros(len(x))
+    deviation[free] = np.sqrt(variance) * scale[free]
+    return Fit(
+        x=x,
+        deviation=deviation,
+        free=free,
+        together=together,
+        freedom=float(rest),
+        residual=found.fun,
+        jacobian=found.jac,
+    )
+
+
+def _jacobian(residual: Callable[[Floats], Floats], z: Floats, low: Floats, high: Floats) -> Floats:
+    """Differences, on the side that the bounds allow."""
+    here = residual(z)
+    columns = []
+    for k in range(len(z)):
+        step = 1e-4 if z[k] + 1e-4 <= high[k] else -1e-4
+        moved = z.copy()
+        moved[k] += step
+        columns.append((residual(moved) - here) / step)
+    return np.stack(columns, axis=1)
+
+
+def _hold(
+    jacobian: Floats,
+    sigma: float | None,
+    free: NDArray[np.bool_],
+    together: dict[int, list[int]],
+    parameters: Sequence[Parameter],
+) -> int | None:
+    """The parameter to hold, where a direction of them is not told; parameters are in units of their scales here.
+
+    Without a ``sigma`` a direction is only untold where it changes nothing at all.
+    """
+    _, singular, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
+    least = 1e-7 * singular[0] if sigma is None else sigma / TOLD
+    if singular[-1] > least:
+        return None
+    members = np.flatnonzero(np.abs(directions[-1]) > MEMBER)
+    index = np.flatnonzero(free)[members]
+    held = int(max(index, key=lambda k: (parameters[k].rank, k)))
+    together[held] = [int(k) for k in index if k != held]
+    return held
+
+
+def _inverse(matrix: Floats) -> Floats:
+    return np.asarray(np.linalg.pinv(matrix, hermitian=True), dtype=np.float64)
+
+
+def _inflation(jacobian: Floats, residual: Floats, clusters: NDArray[np.int64]) -> float:
+    """By how much variances grow because errors within a group correlate: the mean over all parameters.
+
+    The sandwich of Bell and McCaffrey ("Bias reduction in standard errors for linear regression with multi-stage
+    samples", 2002; CR2), over the variances of independent errors. Of a single parameter it would rest on few groups.
+    """
+    bread = _inverse(jacobian.T @ jacobian)
+    order = np.argsort(clusters, kind="stable")
+    ends = np.flatnonzero(np.diff(clusters[order])) + 1
+    groups = np.split(order, ends)
+    if len(groups) <= 2 * jacobian.shape[1]:
+        raise ConfigError(
+            f"{len(groups)} stretches of driving for {jacobian.shape[1]} parameters, allowed: more than twice as many"
+            " stretches; drive longer",
+            key="data",
+        )
+    variance = np.zeros(len(bread))
+    for rows in groups:
+        part = jacobian[rows]
+        own, vectors = np.linalg.eigh(part @ bread @ part.T)
+        raised = vectors @ ((vectors.T @ residual[rows]) / np.sqrt(np.maximum(1.0 - own, 1e-3)))
+        variance += (bread @ part.T @ raised) ** 2
+    return float(np.mean(variance / np.diag(bread)))
+
+
+def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:
+    """Parameters with their intervals, each within what is possible."""
+    quantile = float(scipy_part("stats", needed_by).t.ppf(0.5 + CONFIDENCE / 2, found.freedom))
+    given = []
+    for k, (parameter, value, deviation) in enumerate(zip(parameters, found.x, found.deviation, strict=True)):
+        low: float | None = None
+        high: float | None = None
+        note = "known" if parameter.known else ""
+        if found.free[k]:
+            low = float(max(value - quantile * deviation, parameter.lower))
+            high = float(min(value + quantile * deviation, parameter.upper))
+        elif not parameter.known:
+            others = [parameters[other].name for other in found.together.get(k, [])]
+            note = f"only together with {', '.join(others)}" if others else "not in these data"
+        given.append(
+            Estimate(
+                name=parameter.name,
+                unit=parameter.unit,
+                value=float(value),
+                low=low,
+                high=high,
+                before=parameter.start,
+                note=note,
+            )
+        )
+    return tuple(given)
+
+
+def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
+    """Parameters that end where their range does, a line each; zero is where friction or a lag may well end."""
+    said = []
+    for k, parameter in enumerate(parameters):
+        for bound in (parameter.lower, parameter.upper):
+            if found.free[k] and bound != 0.0 and abs(found.x[k] - bound) < 1e-6 * parameter.scale:
+                of = f"{bound:.4g} {parameter.unit}".rstrip()
+                said.append(
+                    f"{parameter.name} ended at the bound of its range, {of}, and others bend to it; look at units,"
+                    " signs and names in the log, and at the vehicle's file"
+                )
+    return tuple(said)
+
+
+def table(found: Sequence[Estimate]) -> str:
+    """The estimates, one a line."""
+    rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
+    for each in found:
+        interval = f"held: {each.note}" if each.low is None else f"{each.low:.5g} to {each.high:.5g}"
+        rows.append((each.name, f"{each.value:.5g}", interval, each.unit, f"{each.before:.5g}"))
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )

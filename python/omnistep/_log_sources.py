@@ -1,0 +1,350 @@
+"""Foreign logs as samples: tables (CSV, Parquet) and rosbag2 (mcap, sqlite3)."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._log_map import TIMES, LogMap, Signal
+from omnistep._omnistep import shortened
+from omnistep.errors import LogError, OmnistepError
+
+#: Most samples of a signal: an hour at 10 kHz.
+MOST_SAMPLES = 36_000_000
+#: Longest time between samples of a log: beyond, nanoseconds get coarse [s].
+MOST_APART_S = 1e7
+#: Longest first line of a table [bytes].
+_MOST_HEADER = 2**20
+#: Where messages of these types have what a signal needs; ``yaw(...)`` is the heading of a quaternion.
+_POSE = ("position.x", "position.y", "yaw(orientation)")
+_TWIST = ("linear.x", "linear.y", "angular.z")
+_PLACES = {
+    ("command", "geometry_msgs/msg/Twist"): _TWIST,
+    ("command", "geometry_msgs/msg/TwistStamped"): tuple(f"twist.{name}" for name in _TWIST),
+    ("gyro", "sensor_msgs/msg/Imu"): tuple(f"angular_velocity.{axis}" for axis in "xyz"),
+    ("accelerometer", "sensor_msgs/msg/Imu"): tuple(f"linear_acceleration.{axis}" for axis in "xyz"),
+}
+for _table in ("pose", "odometry"):
+    for _type, _at in (
+        ("nav_msgs/msg/Odometry", "pose.pose."),
+        ("geometry_msgs/msg/PoseWithCovarianceStamped", "pose.pose."),
+        ("geometry_msgs/msg/PoseStamped", "pose."),
+    ):
+        _PLACES[_table, _type] = (f"{_at}{_POSE[0]}", f"{_at}{_POSE[1]}", f"yaw({_at}orientation)")
+_JOINTS = "sensor_msgs/msg/JointState"
+
+Floats = NDArray[np.float64]
+Nanoseconds = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A signal as it was recorded, one row a sample: times [ns] and the raw numbers, NaN where there is none."""
+
+    time_ns: Nanoseconds
+    values: Floats
+
+
+def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[str, Samples]:
+    """Read every signal that a map names."""
+    if not path.exists():
+        raise LogError(f"{path}: no such file or folder", file=str(path))
+    suffix = path.suffix.lower()
+    if suffix in (".csv", ".parquet"):
+        if not path.is_file():
+            raise LogError(f"{path}: not a regular file", file=str(path))
+        return _of_table(path, log_map)
+    if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
+        return _of_bag(path, log_map, told)
+    allowed = "a regular file .csv, .parquet, .mcap or .db3, or the folder of a rosbag2"
+    raise LogError(f"{path}: not a log that is read, allowed: {allowed}", file=str(path))
+
+
+def _needs(package: str) -> ImportError:
+    return ImportError(f'omnistep import needs {package}: install omnistep with its extra "import"')
+
+
+def _module(name: str) -> Any:
+    """A reader, which need not be installed."""
+    return importlib.import_module(name)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Whatever a foreign reader says of a file, in one line."""
+    try:
+        yield
+    except (OmnistepError, ImportError):
+        raise
+    except Exception as error:  # each reader has its own
+        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise LogError(f"{path}: cannot be read: {shortened(reason)}", file=str(path)) from error
+
+
+# Tables
+
+
+def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
+    for table, signal in log_map.signals.items():
+        if signal.topic is not None:
+            log_map.refuse(f"{table}.topic", f"{signal.topic!r}: {path} is a table, allowed: none")
+        if not signal.names:
+            log_map.refuse(f"{table}.names", f"missing, allowed: columns of {path}")
+    if log_map.time_column is None:
+        log_map.refuse("time.column", f"missing, allowed: a column of {path}")
+    wanted = {log_map.time_column: "time.column"}
+    for table, signal in log_map.signals.items():
+        wanted.update(dict.fromkeys(signal.names, f"{table}.names"))
+    try:
+        _module("pyarrow")  # of both readers
+    except ImportError as error:
+        raise _needs("pyarrow") from error
+    with _reading(path):
+        columns = _names_of(path)
+    for name, key in wanted.items():
+        if columns.count(name) != 1:
+            near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
+            found = "no column" if name not in columns else "more than one column"
+            log_map.refuse(key, f"{found} {name!r} in {path}, there are: {', '.join(near)}")
+    with _reading(path):
+        read = _csv_columns if path.suffix.lower() == ".csv" else _parquet_columns
+        table_of = read(path, list(wanted), log_map.time_column)
+        time_ns = _times(path, table_of[log_map.time_column], log_map)
+        return {
+            table: Samples(time_ns, np.column_stack([_floats(path, name, table_of[name]) for name in signal.names]))
+            for table, signal in log_map.signals.items()
+        }
+
+
+def _names_of(path: Path) -> list[str]:
+    if path.suffix.lower() == ".parquet":
+        return list(_module("pyarrow.parquet").ParquetFile(path).schema_arrow.names)
+    with path.open("rb") as file:
+        line = file.readline(_MOST_HEADER)
+    if len(line) == _MOST_HEADER:
+        raise LogError(f"{path}: a first line of more than {_MOST_HEADER} bytes, allowed: the columns' names")
+    names = next(csv.reader([line.decode("utf-8-sig")]), [])
+    if not names:
+        raise LogError(f"{path}: an empty first line, allowed: the columns' names", file=str(path))
+    return names
+
+
+def _csv_columns(path: Path, wanted: list[str], time: str) -> dict[str, Any]:
+    pyarrow, reader = _module("pyarrow"), _module("pyarrow.csv")
+    numbers = {name: pyarrow.float64() for name in wanted if name != time}
+    nothing = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
+    convert = reader.ConvertOptions(include_columns=wanted, column_types=numbers, null_values=nothing)
+    table = reader.read_csv(path, convert_options=convert)
+    _count(path, table.num_rows)
+    return {name: table.column(name) for name in wanted}
+
+
+def _parquet_columns(path: Path, wanted: list[str], time: str) -> dict[str, Any]:
+    batches, rows = [], 0
+    file = _module("pyarrow.parquet").ParquetFile(path)
+    timestamp = _module("pyarrow").types.is_timestamp
+    # Before anything is unpacked: a text of a million letters takes a few bytes of a file, as often as it is there.
+    for name in wanted:
+        kind = file.schema_arrow.field(name).type
+        if not (name == time and timestamp(kind)):
+            _numbers(path, name, kind)
+    # In pieces: a file of some bytes may unpack to anything.
+    for batch in file.iter_batches(columns=wanted):
+        rows += batch.num_rows
+        _count(path, rows)
+        batches.append(batch)
+    if not batches:
+        raise LogError(f"{path}: no rows", file=str(path))
+    table = _module("pyarrow").Table.from_batches(batches)
+    return {name: table.column(name) for name in wanted}
+
+
+def _count(path: Path, rows: int) -> None:
+    if not 0 < rows <= MOST_SAMPLES:
+        found = "no rows" if rows == 0 else f"{rows} rows and more"
+        raise LogError(f"{path}: {found}, allowed: 1 to {MOST_SAMPLES}", file=str(path))
+
+
+def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
+    """Times since the first one [ns]; where there is none a row is before all others, and left out with them."""
+    pyarrow = _module("pyarrow")
+    unit_s = log_map.time_unit_s
+    if pyarrow.types.is_timestamp(column.type):
+        unit_s = TIMES[column.type.unit]
+        column = column.cast(pyarrow.int64())
+
+    def refuse(what: str) -> NoReturn:
+        raise LogError(f"{path}: column {log_map.time_column}: {what}", file=str(path))
+
+    if column.null_count:
+        refuse(f"{column.null_count} empty cells, allowed: a time in every row")
+    whole = pyarrow.types.is_integer(column.type)
+    times = column.to_numpy() if whole else _floats(path, str(log_map.time_column), column)
+    if not np.isfinite(times).all():
+        refuse("not finite, allowed: a time in every row")
+    # As Python's numbers, which do not overflow.
+    apart_s = (times.max().item() - times.min().item()) * unit_s
+    if apart_s > MOST_APART_S:
+        refuse(f"times {apart_s:g} s apart, allowed: {MOST_APART_S:g} s; its unit may be another than {unit_s:g} s")
+    # Nanoseconds since 1970 are more than a double holds: differences are taken before.
+    since = times - times.min()
+    return np.asarray(np.rint(since.astype(np.float64) * (unit_s * 1e9)), dtype=np.int64)
+
+
+def _numbers(path: Path, name: str, kind: Any) -> None:
+    """Refuse a column of a type that is no number."""
+    types = _module("pyarrow").types
+    if not (types.is_integer(kind) or types.is_floating(kind) or types.is_null(kind)):
+        reason = shortened(f"of type {kind}")
+        raise LogError(f"{path}: column {name}: {reason}, allowed: numbers", file=str(path))
+
+
+def _floats(path: Path, name: str, column: Any) -> Floats:
+    pyarrow = _module("pyarrow")
+    _numbers(path, name, column.type)
+    return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+
+
+# Bags
+
+
+def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[str, Samples]:
+    for table, signal in log_map.signals.items():
+        if signal.topic is None:
+            log_map.refuse(f"{table}.topic", f"missing, allowed: a topic of {path}")
+    if log_map.time_column is not None:
+        log_map.refuse("time.column", f"{log_map.time_column!r}: {path} is a bag, allowed: none")
+    try:
+        typesys, reader = _module("rosbags.typesys"), _module("rosbags.highlevel").AnyReader
+    except ImportError as error:
+        raise _needs("rosbags") from error
+    with _reading(path), reader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
+        getters: dict[str, list[tuple[str, Callable[[Any], Sequence[float]]]]] = {}
+        for table, signal in log_map.signals.items():
+            topic = str(signal.topic)
+            if topic not in bag.topics:
+                near = get_close_matches(topic, bag.topics, n=3) or sorted(bag.topics)
+                log_map.refuse(f"{table}.topic", f"no {topic!r} in {path}, there are: {', '.join(near) or 'none'}")
+            getters.setdefault(topic, []).append((table, _getter(log_map, signal, bag.topics[topic].msgtype or "")))
+        stamps: dict[str, list[int]] = {topic: [] for topic in getters}
+        arrivals: dict[str, list[int]] = {topic: [] for topic in getters}
+        values: dict[str, list[Sequence[float]]] = {table: [] for table in log_map.signals}
+        connections = [connection for connection in bag.connections if connection.topic in getters]
+        count = max(sum(connection.msgcount for connection in connections), 1)
+        for number, (connection, received, raw) in enumerate(bag.messages(connections=connections)):
+            if number % 4096 == 0:
+                told(min(number / count, 1.0))
+            _most(path, number)
+            message = bag.deserialize(raw, connection.msgtype)
+            stamps[connection.topic].append(_stamp(message) if log_map.clock == "header" else 0)
+            arrivals[connection.topic].append(received)
+            for table, get in getters[connection.topic]:
+                values[table].append(get(message))
+    times = _of_one_clock(path, log_map, stamps, arrivals)
+    samples = {}
+    for table, signal in log_map.signals.items():
+        rows = np.array(values[table], dtype=np.float64).reshape(-1, len(signal.factors))
+        samples[table] = Samples(times[str(signal.topic)], rows)
+    return samples
+
+
+def _of_one_clock(
+    path: Path, log_map: LogMap, stamps: dict[str, list[int]], arrivals: dict[str, list[int]]
+) -> dict[str, Nanoseconds]:
+    """Times of every topic since the first message [ns], all of the clock of the map."""
+    times = arrivals
+    # A simulated clock may begin with 0: a topic is without stamps where all of them are.
+    stamped = [topic for topic, of_topic in stamps.items() if any(of_topic)]
+    if log_map.clock == "header" and stamped:
+        times = stamps
+        without = [topic for topic, of_topic in stamps.items() if of_topic and topic not in stamped]
+        if without:
+            reason = f"messages on {without[0]} have no time stamps, those on {stamped[0]} have"
+            log_map.refuse("time.clock", f'"header": {reason}, allowed: "received"')
+    there = {topic: of_topic for topic, of_topic in times.items() if of_topic}
+    if not there:
+        return {topic: np.empty(0, dtype=np.int64) for topic in times}
+    start, first = min((min(of_topic), topic) for topic, of_topic in there.items())
+    end, last = max((max(of_topic), topic) for topic, of_topic in there.items())
+    apart_s = (end - start) * 1e-9
+    if apart_s > MOST_APART_S:
+        reason = (
+            f"messages on {' and '.join(sorted({first, last}))} are {apart_s:g} s apart, allowed: {MOST_APART_S:g} s"
+        )
+        raise LogError(f"{path}: {shortened(reason)}", file=str(path))
+    return {topic: np.array([time - start for time in of_topic], dtype=np.int64) for topic, of_topic in times.items()}
+
+
+def _most(path: Path, number: int) -> None:
+    if number > MOST_SAMPLES:
+        raise LogError(f"{path}: more than {MOST_SAMPLES} messages of the topics that are read", file=str(path))
+
+
+def _stamp(message: Any) -> int:
+    """When a message was made [ns]; 0 where it does not say."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec) if stamp is not None else 0
+
+
+def _getter(log_map: LogMap, signal: Signal, kind: str) -> Callable[[Any], Sequence[float]]:
+    """What takes a signal's numbers out of a message of a type."""
+    key = f"{signal.table}.names"
+    if kind == _JOINTS:
+        if not signal.names:
+            log_map.refuse(key, f"missing, allowed: joints of {signal.topic}")
+        holds = "position" if signal.positions or signal.table == "hinges" else "velocity"
+        if signal.table in ("torques", "commanded_torques"):
+            holds = "effort"
+        return _joints(signal.names, holds)
+    names = signal.names or _PLACES.get((signal.table, kind), ())
+    if not names:
+        log_map.refuse(key, f"missing, allowed: fields of {kind or 'messages of more than one type'}, as data.0")
+    if len(names) != len(signal.factors):
+        log_map.refuse(key, f"{len(names)} fields, allowed: {len(signal.factors)}")
+    fields = [_field(log_map, key, name) for name in names]
+    return lambda message: [get(message) for get in fields]
+
+
+def _joints(names: Sequence[str], holds: str) -> Callable[[Any], Sequence[float]]:
+    known: dict[tuple[str, ...], list[int | None]] = {}
+
+    def get(message: Any) -> Sequence[float]:
+        there = tuple(message.name)
+        if there not in known:
+            known.clear()
+            known[there] = [there.index(name) if name in there else None for name in names]
+        values = getattr(message, holds)
+        return [math.nan if at is None or at >= len(values) else float(values[at]) for at in known[there]]
+
+    return get
+
+
+def _field(log_map: LogMap, key: str, name: str) -> Callable[[Any], float]:
+    yaw = name.startswith("yaw(") and name.endswith(")")
+    path = (name[4:-1] if yaw else name).split(".")
+
+    def get(message: Any) -> float:
+        here = message
+        for step in path:
+            try:
+                here = here[int(step)] if step.isdecimal() else getattr(here, "" if step.startswith("_") else step)
+            except (AttributeError, IndexError, TypeError):
+                kind = getattr(message, "__msgtype__", type(message).__name__)
+                log_map.refuse(key, f"no field {name!r} in a message of type {kind}")
+        if yaw:
+            return math.atan2(2.0 * (here.w * here.z + here.x * here.y), 1.0 - 2.0 * (here.y**2 + here.z**2))
+        if isinstance(here, str | bytes) or not np.isscalar(here):
+            log_map.refuse(key, f"field {name!r} holds no number")
+        return float(here)  # type: ignore[arg-type]
+
+    return get

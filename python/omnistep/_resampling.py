@@ -1,0 +1,142 @@
+"""Samples at any times to one number a control period: gaps stay gaps, and nothing is smoothed."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._log_map import Signal
+from omnistep._log_sources import Floats, Nanoseconds, Samples
+from omnistep.errors import LogError
+
+#: A signal is known between samples that are no further apart than this many times their median distance.
+GAP_IN_PERIODS = 3.0
+#: Times that go back by more than this are another recording [ns].
+_BACK_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a signal, cleaned: times that ascend, finite numbers in our units.
+
+    Attributes:
+        name: the table of the map and the column's number in it.
+        time_ns: times [ns].
+        value: the numbers.
+        max_gap_ns: farther apart nothing is known in between [ns]; infinite for never.
+        held: a sample holds until the next one.
+        missing: cells that were empty or not finite, left out.
+        unordered: samples that were left out so that times ascend, as few as that takes.
+    """
+
+    name: str
+    time_ns: Nanoseconds
+    value: Floats
+    max_gap_ns: float
+    held: bool
+    missing: int
+    unordered: int
+
+    def at(self, grid_ns: Nanoseconds) -> Floats:
+        """The signal at these times, NaN where it is not known."""
+        found = np.full(grid_ns.shape, np.nan)
+        if self.time_ns.size == 0:
+            return found
+        before = np.searchsorted(self.time_ns, grid_ns, side="right") - 1
+        last = self.time_ns.size - 1
+        here = np.clip(before, 0, last)
+        since = grid_ns - self.time_ns[here]
+        if self.held:
+            known = (before >= 0) & (since <= self.max_gap_ns)
+            return np.where(known, self.value[here], found)
+        after = np.minimum(here + 1, last)
+        apart = self.time_ns[after] - self.time_ns[here]
+        exact = (before >= 0) & (since == 0)
+        between = (before >= 0) & (before < last) & (apart <= self.max_gap_ns)
+        part = since / np.maximum(apart, 1)
+        linear = self.value[here] + part * (self.value[after] - self.value[here])
+        return np.where(exact, self.value[here], np.where(between, linear, found))
+
+    def gaps_s(self) -> Floats:
+        """How long each gap is [s]."""
+        apart = np.diff(self.time_ns)
+        return np.asarray(apart[apart > self.max_gap_ns] * 1e-9, dtype=np.float64)
+
+    def rate_hz(self) -> float:
+        """Samples a second, by the median distance; NaN of fewer than two."""
+        return 1e9 / float(np.median(np.diff(self.time_ns))) if self.time_ns.size > 1 else float("nan")
+
+
+def channels(path: Path, signal: Signal, samples: Samples, *, turning: Sequence[int] = ()) -> list[Channel]:
+    """Clean a signal's columns; those in ``turning`` are angles that jump by a turn."""
+    made = []
+    for number, (factor, offset) in enumerate(zip(signal.factors, signal.offsets, strict=True)):
+        raw = samples.values[:, number]
+        finite = np.isfinite(raw)
+        time_ns, raw = samples.time_ns[finite], raw[finite]
+        name = f"{signal.table}.{number}" if not signal.names else signal.names[number]
+        back = np.maximum.accumulate(time_ns) - time_ns
+        if time_ns.size and back.max() > _BACK_NS:
+            at = int(np.argmax(back > _BACK_NS))
+            what = f"time goes back by {back[at] * 1e-9:g} s at sample {at}, allowed: {_BACK_NS * 1e-9:g} s at most"
+            raise LogError(f"{path}: {name}: {what}; cut the log there", file=str(path))
+        ordered = _ascending(time_ns)
+        time_ns, raw = time_ns[ordered], raw[ordered]
+        if signal.wrap is not None:
+            if raw.size and np.ptp(raw) >= signal.wrap:
+                what = f"counts from {raw.min():g} to {raw.max():g}, allowed: fewer than 2^wrap_bits = {signal.wrap:g}"
+                raise LogError(f"{path}: {name}: {what}", file=str(path))
+            raw = np.unwrap(raw, period=signal.wrap)
+        value = (raw - offset) * factor
+        if not np.isfinite(value).all():
+            raise LogError(f"{path}: {name}: numbers too large for their unit", file=str(path))
+        if number in turning:
+            value = np.unwrap(value)
+        gap_ns = (signal.max_gap_s or 0.0) * 1e9
+        if signal.max_gap_s is None and time_ns.size > 1:
+            gap_ns = GAP_IN_PERIODS * float(np.median(np.diff(time_ns)))
+        made.append(
+            Channel(
+                name=name,
+                time_ns=time_ns,
+                value=value,
+                max_gap_ns=gap_ns,
+                held=signal.kind.held,
+                missing=int(np.count_nonzero(~finite)),
+                unordered=int(np.count_nonzero(~ordered)),
+            )
+        )
+    return made
+
+
+def _ascending(time_ns: Nanoseconds) -> NDArray[np.bool_]:
+    """Which samples to keep so that times ascend: as many as can be, of two that exclude each other the first one."""
+    kept = np.ones(time_ns.shape, dtype=bool)
+    if time_ns.size < 2:
+        return kept
+    # After all before it and before all after it: of such a sample there is nothing to choose.
+    kept[1:] = time_ns[1:] > np.maximum.accumulate(time_ns)[:-1]
+    kept[:-1] &= time_ns[:-1] < np.minimum.accumulate(time_ns[::-1])[::-1][1:]
+    doubtful = np.flatnonzero(~kept)
+    # The longest ascending subsequence, by patience sorting from the end: `chain[k]` is the sample with the latest time
+    # after which k more ascend, `chain_ns[k]` that time, negated so that the list ascends.
+    chain_ns: list[int] = []
+    chain: list[int] = []
+    after = np.full(doubtful.size, -1)
+    for here in range(doubtful.size - 1, -1, -1):
+        time = -int(time_ns[doubtful[here]])
+        length = bisect_left(chain_ns, time)
+        if length:
+            after[here] = chain[length - 1]
+        chain_ns[length : length + 1] = [time]
+        chain[length : length + 1] = [here]
+    at = chain[-1] if chain else -1
+    while at >= 0:
+        kept[doubtful[at]] = True
+        at = int(after[at])
+    return kept

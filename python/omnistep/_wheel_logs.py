@@ -1,0 +1,233 @@
+"""What a log says of wheels, whatever it comes in: a trace, an MCAP log, a CSV file, arrays by name."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._omnistep import Log, Trace, Vehicle, read_mcap
+from omnistep.errors import ConfigError
+
+Floats = NDArray[np.float64]
+#: A trace, a log, the path of an MCAP or CSV file, or columns by name.
+LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
+
+#: Rows may come this much too early or too late, in periods; others are left out, up to a part of them.
+JITTER, MOST_OFF = 0.35, 0.1
+#: Part of the steps in which one period may be missing.
+MOST_LOST = 0.2
+#: How far the phase of the periods follows each row.
+FOLLOWS = 0.05
+#: A step of more periods than this is a gap; the clock may go on at another phase after it.
+GAP = 2.5
+#: Duty cycles are at most 1, but for rounding.
+MOST_DUTY = 1.001
+MOST_ROWS = 5_000_000
+
+
+@dataclass(frozen=True)
+class WheelLog:
+    """Rows at equal distances. What a row commands is held until the next one; what is missing is NaN."""
+
+    name: str
+    period_s: float
+    #: Actuator velocities as measured [rad/s], (T, N).
+    measured: Floats
+    #: Actuator angles [rad], (T, N), where the log has them.
+    positions: Floats | None
+    #: Torques as commanded [N.m], (T, N), where the log has them.
+    torques: Floats | None
+    #: Duty cycles, -1 to 1, (T, N), where the log has them.
+    duty: Floats | None
+    #: Yaw rate by a gyro [rad/s], (T,), where the log has it.
+    yaw_rate: Floats | None
+
+
+def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
+    """Read what a log has for a vehicle.
+
+    Raises:
+        ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
+    """
+    name, columns = _columns(data)
+    time = _column(name, columns, "time_s", None)
+    if len(time) < 10:
+        raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
+    steps = np.diff(time)
+    if not (np.isfinite(time).all() and (steps > 0.0).all()):
+        raise ConfigError(
+            f"{name}: time_s does not grow, allowed: finite times in their order", key="time_s", file=name
+        )
+    period, kept, slots = _grid(name, time)
+
+    def wheels(pattern: str) -> Floats | None:
+        keys = [pattern.format(wheel) for wheel in vehicle.wheel_names]
+        there = [key in columns for key in keys]
+        if not any(there):
+            return None
+        return np.stack([_column(name, columns, key, len(time)) for key in keys], axis=1)
+
+    positions, measured = wheels("wheel_{}_position_rad"), wheels("wheel_{}_measured_rad_s")
+    if positions is None:
+        positions = wheels("sensed_wheel_rad_{}")  # of a recording
+    if positions is not None:
+        # The velocity over the periods that end with the row. Velocities as logged may be filtered, or have noise.
+        measured = np.full_like(positions, np.nan)
+        turned = np.diff(positions[kept], axis=0, prepend=positions[kept[:1]])
+        measured[kept] = turned / (period * np.diff(slots, prepend=-1)[:, None])
+    if measured is None:
+        key = f"wheel_{vehicle.wheel_names[0]}_measured_rad_s"
+        raise ConfigError(
+            f"{name}: no column {key}, allowed: wheel_NAME_measured_rad_s or wheel_NAME_position_rad of every wheel"
+            f" ({', '.join(vehicle.wheel_names)})",
+            key=key,
+            file=name,
+        )
+    torques = wheels("wheel_{}_applied_n_m")
+    duty = wheels("wheel_{}_duty")
+    if duty is not None and (most := float(np.nanmax(np.abs(duty), initial=0.0))) > MOST_DUTY:
+        wheel = vehicle.wheel_names[int(np.argmax(np.nanmax(np.abs(duty), axis=0, initial=0.0)))]
+        raise ConfigError(
+            f"{name}: wheel_{wheel}_duty reaches {most:.4g}, allowed: -1 to 1", key=f"wheel_{wheel}_duty", file=name
+        )
+    gyro = next((key for key in ("gyro_rad_s", "sensed_yaw_rate_rad_s") if key in columns), None)
+    yaw_rate = None if gyro is None else _column(name, columns, gyro, len(time))
+
+    def at(rows: Floats) -> Floats:
+        taken = np.full((slots[-1] + 1, rows.shape[1]), np.nan)
+        taken[slots] = rows[kept]
+        return taken
+
+    return WheelLog(
+        name=name,
+        period_s=period,
+        measured=at(measured),
+        positions=None if positions is None else at(positions),
+        torques=None if torques is None else at(torques),
+        duty=None if duty is None else at(duty),
+        yaw_rate=None if yaw_rate is None else at(yaw_rate[:, None])[:, 0],
+    )
+
+
+def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np.int64]]:
+    """The period, which rows are kept, and in which period, from 0, each of them is.
+
+    Times may be rounded to a fraction of the period: it follows from all of them, not from steps one by one.
+    """
+    steps = np.diff(time)
+    median = float(np.median(steps))
+    if not time[-1] - time[0] <= MOST_ROWS * median:
+        raise ConfigError(
+            f"{name}: time_s spans {(time[-1] - time[0]) / median:.3g} periods, allowed: up to {MOST_ROWS}",
+            key="time_s",
+            file=name,
+        )
+    # Late rows are followed by short steps: as many of both are left out. Then a line through all times.
+    period = float(np.mean(steps[np.abs(steps / median - 1.0) <= 0.5 + 1e-6]))
+    since, part = time - time[0], np.cumsum(np.r_[0, steps > GAP * median])
+
+    def centred(column: Any) -> Floats:
+        mean = np.bincount(part, weights=column) / np.bincount(part)
+        return np.asarray(column - mean[part], dtype=np.float64)
+
+    for _ in range(2):
+        slots, off = _followed(since / period, part)
+        late, number = centred(since), centred(slots)
+        period = float(late @ number / (number @ number)) if number.any() else period
+    slots, off = _followed(since / period, part)
+    near = np.abs(off) <= JITTER
+    if (~near).mean() > MOST_OFF:
+        raise ConfigError(
+            f"{name}: {(~near).sum()} of {len(time)} times of time_s are more than {JITTER} periods of {period:.4g} s"
+            f" early or late, allowed: up to {100 * MOST_OFF:.0f} %; log at equal distances",
+            key="time_s",
+            file=name,
+        )
+    kept, slots = np.flatnonzero(near), slots[near]
+    if (twice := np.flatnonzero(np.diff(slots) < 1)).size:
+        at = time[kept[twice[0] + 1]]
+        raise ConfigError(
+            f"{name}: time_s has two rows in one period of {period:.4g} s, at {at:.6g} s, allowed: one a period",
+            key="time_s",
+            file=name,
+        )
+    if (lost := (np.diff(slots) == 2).mean()) > MOST_LOST:
+        raise ConfigError(
+            f"{name}: {100 * lost:.0f} % of the steps of time_s are two periods of {period:.4g} s, allowed: up to"
+            f" {100 * MOST_LOST:.0f} %; log every period, and its time to half of a period or finer",
+            key="time_s",
+            file=name,
+        )
+    return period, kept, slots - slots[0]
+
+
+def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats]:
+    """The nearest period of each time, in periods, and how far off it is; the phase follows, and is new after gaps."""
+    slots, off = np.empty(len(times), dtype=np.int64), np.empty(len(times))
+    slot, phase, before = 0, 0.0, 0
+    for row, (time, number) in enumerate(zip(times.tolist(), part.tolist(), strict=True)):
+        if number == before:
+            slot = round(time - phase)
+        else:
+            slot, before = slot + round(time - times[row - 1]), number
+            phase = time - slot
+        slots[row], off[row] = slot, time - phase - slot
+        phase += FOLLOWS * off[row]
+    return slots, off
+
+
+def _columns(data: LogLike) -> tuple[str, Mapping[str, Any]]:
+    if isinstance(data, Log):
+        return fspath(data.path), data.trace.columns()
+    if isinstance(data, Trace):
+        return data.scenario, data.columns()
+    if isinstance(data, Mapping):
+        return "data", data
+    if not isinstance(data, str | PathLike):
+        raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
+    path = Path(data)
+    if path.suffix.lower() == ".csv":
+        return fspath(path), _csv(path)
+    return fspath(path), read_mcap(path).trace.columns()
+
+
+def _csv(path: Path) -> dict[str, Floats]:
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            names = [name.strip() for name in file.readline().split(",")]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # of no rows: refused below
+                rows = np.genfromtxt(file, delimiter=",", ndmin=2, invalid_raise=True)
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        why = str(error).splitlines()[0]
+        raise ConfigError(f"{path}: {why}, allowed: a CSV file with a line of names", file=fspath(path)) from error
+    if rows.shape[1:] != (len(names),):
+        raise ConfigError(
+            f"{path}: rows of {rows.shape[-1]} numbers under {len(names)} names, allowed: as many",
+            file=fspath(path),
+        )
+    return dict(zip(names, rows.T, strict=True))
+
+
+def _column(name: str, columns: Mapping[str, Any], key: str, length: int | None) -> Floats:
+    if key not in columns:
+        raise ConfigError(f"{name}: no column {key}, allowed: a column of numbers", key=key, file=name)
+    try:
+        column = np.array(columns[key], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"{name}: {key} is not numbers, allowed: a column of numbers", key=key, file=name) from error
+    if column.ndim != 1 or (length is not None and len(column) != length):
+        raise ConfigError(
+            f"{name}: {key} has shape {column.shape}, allowed: ({'T' if length is None else length},)",
+            key=key,
+            file=name,
+        )
+    column[~np.isfinite(column)] = np.nan
+    return column

@@ -1,0 +1,342 @@
+"""Masses, friction, delay and lag of a vehicle from logs of its wheels' torques and velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, table
+from omnistep._margins import Loops, loops
+from omnistep._motion_model import SHORTEST_S, Masses, Motion, cut
+from omnistep._omnistep import Log, Trace, Vehicle
+from omnistep._wheel_logs import LogLike, read
+from omnistep.errors import ConfigError
+
+NEEDED_BY = "omnistep.identify"
+
+#: Where the search begins, if not at the file's.
+BEGINS = {"delay_s": 0.005, "lag_s": 0.01}
+#: Errors of readings last where the next one has more than this part of them.
+LASTS, LASTS_A_LITTLE = 0.5, 0.1
+#: What would tell each parameter.
+MANOEUVRES = {
+    "mass_kg": "speed up and brake, forward and sideways, or weigh the vehicle: known mass_kg",
+    "yaw_inertia_kg_m2": "turn on the spot, speeding up and braking",
+    "wheel_inertia_kg_m2": "speed wheels up and brake them in the air (lifted), or weigh the vehicle: known mass_kg",
+    "gear_friction_n_m": "coast down, or drive steadily",
+    "viscous_n_m_s_rad": "drive steadily at several speeds",
+    "rolling_resistance": "turn the wheels in the air as well (lifted): only there the gears are alone",
+    "delay_s": "change torques in steps, or by a chirp",
+    "lag_s": "change torques in steps, or by a chirp of up to 10 Hz",
+    "stall_torque_n_m": "weigh the vehicle: known mass_kg; duty cycles alone only tell torques over masses",
+    "slope_n_m_s_rad": "drive at several speeds up to the fastest, at full duty",
+}
+NO_DUTY = (
+    "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are as commanded, so the motor's line is"
+    " not in it; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
+)
+NOISE = (
+    "the intervals are too narrow, most of all those of delay_s and lag_s: readings have errors beyond whole counts, as"
+    " noise on velocities or slip, and the controller's answer to them is in the torques; log wheel_NAME_position_rad"
+    " or whole counts over a period, not filtered velocities"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identification:
+    """What :func:`identify` found.
+
+    Attributes:
+        estimates: the parameters.
+        cannot_tell: what the logs cannot tell, and which manoeuvre would; a line each.
+        vehicle: the vehicle with the numbers found, and gains for them. Its file has no rolling resistance, so
+            ``motor.gear_friction_n_m`` holds that as well.
+        loops: the gains, with their margins.
+        overrides: delay and lag as keys of a scenario, to simulate what was found.
+        residual_rad: what is left of the wheels' angles, root mean square [rad].
+        used: part of the logs' rows that could be used.
+    """
+
+    estimates: tuple[Estimate, ...]
+    cannot_tell: tuple[str, ...]
+    vehicle: Vehicle = field(repr=False)
+    loops: Loops
+    overrides: dict[str, Any]
+    residual_rad: float
+    used: float
+
+    def __getitem__(self, name: str) -> Estimate:
+        for each in self.estimates:
+            if each.name == name:
+                return each
+        raise KeyError(f"{name}, there is: {', '.join(each.name for each in self.estimates)}")
+
+    def table(self) -> str:
+        """The estimates, the gains and what cannot be told, as text."""
+        left = (
+            f"angles left over: {self.residual_rad:.3g} rad (root mean square), of {100 * self.used:.0f} % of the rows"
+        )
+        return "\n".join([table(self.estimates), left, f"gains: {self.loops}", *self.cannot_tell])
+
+
+def identify(
+    data: LogLike | Sequence[LogLike],
+    *,
+    vehicle: str | PathLike[str] | Vehicle,
+    lifted: LogLike | Sequence[LogLike] = (),
+    known: Mapping[str, float] | None = None,
+) -> Identification:
+    """Find masses, friction, delay and lag from logs of torques and velocities on flat ground, with intervals.
+
+    The wheels roll without slipping, and the vehicle moves as its file's geometry says. Where the vehicle drives, the
+    twist changes by what the torques do, late and lagging, less what friction takes; that is integrated over stretches
+    of 0.15 to 1.2 s in which no wheel turns round, and compared with the readings by least squares. Intervals are
+    those of least squares, wider by what errors of neighbouring readings have in common (CR2). They hold the truth
+    where readings are whole counts and nothing else: where there is noise besides, and a controller that answers it,
+    ``cannot_tell`` says that they are too narrow. What the logs do not tell stays as the file has it, and is named.
+
+    A delay of readings and one of torques look alike: ``delay_s`` is both together, for readings that are whole counts
+    of the period that ends with their row. Of readings of that moment alone it is half a period less.
+
+    Args:
+        data: logs of drives on flat ground: traces, logs, paths, or arrays by name, with columns ``time_s`` and of
+            every wheel ``wheel_NAME_position_rad`` or ``wheel_NAME_measured_rad_s``, and ``wheel_NAME_applied_n_m`` (as
+            commanded) or ``wheel_NAME_duty`` (-1 to 1), of its actuator. A row's torque is held until the next row.
+        vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
+        lifted: logs with all wheels in the air.
+        known: what was measured otherwise, ``{"mass_kg": 3.2}``.
+
+    Raises:
+        ConfigError: a column is missing, the logs are too short or do not move, or a number is out of range.
+        ImportError: SciPy is not there; it comes with the extra ``identify``.
+
+    >>> import omnistep
+    >>> truth = omnistep.Vehicle("mecanum4", overrides={"body.0.mass_kg": 26.0})
+    >>> scenario = omnistep.Scenario("flat", vehicle=truth, overrides={
+    ...     "physics.engine": "articulated", "duration_s": 4.0, "command.vx_m_s": 0.5, "command.then": [
+    ...         {"at_s": 2.0, "vx_m_s": 0.0, "vy_m_s": 0.5, "wz_rad_s": 0.5, "ramp_s": 0.5}]})
+    >>> found = omnistep.identify(omnistep.run(scenario), vehicle="mecanum4", known={"wheel_inertia_kg_m2": 0.0035})
+    >>> round(found["mass_kg"].value, 1)
+    30.0
+    """
+    guess = Vehicle(vehicle)
+    masses = Masses(guess)
+    logs = [(each, False) for each in _listed(data)] + [(each, True) for each in _listed(lifted)]
+    if not logs:
+        raise ConfigError("data: empty, allowed: one log or more", key="data")
+    motions, kinds = [], set()
+    for log, in_air in logs:
+        rows = read(log, guess)
+        inputs = rows.torques if rows.torques is not None else rows.duty
+        kinds.add("torque" if rows.torques is not None else "duty")
+        if inputs is None:
+            key = f"wheel_{guess.wheel_names[0]}_applied_n_m"
+            raise ConfigError(
+                f"{rows.name}: no column {key}, allowed: wheel_NAME_applied_n_m or wheel_NAME_duty of every wheel",
+                key=key,
+                file=rows.name,
+            )
+        stretches = cut(rows, masses, inputs, lifted=in_air)
+        if stretches is None:
+            raise ConfigError(
+                f"{rows.name}: no {SHORTEST_S} s in which the wheels keep turning one way, allowed: a log that drives",
+                key="data",
+                file=rows.name,
+            )
+        motions.append(Motion(stretches, masses, inputs, guess["motor.efficiency"]))
+    if len(kinds) > 1:
+        raise ConfigError("data: logs with torques and logs with duty cycles, allowed: one kind", key="data")
+    duty = kinds == {"duty"}
+    parameters = _parameters(guess, masses, known or {}, duty=duty, motions=motions)
+    names = [p.name for p in parameters]
+
+    def residual(x: Floats) -> Floats:
+        values = dict(zip(names, x, strict=True))
+        return np.concatenate([motion.residual(values) for motion in motions])
+
+    # Without any delay or lag the two look the same: the search begins elsewhere.
+    begin = np.array([p.start if p.known else BEGINS.get(p.name, p.start) for p in parameters])
+    found = _search(residual, parameters, motions, begin)
+    lasting = _lasting(motions, found.residual)
+    if lasting > LASTS:
+        # Noise on velocities adds up to angles: then velocities are compared.
+        for motion in motions:
+            motion.lasting = 1.0
+        found = _search(residual, parameters, motions, begin)
+    elif lasting > LASTS_A_LITTLE:
+        # Some of it is counts, some of it noise on velocities: errors are alike over whole stretches.
+        for motion in motions:
+            motion.block = len(motion.follows)
+        found = _search(residual, parameters, motions, begin)
+    values = dict(zip(names, (float(x) for x in found.x), strict=True))
+    parts = estimates(parameters, found, needed_by=NEEDED_BY)
+    built, notes = _built(guess, masses, values, duty=duty)
+    matrix = masses.matrix(values["mass_kg"], values["yaw_inertia_kg_m2"], values["wheel_inertia_kg_m2"])
+    period = motions[0].period
+    gains = loops(
+        built,
+        period_s=period,
+        matrix=matrix,
+        delay_s=values["delay_s"],
+        lag_s=values["lag_s"],
+        viscous_n_m_s_rad=values["viscous_n_m_s_rad"],
+    )
+    return Identification(
+        estimates=parts,
+        cannot_tell=(
+            *_cannot_tell(parameters, found),
+            *at_bounds(parameters, found),
+            *notes,
+            *((NOISE,) if lasting > LASTS_A_LITTLE else ()),
+            *(() if duty else (NO_DUTY,)),
+        ),
+        vehicle=built.replace(
+            {"gains": {"kp_n_m_s_rad": gains.kp_n_m_s_rad, "ki_n_m_rad": gains.ki_n_m_rad, "kd_n_m_s2_rad": 0.0}}
+        ),
+        loops=gains,
+        overrides={
+            "actuators.torque_lag_s": values["lag_s"],
+            "sensors.delay_us": max(0, round(values["delay_s"] / period)) * round(1e6 * period),
+        },
+        residual_rad=float(np.sqrt(np.mean(found.residual**2))),
+        used=float(np.mean([motion.stretches.used for motion in motions])),
+    )
+
+
+def _search(
+    residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], motions: Sequence[Motion], begin: Floats
+) -> Fit:
+    clusters: list[Any] = []
+    for motion in motions:
+        clusters.append(motion.clusters() + (clusters[-1][-1] + 1 if clusters else 0))
+    return fit(
+        residual,
+        parameters,
+        needed_by=NEEDED_BY,
+        begin=begin,
+        clusters=np.concatenate(clusters),
+        redundant=sum(motion.redundant() for motion in motions),
+    )
+
+
+def _lasting(motions: Sequence[Motion], residual: Floats) -> float:
+    """Part of a reading's error that the next one has too: none of whole counts, much of noise on velocities."""
+    sums, at = np.zeros(2), 0
+    for motion in motions:
+        size = motion.measured.size
+        sums += motion.correlation(residual[at : at + size])
+        at += size
+    return float(sums[0] / max(sums[1], 1e-300))
+
+
+def _listed(data: Any) -> list[Any]:
+    if isinstance(data, str | PathLike | Mapping | Trace | Log):
+        return [data]
+    return list(data)
+
+
+def _parameters(
+    vehicle: Vehicle, masses: Masses, known: Mapping[str, float], *, duty: bool, motions: Sequence[Motion]
+) -> list[Parameter]:
+    motor = vehicle.to_dict()["motor"]
+    stall, end = motor["stall_torque_n_m"], vehicle.no_load_rad_s
+    slope = stall / end if end else 0.0
+    wheel_stall = stall / float(masses.gear.mean())
+    speed = max(float(np.abs(np.nan_to_num(m.stretches.log.measured)).max()) for m in motions)
+    period = motions[0].period
+    ground = not all(motion.stretches.lifted for motion in motions)
+
+    def of(
+        name: str, unit: str, start: float, scale: float, most: float, rank: int = 0, least: float = 0.0
+    ) -> Parameter:
+        given = known.get(name)
+        if given is not None and not (isinstance(given, int | float) and least <= given <= most):
+            raise ConfigError(f"known: {name} = {given!r}, allowed: {least:.3g} to {most:.3g}", key=name)
+        value = start if given is None else float(given)
+        return Parameter(
+            name=name, unit=unit, start=value, scale=scale, lower=least, upper=most, rank=rank, known=given is not None
+        )
+
+    mass, yaw, wheel = masses.mass, masses.yaw_inertia, masses.wheel_inertia
+    friction = 0.1 * wheel_stall
+    rolling = 9.81 * mass * float((masses.share * masses.radius).mean())
+    parameters = [
+        of("mass_kg", "kg", mass, mass, 20 * mass, 1, 0.05 * mass),
+        of("yaw_inertia_kg_m2", "kg.m2", yaw, yaw, 50 * yaw, 1, 0.02 * yaw),
+        of("wheel_inertia_kg_m2", "kg.m2", wheel, wheel, 50 * wheel, 3, 0.02 * wheel),
+        of("gear_friction_n_m", "N.m", motor["gear_friction_n_m"], friction, 10 * wheel_stall),
+        of("viscous_n_m_s_rad", "N.m.s/rad", motor["viscous_n_m_s_rad"], friction / speed, 10 * wheel_stall / speed, 2),
+        of("rolling_resistance", "", 0.0, friction / rolling, 1.0, 4),
+        of("delay_s", "s", 0.0, 0.01, 0.5, 0, -period),
+        of("lag_s", "s", 0.0, 0.02, 1.0, 1),
+    ]
+    if duty:
+        parameters += [
+            of("stall_torque_n_m", "N.m", stall, stall, 20 * stall, 5, 0.02 * stall),
+            of("slope_n_m_s_rad", "N.m.s/rad", slope, slope or friction / speed, 20 * (slope or stall / speed), 1),
+        ]
+    if unknown := sorted(set(known) - {p.name for p in parameters}):
+        names = ", ".join(p.name for p in parameters)
+        raise ConfigError(f"known: {unknown[0]}, allowed: {names}", key=unknown[0])
+    in_air = any(motion.stretches.lifted for motion in motions)
+    if not in_air and not {"rolling_resistance", "gear_friction_n_m"} & set(known):
+        parameters = [
+            replace(p, apart_from="gear_friction_n_m") if p.name == "rolling_resistance" else p for p in parameters
+        ]
+    if not ground:
+        parameters = [
+            replace(p, known=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p
+            for p in parameters
+        ]
+    return parameters
+
+
+def _cannot_tell(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
+    said = []
+    for k, others in found.together.items():
+        parameter = parameters[k]
+        with_others = f" apart from {', '.join(parameters[other].name for other in others)}" if others else ""
+        held = f"held at {parameter.start:.4g} {parameter.unit}".rstrip()
+        said.append(f"this log cannot tell {parameter.name}{with_others}; {held}; {MANOEUVRES[parameter.name]}")
+    return tuple(said)
+
+
+def _built(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool) -> tuple[Vehicle, tuple[str, ...]]:
+    """The vehicle with these numbers, and what its file cannot say."""
+    keys = vehicle.to_dict()
+    notes: list[str] = []
+    bodies = p["mass_kg"] - float(masses.wheel_mass.sum())
+    if bodies <= 0.0:
+        notes.append(f"masses of the file are kept: its wheels alone weigh more than the {p['mass_kg']:.4g} kg found")
+    else:
+        part = bodies / float(masses.body_mass.sum())
+        for body in keys["body"]:
+            body["mass_kg"] *= part
+        on_bodies = float(masses.body_mass @ (masses.body_places**2).sum(axis=1))
+        discs = masses.discs * p["wheel_inertia_kg_m2"] / masses.wheel_inertia
+        own = p["yaw_inertia_kg_m2"] - discs - (masses.away + (part - 1.0) * on_bodies)
+        if own <= 0.0:
+            notes.append(
+                "boxes of the file are kept: with these masses in their places the yaw inertia is more than the"
+                f" {p['yaw_inertia_kg_m2']:.4g} kg.m2 found"
+            )
+        else:
+            stretch = float(np.sqrt(own / (masses.own * part)))
+            for body in keys["body"]:
+                x, y, z = body["box_m"]
+                body["box_m"] = [x * stretch, y * stretch, z]
+    for wheel in keys["wheel"]:
+        wheel["inertia_kg_m2"] *= p["wheel_inertia_kg_m2"] / masses.wheel_inertia
+    motor = keys["motor"]
+    rolling = p["rolling_resistance"] * p["mass_kg"] * 9.81 * float((masses.share * masses.radius).mean())
+    motor["gear_friction_n_m"] = p["gear_friction_n_m"] + rolling
+    motor["viscous_n_m_s_rad"] = p["viscous_n_m_s_rad"]
+    if duty:
+        motor["stall_torque_n_m"] = p["stall_torque_n_m"]
+        motor["slope_n_m_s_rad"] = p["slope_n_m_s_rad"]
+        motor["no_load_rpm"] = motor["no_load_rad_s"] = None
+    return Vehicle.from_dict(keys), tuple(notes)

@@ -1,0 +1,382 @@
+"""Real logs in: what was measured on a vehicle, as a log like that of a run."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from omnistep._log_map import LogMap, read_map
+from omnistep._log_sources import Floats, Nanoseconds, read_samples
+from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
+from omnistep._resampling import Channel, channels
+from omnistep.errors import ConfigError, LogError
+from omnistep.runs import _bar
+
+#: Longest recording, as of scenarios [s].
+_MOST_S = 3600.0
+#: Most control periods: an hour at 1 kHz.
+_MOST_ROWS = 3_600_000
+#: Most rows of a scenario's table of commands.
+_MOST_COMMANDS = 100_000
+_AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
+
+
+@dataclass(frozen=True)
+class ImportedSignal:
+    """What became of one column of a foreign log.
+
+    Attributes:
+        signal: the table of the map.
+        name: column, joint or field.
+        samples: how many were used, over the whole log.
+        rate_hz: samples a second, by the median distance.
+        missing: cells that were empty, not a number or infinite; left out.
+        unordered: samples left out so that times ascend, as few as that takes; of two at one time the second.
+        gaps: how often two samples are too far apart to say anything in between.
+        longest_gap_s: the longest of these [s].
+        gaps_s: all of them [s].
+        beyond: control periods in which a velocity is beyond the motors' no-load speed or a torque beyond their
+            stall torque; kept as they are.
+        known: control periods in which the log that was made has it.
+    """
+
+    signal: str
+    name: str
+    samples: int
+    rate_hz: float
+    missing: int
+    unordered: int
+    gaps: int
+    longest_gap_s: float
+    gaps_s: float
+    beyond: int
+    known: int
+
+
+@dataclass(frozen=True)
+class ImportSummary:
+    """What became of a foreign log: ``print`` it.
+
+    Attributes:
+        source: the foreign log.
+        path: the log that was written.
+        rows: control periods.
+        period_s: the control period [s].
+        start_s: when the first of them starts, after the first sample of the foreign log [s].
+        signals: its columns, one by one.
+        commands_left_out: changes of the command that the scenario inside lacks, as its table has no room for more than
+            100000; the log's columns have them.
+    """
+
+    source: Path
+    path: Path
+    rows: int
+    period_s: float
+    start_s: float
+    signals: tuple[ImportedSignal, ...]
+    commands_left_out: int
+
+    def __str__(self) -> str:
+        headings = (
+            "signal",
+            "name",
+            "samples",
+            "Hz",
+            "gaps",
+            "longest [s]",
+            "in gaps [s]",
+            "left out",
+            "beyond motor",
+            "known in",
+        )
+        rows = [
+            (
+                each.signal,
+                each.name,
+                str(each.samples),
+                f"{each.rate_hz:.1f}",
+                str(each.gaps),
+                f"{each.longest_gap_s:.3f}",
+                f"{each.gaps_s:.3f}",
+                str(each.missing + each.unordered),
+                str(each.beyond),
+                str(each.known),
+            )
+            for each in self.signals
+        ]
+        widths = [max(len(row[k]) for row in [headings, *rows]) for k in range(len(headings))]
+        lines = []
+        for row in [headings, *rows]:
+            cells = [
+                cell.ljust(width) if k < 2 else cell.rjust(width)
+                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ]
+            lines.append("  ".join(cells).rstrip())
+        span = f"{self.rows * self.period_s:.3f} s from {self.start_s:.3f} s on"
+        title = f"{self.source}: {self.rows} control periods of {self.period_s:g} s, {span}"
+        if self.commands_left_out:
+            lacks = f"the scenario inside lacks {self.commands_left_out} changes of the command"
+            lines.append(f"{lacks}: it has room for {_MOST_COMMANDS}")
+        return "\n".join([title, *lines])
+
+
+def import_log(
+    log: str | PathLike[str],
+    *,
+    map: str | PathLike[str],
+    out: str | PathLike[str],
+    progress: bool = True,
+) -> ImportSummary:
+    r"""Make a log of what was measured on a vehicle: :func:`omnistep.read_mcap`, replay and resimulate take it.
+
+    Velocities, currents and what else a vehicle measures are linear between two samples; commands hold until the next
+    one. Between samples that are too far apart nothing is known, and the columns say NaN. Nothing is smoothed.
+
+    Args:
+        log: a CSV or Parquet file, a rosbag2 (its folder, .mcap or .db3).
+        map: the map in TOML: which columns or topics are which signals, in what units.
+        out: the log to write.
+        progress: show a bar on standard error when it takes more than a second.
+
+    Returns:
+        What became of each column.
+
+    Raises:
+        ConfigError: a key of the map is wrong, or names what is not there; the message names it and what is allowed.
+        LogError: the log cannot be read or written.
+        ImportError: pyarrow or rosbags is not there: the extra ``import``.
+
+    Example:
+        >>> import omnistep, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     here = pathlib.Path(folder)
+        ...     _ = (here / "robot.csv").write_text("t,a,b,c\n0,1,1,1\n0.01,2,2,2\n0.02,3,3,3\n")
+        ...     names = '[time]\ncolumn = "t"\n[wheels]\nnames = ["a", "b", "c"]\n'
+        ...     head = 'schema_version = 1\nvehicle = "omni3"\nperiod_s = 0.005\n'
+        ...     _ = (here / "my.toml").write_text(head + names)
+        ...     summary = omnistep.import_log(here / "robot.csv", map=here / "my.toml", out=here / "robot.mcap")
+        ...     log = omnistep.read_mcap(here / "robot.mcap")
+        >>> summary.rows, log.trace.wheels("measured_rad_s")[:, 0].tolist()
+        (5, [1.0, 1.5, 2.0, 2.5, 3.0])
+        >>> summary.signals[2].name, summary.signals[2].samples, summary.signals[2].gaps
+        ('c', 3, 0)
+    """
+    source, path = Path(log), Path(out)
+    log_map = read_map(map)
+    if path.exists() and source.exists() and path.samefile(source):
+        raise LogError(f"{path}: is the log that is read, allowed: another name", file=str(path))
+    with _bar("import", shown=progress) as told:
+        samples = read_samples(source, log_map, told)
+    read = {
+        table: channels(source, signal, samples[table], turning=_turning(table))
+        for table, signal in log_map.signals.items()
+    }
+    starts_ns, rows = _span(source, log_map, read["wheels"])
+    columns = _columns(log_map, read, starts_ns, rows)
+    scenario, commands_left_out = _scenario(log_map, source, columns, rows)
+    signals = _signals(log_map, read, columns, starts_ns, rows)
+    period_s = log_map.scenario.period_s
+    summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out)
+    facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
+    write_recording(path, scenario, columns, facts, log_map.text)
+    return summary
+
+
+def _turning(table: str) -> tuple[int, ...]:
+    return (2,) if table in ("pose", "odometry") else ()
+
+
+def _span(source: Path, log_map: LogMap, wheels: list[Channel]) -> tuple[int, int]:
+    """When the first control period starts [ns], and how many there are."""
+    there = [wheel for wheel in wheels if wheel.time_ns.size]
+    if not there:
+        raise LogError(f"{source}: no velocity of any wheel, allowed: at least two samples", file=str(source))
+    first = int(min(wheel.time_ns[0] for wheel in there))
+    last = int(max(wheel.time_ns[-1] for wheel in there))
+    period_ns = _period_ns(log_map.scenario)
+    begin = first if log_map.from_s is None else round(log_map.from_s * 1e9)
+    end = last if log_map.until_s is None else min(round(log_map.until_s * 1e9), last)
+    length_s = (end - begin) * 1e-9
+    if not period_ns <= end - begin <= _MOST_S * 1e9:
+        limits = f"{period_ns * 1e-9:g} to {_MOST_S:g} s from its first wheel's sample, or [time] from_s, on"
+        raise LogError(f"{source}: {length_s:g} s, allowed: {limits}", file=str(source))
+    rows = (end - begin) // period_ns + 1
+    if rows > _MOST_ROWS:
+        log_map.refuse("period_s", f"{period_ns * 1e-9:g}: {rows} control periods, allowed: {_MOST_ROWS}")
+    return begin, rows
+
+
+def _period_ns(scenario: Scenario) -> int:
+    return round(scenario.period_s * 1e6) * 1000
+
+
+def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int, rows: int) -> dict[str, Floats]:
+    """Columns of the log. What is measured belongs to the start of a control period, poses to its end."""
+    scenario = log_map.scenario
+    period_ns, vehicle = _period_ns(scenario), scenario.vehicle
+    starts: Nanoseconds = starts_ns + period_ns * np.arange(rows, dtype=np.int64)
+    columns: dict[str, Floats] = {}
+    gears = [wheel.gear for wheel in vehicle.layout.wheels]
+
+    def of_wheels(table: str, signal: str, take: Callable[[Channel], Floats], power: int) -> None:
+        for name, gear, channel in zip(vehicle.wheel_names, gears, read[table], strict=True):
+            # With a gear the wheel turns as many times as fast, and pushes that much less hard.
+            factor = gear**power if log_map.signals[table].at_wheel else 1.0
+            columns[f"wheel_{name}_{signal}"] = take(channel) * factor
+
+    def turned(channel: Channel) -> Floats:
+        before = np.concatenate([starts[:1] - period_ns, starts])
+        return np.asarray(np.diff(channel.at(before)) / (period_ns * 1e-9), dtype=np.float64)
+
+    def there(channel: Channel) -> Floats:
+        return channel.at(starts)
+
+    of_wheels("wheels", "measured_rad_s", turned if log_map.signals["wheels"].positions else there, -1)
+    if log_map.signals["wheels"].positions:
+        # Their differences are coarse; who fits a model wants the angles themselves.
+        for name, gear, channel in zip(vehicle.wheel_names, gears, read["wheels"], strict=True):
+            columns[f"sensed_wheel_rad_{name}"] = there(channel) / (gear if log_map.signals["wheels"].at_wheel else 1.0)
+    for table, signal, power in (
+        ("references", "reference_rad_s", -1),
+        ("torques", "torque_n_m", 1),
+        ("commanded_torques", "applied_n_m", 1),
+    ):
+        if table in read:
+            of_wheels(table, signal, there, power)
+    names = {
+        "command": [f"asked_{axis}" for axis in _AXES],
+        "accelerometer": [f"sensed_specific_force_{axis}_m_s2" for axis in "xyz"],
+        "attitude": ["sensed_roll_rad", "sensed_pitch_rad"],
+        "hinges": [f"sensed_angle_rad_{hinge}" for hinge in log_map.hinge_names],
+        "hinge_rates": [f"sensed_rate_rad_s_{hinge}" for hinge in log_map.hinge_names],
+    }
+    for table, of_table in names.items():
+        for name, channel in zip(of_table, read.get(table, []), strict=False):
+            columns[name] = there(channel)
+    gyro = read.get("gyro", [])
+    for axis, channel in zip(("roll", "pitch", "yaw")[-len(gyro) :], gyro, strict=False):
+        columns[f"sensed_{axis}_rate_rad_s"] = there(channel)
+    if gyro:
+        columns["gyro_rad_s"] = there(gyro[-1])
+    for table, prefix in (("pose", "pose"), ("odometry", "odom")):
+        for name, channel in zip(("x_m", "y_m", "yaw_rad"), read.get(table, []), strict=False):
+            at = channel.at(starts + period_ns)
+            columns[f"{prefix}_{name}"] = np.arctan2(np.sin(at), np.cos(at)) if name == "yaw_rad" else at
+    measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
+    for axis, column in zip(_AXES, estimated(vehicle, measured).T, strict=True):
+        columns[f"estimated_{axis}"] = np.ascontiguousarray(column)
+    return columns
+
+
+def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
+    """The twists that velocities of all wheels amount to, (T, 3); NaN where one of them is not known."""
+    twists = np.full((len(measured_rad_s), 3), np.nan)
+    known = np.isfinite(measured_rad_s).all(axis=1)
+    if known.any():
+        twists[known] = Kinematics(layout=vehicle.layout).forward(measured_rad_s[known])
+    return twists
+
+
+def _scenario(log_map: LogMap, source: Path, columns: Mapping[str, Floats], rows: int) -> tuple[Scenario, int]:
+    """What a simulation would be told: the recorded command, held where it is not known, for as long as the log is.
+
+    And how many of its changes there is no room for.
+    """
+    keys = log_map.scenario.to_dict()
+    duration_s = min(max(rows * log_map.scenario.period_s, 0.01), _MOST_S)
+    keys.update(
+        name="recorded", duration_s=duration_s, command={"vx_m_s": 0.0, "vy_m_s": 0.0, "wz_rad_s": 0.0, "ramp_s": 0.0}
+    )
+    if "command" not in log_map.signals:
+        return Scenario.from_dict(keys), 0
+    asked = held(np.column_stack([columns[f"asked_{axis}"] for axis in _AXES]))[0]
+    keys["command"], left_out = _command(log_map, asked)
+    try:
+        return Scenario.from_dict(keys), left_out
+    except ConfigError as error:
+        raise LogError(f"{source}: {_beyond(log_map, asked, str(error))}", file=str(source)) from error
+
+
+def held(asked: Floats) -> tuple[Floats, int]:
+    """Rows of which each unknown one is as the last known one, rest before the first; and how many were unknown."""
+    known = np.isfinite(asked).all(axis=1)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(asked)), -1))
+    filled = np.where((last >= 0)[:, None], asked[np.maximum(last, 0)], 0.0)
+    return filled, int(np.count_nonzero(~known))
+
+
+def _beyond(log_map: LogMap, asked: Floats, said: str) -> str:
+    """What is wrong with a command, by the log's own names and times."""
+    names = log_map.signals["command"].names or _AXES
+    for axis, name, column in zip(_AXES, names, asked.T, strict=True):
+        if f" {axis}: " in said:
+            row = int(np.argmax(np.abs(column)))
+            at_s, allowed = row * log_map.scenario.period_s, said.rpartition("allowed: ")[2]
+            unit = "rad/s" if axis == "wz_rad_s" else "m/s"
+            return f"command, {name}: {column[row]:g} {unit} at {at_s:g} s of the log that is made, allowed: {allowed}"
+    return f"command: {said}"
+
+
+def _command(log_map: LogMap, asked: Floats) -> tuple[dict[str, object], int]:
+    """The table of a command, and how many of its changes there is no room for."""
+    changed = np.ones(len(asked), dtype=bool)
+    changed[1:] = (asked[1:] != asked[:-1]).any(axis=1)
+    at = np.flatnonzero(changed)
+    changes = at.size
+    if at.size > _MOST_COMMANDS:
+        at = at[:: math.ceil(at.size / _MOST_COMMANDS)]
+    period_s = log_map.scenario.period_s
+    lines = ["time_s," + ",".join(_AXES)]
+    lines += [",".join(repr(float(value)) for value in (row * period_s, *asked[row])) for row in at]
+    text = base64.b64encode("\n".join(lines).encode() + b"\n").decode()
+    return {"file": f"data:text/csv;base64,{text}"}, changes - at.size
+
+
+def _signals(
+    log_map: LogMap, read: Mapping[str, list[Channel]], columns: Mapping[str, Floats], starts_ns: int, rows: int
+) -> tuple[ImportedSignal, ...]:
+    vehicle = log_map.scenario.vehicle
+    stall_n_m = float(vehicle["motor.stall_torque_n_m"])
+    no_load_rad_s = vehicle.no_load_rad_s or math.inf
+    limits = {
+        "wheels": ("measured_rad_s", no_load_rad_s),
+        "references": ("reference_rad_s", no_load_rad_s),
+        "torques": ("torque_n_m", stall_n_m),
+        "commanded_torques": ("applied_n_m", stall_n_m),
+    }
+    period_ns = _period_ns(log_map.scenario)
+    starts: Nanoseconds = starts_ns + period_ns * np.arange(rows, dtype=np.int64)
+    signals = []
+    for table, of_table in read.items():
+        at = starts + period_ns if table in ("pose", "odometry") else starts
+        for number, channel in enumerate(of_table):
+            beyond = 0
+            if table in limits:
+                signal, limit = limits[table]
+                column = columns[f"wheel_{vehicle.wheel_names[number]}_{signal}"]
+                beyond = int(np.count_nonzero(np.abs(column) > limit))
+            else:
+                column = channel.at(at)
+            gaps_s = channel.gaps_s()
+            signals.append(
+                ImportedSignal(
+                    signal=table,
+                    name=channel.name,
+                    samples=int(channel.time_ns.size),
+                    rate_hz=channel.rate_hz(),
+                    missing=channel.missing,
+                    unordered=channel.unordered,
+                    gaps=int(gaps_s.size),
+                    longest_gap_s=float(gaps_s.max(initial=0.0)),
+                    gaps_s=float(gaps_s.sum()),
+                    beyond=beyond,
+                    known=int(np.count_nonzero(np.isfinite(column))),
+                )
+            )
+    return tuple(signals)

@@ -1,0 +1,363 @@
+"""The simulation driven with what a log commanded, and how far it is from what the log measured."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._given import trace_of
+from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
+from omnistep.errors import ConfigError
+from omnistep.recordings import estimated, held
+from omnistep.runs import _bar, read_mcap
+
+Floats = NDArray[np.float64]
+_AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
+#: Control periods between two looks at the progress bar.
+_PERIODS_PER_LOOK = 256
+#: What lies between a torque commanded and one that acts: a torque that acted has it already.
+_ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far a column of the simulation is from the same of the log, at equal times.
+
+    Attributes:
+        name: the column; ``path`` is the distance of the two places, in m.
+        rms: root mean square of the difference, in the column's unit; NaN where nothing could be compared.
+        largest: its largest size.
+        largest_at_s: when that was [s].
+        recorded_rms: root mean square of the log's column in the same rows.
+        compared: rows in which both are known.
+        left_out: rows in which one is not.
+    """
+
+    name: str
+    rms: float
+    largest: float
+    largest_at_s: float
+    recorded_rms: float
+    compared: int
+    left_out: int
+
+    @classmethod
+    def of(cls, name: str, time_s: Floats, recorded: Floats, simulated: Floats) -> Difference:
+        """The difference of two columns."""
+        off = np.abs(simulated - recorded)
+        known = np.isfinite(off)
+        compared = int(np.count_nonzero(known))
+        if compared == 0:
+            return cls(name, math.nan, math.nan, math.nan, math.nan, 0, len(off))
+        at = int(np.nanargmax(np.where(known, off, -1.0)))
+        return cls(
+            name=name,
+            rms=float(np.sqrt(np.mean(off[known] ** 2))),
+            largest=float(off[at]),
+            largest_at_s=float(time_s[at]),
+            recorded_rms=float(np.sqrt(np.mean(recorded[known] ** 2))),
+            compared=compared,
+            left_out=len(off) - compared,
+        )
+
+
+@dataclass(frozen=True)
+class Resimulation:
+    """A log and a simulation that was driven with its commands or torques: ``print`` it.
+
+    Attributes:
+        recorded: the log's columns.
+        simulated: the simulation's, as many rows at the same times.
+        by: what drove it, ``commands`` or ``torques``.
+        unknown: control periods in which the log does not say that: the last one was held, rest before the first.
+        zeroed: keys of the scenario that were set to 0, because torques that acted have that already.
+        differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist by the
+            wheels ``estimated_*``, ``gyro_rad_s`` and ``path`` (in the plane, from where the log begins; by ``pose_*``
+            where the log has it, else by the wheels, until the first gap).
+    """
+
+    recorded: Trace
+    simulated: Trace
+    by: str
+    unknown: int
+    zeroed: tuple[str, ...]
+    differences: Mapping[str, Difference]
+    _wheels: tuple[Floats, Floats]
+    _twists: tuple[Floats, Floats]
+    _paths: tuple[Floats, Floats]
+
+    def __str__(self) -> str:
+        headings = ("column", "rms", "of rms", "largest", "at [s]", "compared", "left out")
+        rows = [
+            (
+                each.name,
+                f"{each.rms:.4g}",
+                f"{each.recorded_rms:.4g}",
+                f"{each.largest:.4g}",
+                f"{each.largest_at_s:.3f}",
+                str(each.compared),
+                str(each.left_out),
+            )
+            for each in self.differences.values()
+        ]
+        widths = [max(len(row[k]) for row in [headings, *rows]) for k in range(len(headings))]
+        lines = [
+            "  ".join(
+                cell.rjust(width) if k else cell.ljust(width)
+                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+            )
+            for row in [headings, *rows]
+        ]
+        title = f"{len(self.recorded)} control periods by {self.by}, {self.unknown} of them unknown and held; "
+        if self.zeroed:
+            title += f"{', '.join(self.zeroed)} = 0, since torques that acted have it; "
+        return "\n".join([f"{title}simulated less recorded:", *lines])
+
+    def plot(self) -> Any:
+        """Draw both over each other: wheels' velocities, twist and path.
+
+        Returns:
+            A matplotlib figure.
+
+        Raises:
+            ImportError: matplotlib is not there: the extra ``plot``.
+        """
+        try:
+            from matplotlib.figure import Figure
+        except ImportError as error:
+            raise ImportError('plot needs matplotlib: install omnistep with its extra "plot"') from error
+        names = self.recorded.wheel_names
+        columns = 2
+        lines = math.ceil((len(names) + 4) / columns)
+        figure = Figure(figsize=(10.0, 1.9 * lines), layout="constrained")
+        axes = figure.subplots(lines, columns).ravel()
+        time_s = self.recorded["time_s"]
+
+        def both(ax: Any, columns: tuple[Floats, Floats], number: int, label: str) -> None:
+            ax.plot(time_s, columns[0][:, number], color="0.6", lw=1.0, label="recorded")
+            ax.plot(time_s, columns[1][:, number], color="tab:blue", lw=1.0, label="simulated")
+            ax.set_ylabel(label)
+            ax.grid(visible=True, alpha=0.3)
+
+        for number, name in enumerate(names):
+            both(axes[number], self._wheels, number, f"wheel {name} [rad/s]")
+        for number, label in enumerate(("vx [m/s]", "vy [m/s]", "wz [rad/s]")):
+            both(axes[len(names) + number], self._twists, number, label)
+        for ax in axes[: len(names) + 3]:
+            ax.set_xlabel("time [s]")
+        path = axes[len(names) + 3]
+        for places, style in zip(
+            self._paths, ({"color": "0.6", "lw": 2.0}, {"color": "tab:blue", "lw": 1.0}), strict=True
+        ):
+            path.plot(places[:, 0], places[:, 1], **style)
+        path.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
+        path.grid(visible=True, alpha=0.3)
+        for ax in axes[len(names) + 4 :]:
+            ax.remove()
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+        return figure
+
+
+def resimulate(
+    log: str | PathLike[str] | Log,
+    scenario: str | PathLike[str] | Scenario | None = None,
+    *,
+    by: Literal["commands", "torques"] = "commands",
+    overrides: Mapping[str, Any] | None = None,
+    progress: bool = True,
+) -> Resimulation:
+    """Drive a simulation with the commands or torques of a log, and compare what it measures with what the log did.
+
+    The simulation begins at rest where the scenario says; begin the log before the vehicle moves.
+
+    Args:
+        log: a log, of a vehicle (:func:`omnistep.import_log`) or of a run.
+        scenario: what is simulated: ground, vehicle, controller; the log's own by default. Its control period has to
+            be the log's, and its wheels the log's wheels. Its own command is left aside.
+        by: ``commands``: what was asked for goes to the scenario's controller. ``torques``: what acted on the actuators
+            (by their currents), or else what they were told, goes to the motors. Where the log has torques that acted,
+            the scenario's ``actuators.torque_lag_s`` and ``actuators.voltage_sag`` are 0, as those have both already.
+        overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
+        progress: show a bar on standard error when it takes more than a second.
+
+    Returns:
+        Both, and their differences.
+
+    Raises:
+        ConfigError: the scenario does not fit the log, or the log has no commands or torques.
+        LogError: the log cannot be read.
+        SimulationError: the physics left the finite numbers.
+
+    Example:
+        >>> import omnistep, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder) / "flat.mcap"
+        ...     _ = omnistep.run("flat", overrides={"duration_s": 0.5}, mcap=path)
+        ...     again = omnistep.resimulate(path)
+        ...     heavier = omnistep.resimulate(path, overrides={"vehicle.body.1.mass_kg": 9.0})
+        >>> again.differences["wheels"].rms, heavier.differences["wheels"].rms > 0.01
+        (0.0, True)
+    """
+    if by not in ("commands", "torques"):
+        raise ConfigError(f"by = {by!r}, allowed: commands, torques", key="by")
+    read = log if isinstance(log, Log) else read_mcap(log, progress=progress)
+    recorded = trace_of(read)
+    if scenario is None:
+        scenario = Scenario.from_toml(read.scenario_toml)
+    made = Scenario(scenario, overrides=overrides)
+    _fits(made, recorded)
+    inputs, unknown, acted = _inputs(recorded, by)
+    zeroed = tuple(key for key in _ON_THE_WAY if acted and made[key] != 0.0)
+    if zeroed:
+        made = Scenario(made, overrides=dict.fromkeys(zeroed, 0.0))
+    simulation = Simulation(made)
+    step = simulation.step if by == "commands" else simulation.step_torques
+    read_rad_s = np.empty((len(inputs), len(recorded.wheel_names)))
+    with _bar("resimulate", shown=progress) as told:
+        for row, each in enumerate(inputs):
+            # As the controller reads them, at the start of a period; a simulation by torques has none.
+            read_rad_s[row] = simulation.measured_rad_s
+            step(each)
+            if row % _PERIODS_PER_LOOK == 0:
+                told(row / len(inputs))
+    simulated = simulation.trace
+    wheels = (np.asarray(recorded.wheels("measured_rad_s")), read_rad_s)
+    twists = (_columns(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
+    # A gyro is read at the start of a period, as the encoders are.
+    yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
+    paths = _paths(made, read, simulated, wheels)
+    return Resimulation(
+        recorded=recorded,
+        simulated=simulated,
+        by=by,
+        unknown=unknown,
+        zeroed=zeroed,
+        differences=_differences(read, wheels, twists, yaw_rates, paths),
+        _wheels=wheels,
+        _twists=twists,
+        _paths=paths,
+    )
+
+
+def _columns(trace: Trace, of: str) -> Floats:
+    return np.column_stack([trace[f"{of}_{axis}"] for axis in _AXES])
+
+
+def _fits(scenario: Scenario, recorded: Trace) -> None:
+    """Refuse a scenario that cannot be compared with a log."""
+    names = (scenario.vehicle.wheel_names, recorded.wheel_names)
+    if names[0] != names[1]:
+        found, allowed = (", ".join(each) for each in names)
+        raise ConfigError(
+            f"scenario {scenario.name}: wheels {found}, allowed: those of the log, {allowed}", key="scenario"
+        )
+    time_s = recorded["time_s"]
+    expected = scenario.period_s * np.arange(1, len(time_s) + 1)
+    # Times are whole microseconds; as seconds they are rounded.
+    wrong = np.flatnonzero(np.abs(time_s - expected) > 1e-7)
+    if wrong.size:
+        what = (
+            f"a control period of {scenario.period_s:g} s, and row {wrong[0]} of the log ends at {time_s[wrong[0]]:g} s"
+        )
+        allowed = "a log with a row every control period, from the first one on"
+        raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
+
+
+def _inputs(recorded: Trace, by: str) -> tuple[Floats, int, bool]:
+    """What drives the simulation in every period, in how many of them that is unknown, and whether it acted."""
+    by_acted = False
+    if by == "commands":
+        given, what = _columns(recorded, "asked"), "commands (asked_*)"
+    else:
+        acted, told = (np.asarray(recorded.wheels(signal)) for signal in ("torque_n_m", "applied_n_m"))
+        by_acted = bool(np.isfinite(acted).any())
+        given, what = np.where(np.isfinite(acted), acted, told), "torques of every wheel (torque_n_m or applied_n_m)"
+    if not np.isfinite(given).all(axis=1).any():
+        raise ConfigError(f"by = {by!r}: the log has no {what}, allowed: what it has", key="by")
+    return *held(given), by_acted
+
+
+def _paths(scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Where the log and the simulation were, (T, 2) each, from the same place on."""
+    recorded = log.trace
+    pose = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
+    if all(name in recorded for name in pose):
+        seen, own = (np.column_stack([trace[name] for name in pose]) for trace in (recorded, simulated))
+        known = np.flatnonzero(np.isfinite(seen).all(axis=1))
+        if known.size:
+            # The simulation's frame is laid over the log's where that begins.
+            at = known[0]
+            turn = seen[at, 2] - own[at, 2]
+            rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+            return seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2]
+    # By the wheels, of both: where they are not known, nobody knows where the vehicle is from then on.
+    unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
+    first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
+    end = int(unknown[0]) + 1 if unknown.size else len(recorded)
+    places = []
+    for each in wheels:
+        place = np.full((len(recorded), 2), np.nan)
+        if end > first:
+            odometry = Odometry(kinematics=Kinematics(layout=scenario.vehicle.layout), period_s=scenario.period_s)
+            place[first:end] = odometry.step_velocities(each[first:end])[:, :2]
+        places.append(place)
+    return places[0], places[1]
+
+
+def _differences(
+    log: Log,
+    wheels: tuple[Floats, Floats],
+    twists: tuple[Floats, Floats],
+    yaw_rates: tuple[Floats, Floats],
+    paths: tuple[Floats, Floats],
+) -> dict[str, Difference]:
+    recorded = log.trace
+    time_s, names = recorded["time_s"], recorded.wheel_names
+    pairs = {f"wheel_{name}_measured_rad_s": [each[:, k] for each in wheels] for k, name in enumerate(names)}
+    made = {name: Difference.of(name, time_s, *pair) for name, pair in pairs.items()}
+    made["wheels"] = Difference.of("wheels", np.repeat(time_s, len(names)), *(each.ravel() for each in wheels))
+    for number, axis in enumerate(_AXES):
+        name = f"estimated_{axis}"
+        made[name] = Difference.of(name, time_s, *(each[:, number] for each in twists))
+    if log.recorded and np.isfinite(yaw_rates[0]).any():
+        made["gyro_rad_s"] = Difference.of("gyro_rad_s", time_s, *yaw_rates)
+    off = np.hypot(*(paths[1] - paths[0]).T)
+    way = np.hypot(*(paths[0] - paths[0][np.isfinite(paths[0]).all(axis=1)][:1].sum(axis=0)).T)
+    made["path"] = Difference.of("path", time_s, way, way + off)
+    return made
+
+
+def write(
+    log: Path,
+    out: Path,
+    *,
+    scenario: str | None = None,
+    by: Literal["commands", "torques"] = "commands",
+    keys: Sequence[str] = (),
+    progress: bool = True,
+) -> None:
+    """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
+    if out.suffix not in (".png", ".svg", ".pdf"):
+        raise ConfigError(f"{out}: {out.suffix!r}, allowed: .png, .svg or .pdf", key="out", file=str(out))
+    again = resimulate(log, scenario, by=by, overrides=dict(_override(key) for key in keys), progress=progress)
+    print(again)
+    again.plot().savefig(out, dpi=110)
+
+
+def _override(text: str) -> tuple[str, Any]:
+    """A key and its value, as ``--set`` has them elsewhere: TOML, or else a text."""
+    key, equals, value = text.partition("=")
+    if not key or not equals:
+        raise ConfigError(f"--set {text}: allowed: KEY=VALUE", key="set")
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key, value

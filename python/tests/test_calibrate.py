@@ -1,0 +1,373 @@
+"""Calibration finds the wheels of vehicles that are known, from what a tape measure and a gyro say."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import omnistep
+from omnistep._calibration_runs import read_runs
+from omnistep._estimates import Parameter, at_bounds, fit
+from omnistep._wheel_logs import read
+
+STEP_S = 0.02
+TAPE_M, TURN_RAD = 0.002, 0.004
+
+
+def driven(sign):
+    """Squares ahead and sideways, lines, a turn on the spot, an arc: twists and how long."""
+    corner = (0, 0, sign, np.pi / 2)
+    return [
+        [(0.4, 0, 0, 5), corner] * 4,
+        [(0, sign * 0.4, 0, 5), corner] * 4,
+        [(0.4 * sign, 0, 0, 6)],
+        [(0, 0.4 * sign, 0, 6)],
+        [(0, 0, sign, 12)],
+        [(0.3, 0.2 * sign, 0.4 * sign, 12)],
+    ]
+
+
+DRIVES = driven(1) + driven(-1)
+
+
+def built(drawn, rng):
+    """Radii 1 %, places 4 mm, directions 10 mrad off the drawing."""
+    keys = {}
+    for k, wheel in enumerate(drawn.layout.wheels):
+        angle = np.arctan2(*wheel.rolling_direction[::-1]) + 0.01 * rng.standard_normal()
+        keys[f"wheel.{k}.radius_m"] = wheel.radius_m * (1 + 0.01 * rng.standard_normal())
+        keys[f"wheel.{k}.position_m"] = list(np.array(wheel.position_m) + 0.004 * rng.standard_normal(2))
+        keys[f"wheel.{k}.rolling_direction"] = [np.cos(angle), np.sin(angle)]
+    return drawn.replace(keys)
+
+
+def drive(vehicle, parts, rng, *, counts=2000, slip=0.0, noise=1.0):
+    """What the encoders of a vehicle say, and where it ends as measured. Slip grows with the root of the way."""
+    twists = np.concatenate([np.tile(part[:3], (round(part[3] / STEP_S), 1)) for part in parts])
+    yaw = np.cumsum(twists[:, 2]) * STEP_S
+    middle = yaw - 0.5 * STEP_S * twists[:, 2]
+    # The chord of an arc is shorter than the arc.
+    chord = np.sinc(0.5 * STEP_S * twists[:, 2] / np.pi) * STEP_S
+    x = (chord * (np.cos(middle) * twists[:, 0] - np.sin(middle) * twists[:, 1])).sum()
+    y = (chord * (np.sin(middle) * twists[:, 0] + np.cos(middle) * twists[:, 1])).sum()
+    turns = omnistep.Kinematics(layout=vehicle.layout).inverse(twists) * STEP_S
+    turns = turns + slip * np.sqrt(np.abs(turns)) * rng.standard_normal(turns.shape)
+    angles = np.vstack([np.zeros(turns.shape[1]), np.cumsum(turns, axis=0)])
+    if counts:
+        count = 2 * np.pi / counts
+        angles = np.floor(angles / count + rng.random(turns.shape[1])) * count
+    log = {"time_s": STEP_S * np.arange(len(angles))}
+    log |= {f"wheel_{name}_position_rad": angles[:, k] for k, name in enumerate(vehicle.wheel_names)}
+    end = np.array([x, y, yaw[-1]]) + noise * rng.standard_normal(3) * [TAPE_M, TAPE_M, TURN_RAD]
+    return log, end
+
+
+def runs_of(vehicle, rng, **how):
+    runs = []
+    for parts in DRIVES:
+        log, (x, y, yaw) = drive(vehicle, parts, rng, **how)
+        runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+    return runs
+
+
+def truth_of(drawn, real):
+    """The parameters: a place along the push cannot be told, so it is the lever that counts."""
+    truth = {}
+    for name, wheel, there in zip(drawn.wheel_names, drawn.layout.wheels, real.layout.wheels, strict=True):
+        angles = [np.arctan2(*each.rolling_direction[::-1]) for each in (wheel, there)]
+        turn = np.angle(np.exp(1j * (angles[1] - angles[0])))
+        push, drawn_push = (angle + wheel.roller_angle_rad for angle in angles[::-1])
+        across = np.array([np.sin(push), -np.cos(push)])
+        moved = np.array([np.sin(drawn_push), -np.cos(drawn_push)])
+        lever = (np.array(there.position_m) - np.array(wheel.position_m)) @ across
+        truth |= {
+            f"{name}.radius_m": there.radius_m,
+            f"{name}.turn_rad": turn,
+            f"{name}.shift_m": lever / (moved @ across),
+        }
+    return truth
+
+
+@pytest.mark.parametrize("name", ["omni3", "mecanum4", "chugo7"])
+def test_without_noise_the_wheels_are_found_exactly(name):
+    drawn = omnistep.Vehicle(name)
+    rng = np.random.default_rng(3)
+    real = built(drawn, rng)
+    found = omnistep.calibrate(runs_of(real, rng, counts=0, noise=0.0), vehicle=drawn)
+    for key, value in truth_of(drawn, real).items():
+        assert found[key].told, key
+        # Rounding, and where a search ends: millionths of a metre or radian.
+        assert found[key].value == pytest.approx(value, abs=2e-6), key
+    # What the file then says turns the wheels as the real vehicle's do.
+    twist = [0.3, -0.2, 0.5]
+    speeds = [omnistep.Kinematics(layout=each.layout).inverse(twist) for each in (found.vehicle, real)]
+    np.testing.assert_allclose(speeds[0], speeds[1], rtol=1e-4, atol=1e-4)
+
+
+def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds():
+    drawn = omnistep.Vehicle("omni3")
+    covered = {}
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        real = built(drawn, rng)
+        found = omnistep.calibrate(runs_of(real, rng), vehicle=drawn)
+        truth = truth_of(drawn, real)
+        for each in found.estimates:
+            covered.setdefault(each.name, []).append(each.told and each.low <= truth[each.name] <= each.high)
+    shares = {name: np.mean(each) for name, each in covered.items()}
+    assert len(shares) == 9
+    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
+
+
+def test_the_estimate_is_where_scipy_ends_with_odometry_of_its_own():
+    drawn = omnistep.Vehicle("omni3")
+    rng = np.random.default_rng(11)
+    real = built(drawn, rng)
+    runs = runs_of(real, rng)
+    found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=TAPE_M, yaw_sd_rad=TURN_RAD)
+    wheels = drawn.layout.wheels
+    angles = [np.stack([run.log[f"wheel_{name}_position_rad"] for name in drawn.wheel_names], axis=1) for run in runs]
+
+    def residual(x):
+        rows = []
+        for wheel, (radius, shift, turn) in zip(wheels, x.reshape(-1, 3), strict=True):
+            start = np.arctan2(*wheel.rolling_direction[::-1])
+            place = np.array(wheel.position_m) + shift * np.array([np.sin(start), -np.cos(start)])
+            a = np.array([np.cos(start + turn), np.sin(start + turn)])
+            rows.append(np.array([*a, place[0] * a[1] - place[1] * a[0]]) / radius)
+        back = np.linalg.inv(np.array(rows))
+        left = []
+        for run, angle in zip(runs, angles, strict=True):
+            along, aside, turn = back @ np.diff(angle, axis=0).T
+            yaw = np.cumsum(turn)
+            middle, chord = yaw - 0.5 * turn, np.sinc(0.5 * turn / np.pi)
+            left += [
+                ((chord * (np.cos(middle) * along - np.sin(middle) * aside)).sum() - run.end_x_m) / places,
+                ((chord * (np.sin(middle) * along + np.cos(middle) * aside)).sum() - run.end_y_m) / places,
+                (yaw[-1] - run.end_yaw_rad) / turns,
+            ]
+        return np.array(left)
+
+    # The weights that the calibration ended with: what is left over, less what parameters took.
+    places, turns = found.position_rms_m, found.yaw_rms_rad
+    begin = np.array([[wheel.radius_m, 0.0, 0.0] for wheel in wheels]).ravel()
+    oracle = least_squares(residual, begin, x_scale="jac", method="lm", xtol=1e-14, ftol=1e-14)
+    for each, value in zip(found.estimates, oracle.x, strict=True):
+        # Places weigh against turns a little differently here, as parameters took more of one: a tenth of the interval.
+        assert each.value == pytest.approx(value, abs=0.1 * (each.high - each.low)), each.name
+
+
+def test_a_gyro_and_a_tape_tell_radii_and_levers_but_not_where_ahead_is():
+    drawn = omnistep.Vehicle("omni3")
+    rng = np.random.default_rng(5)
+    real = drawn.replace({"wheel.0.radius_m": 0.0506, "wheel.2.radius_m": 0.0495})
+    runs = []
+    for parts in DRIVES:
+        log, (x, y, _) = drive(real, parts, rng, noise=0.3)
+        rows = len(log["time_s"])
+        rest = 100
+        for key, column in log.items():
+            log[key] = np.r_[np.full(rest, column[0]), column] if key != "time_s" else STEP_S * np.arange(rows + rest)
+        rate = np.r_[np.zeros(rest + 1), np.concatenate([np.full(round(p[3] / STEP_S), p[2]) for p in parts])]
+        log["gyro_rad_s"] = rate + 0.01 + 1e-3 * rng.standard_normal(len(rate))
+        # A tape tells nothing of a drive that ends where it began.
+        distance = float(np.hypot(x, y))
+        runs.append(omnistep.CalibrationRun(log=log, distance_m=distance if distance > 0.5 else None, gyro=True))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    held = [each.name for each in found.estimates if not each.told]
+    # Turned as a whole, the vehicle drives the same distances: one direction stays as drawn, no more.
+    assert len(held) >= 1 and all(name.endswith("turn_rad") or name.endswith("shift_m") for name in held)
+    assert any(held[0] in line and "drive" in line for line in found.cannot_tell)
+    # 2 mm in lines of 2.4 m, twice each.
+    assert found["1.radius_m"].value == pytest.approx(0.0506, rel=2e-3)
+    assert found["3.radius_m"].value == pytest.approx(0.0495, rel=2e-3)
+
+
+@pytest.mark.parametrize("noise_rad_s", [0.0, 1e-3, 0.1])
+def test_the_gyros_zero_is_found_with_noise_on_velocities(noise_rad_s):
+    drawn = omnistep.Vehicle("omni3")
+    rng = np.random.default_rng(0)
+    runs = []
+    for twist in [(0.3, 0, 0), (0, 0.3, 0), (-0.3, 0, 0), (0, -0.3, 0), *[(0, 0, 1)] * 8]:
+        twists = np.r_[np.zeros((200, 3)), np.tile(twist, (801, 1))]
+        wheels = omnistep.Kinematics(layout=drawn.layout).inverse(twists) + noise_rad_s * rng.standard_normal((1001, 3))
+        x, y, _ = omnistep.moved_by([0, 0, 0], 8.01 * np.array(twist))
+        log = {"time_s": 0.01 * np.arange(1001), "gyro_rad_s": twists[:, 2] + 0.02}
+        log |= {f"wheel_{name}_measured_rad_s": wheels[:, k] for k, name in enumerate(drawn.wheel_names)}
+        runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, gyro=True))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    # 0.1 rad/s in each of 1000 rows is 32 mrad of a wheel, 1.6 mm of its way, 0.2 mm of its lever in a turn of 8 rad:
+    # three times that. A zero of 0.02 rad/s left in would be 0.2 rad of 8, or 4 mm of a lever of 0.15 m.
+    for each in found.estimates:
+        if each.name.endswith("shift_m"):
+            assert each.value == pytest.approx(0.0, abs=6e-4), each.name
+
+
+def test_angles_of_a_recording_are_read():
+    drawn = omnistep.Vehicle("omni3")
+    log, _ = drive(drawn, DRIVES[8], np.random.default_rng(0))
+    recorded = {
+        key.replace("wheel_", "sensed_wheel_rad_").removesuffix("_position_rad"): column for key, column in log.items()
+    }
+    assert "sensed_wheel_rad_1" in recorded
+    np.testing.assert_array_equal(read(recorded, drawn).positions, read(log, drawn).positions)
+
+
+@pytest.mark.parametrize("rate_hz", [100, 150, 300, 400])
+def test_times_may_be_rounded_to_milliseconds(rate_hz):
+    drawn = omnistep.Vehicle("omni3")
+    rows = np.r_[0:4000, 4100:9000]
+    angles = 0.02 * rows
+    log = {f"wheel_{name}_position_rad": angles for name in drawn.wheel_names}
+    found = read({"time_s": np.round(rows / rate_hz, 3), **log}, drawn)
+    # A line through 8900 times that are 0.3 ms off tells a period to a part of 1e-6 or so.
+    assert found.period_s == pytest.approx(1 / rate_hz, rel=1e-5)
+    assert len(found.measured) == 9000
+    there = np.isfinite(found.positions[:, 0])
+    np.testing.assert_array_equal(np.flatnonzero(there), rows)
+    np.testing.assert_allclose(found.measured[there][1:], 0.02 * rate_hz, rtol=1e-5)
+
+
+def test_times_that_are_no_grid_are_refused_in_one_line():
+    drawn = omnistep.Vehicle("omni3")
+    rng = np.random.default_rng(1)
+    regular = 0.01 * np.arange(1000)
+    twice = np.sort(np.r_[regular, 5.001])
+    loose = np.sort(regular + 0.01 * rng.random(1000))
+    for time, message in [
+        (twice, "time_s has two rows in one period of 0.01 s, at 5.001 s"),
+        (loose, "of 1000 times of time_s are more than 0.35 periods of 0.0"),
+        (np.round(np.arange(1000) / 700, 3), "43 % of the steps of time_s are two periods of 0.001 s"),
+        (np.r_[regular, 1e300], "time_s spans 1e+302 periods, allowed: up to 5000000"),
+    ]:
+        with pytest.raises(omnistep.ConfigError) as refused:
+            read({"time_s": time, **{f"wheel_{k}_measured_rad_s": np.ones(len(time)) for k in (1, 2, 3)}}, drawn)
+        assert message in str(refused.value) and "\n" not in str(refused.value) and "allowed: " in str(refused.value)
+    # Rows that come 0.1 periods early or late (one standard deviation) are in their periods, one in 2000 is left out.
+    shaken = regular + 0.001 * rng.standard_normal(1000)
+    found = read({"time_s": shaken, **{f"wheel_{k}_position_rad": np.arange(1000.0) for k in (1, 2, 3)}}, drawn)
+    there = np.isfinite(found.positions[:, 0])
+    assert len(there) == 1000 and there.sum() > 990
+    np.testing.assert_array_equal(found.positions[there, 0], np.flatnonzero(there))
+    # A row that comes 0.45 periods late stands alone, and is left out.
+    late = regular.copy()
+    late[500] += 0.0045
+    log = {"time_s": late, **{f"wheel_{k}_measured_rad_s": np.ones(1000) for k in (1, 2, 3)}}
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(read(log, drawn).measured[:, 0])), [500])
+
+
+def test_what_ends_at_a_bound_is_named():
+    target = np.repeat([5.0, 1.0], 500)
+    # The first lies beyond its range, the second ends at 0, where a friction may well end.
+    parameters = [
+        Parameter(name="a_kg", unit="kg", start=1.0, scale=1.0, lower=0.5, upper=2.0),
+        Parameter(name="b_n_m", unit="N.m", start=1.0, scale=1.0, lower=0.0, upper=9.0),
+    ]
+    found = fit(lambda x: np.repeat([x[0], 1.0 + x[1]], 500) - target, parameters, needed_by="a test")
+    assert found.free.all() and found.x == pytest.approx([2.0, 0.0])
+    (line,) = at_bounds(parameters, found)
+    assert line.startswith("a_kg ended at the bound of its range, 2 kg")
+
+
+def test_lines_alone_tell_radii_and_the_rest_is_named():
+    drawn = omnistep.Vehicle("omni3")
+    rng = np.random.default_rng(6)
+    runs = []
+    for parts in [DRIVES[2], DRIVES[3], DRIVES[8], DRIVES[9]]:
+        log, (x, y, yaw) = drive(drawn, parts, rng)
+        runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    held = {each.name for each in found.estimates if not each.told}
+    # Without a turn no lever is told against radii, and no interval is given for it.
+    assert any(name.endswith("shift_m") for name in held)
+    assert any("turns on the spot" in line for line in found.cannot_tell)
+
+
+def test_a_simulated_vehicle_is_found_from_its_logs(tmp_path):
+    drawn = omnistep.Vehicle("mecanum4")
+    real = {"wheel.0.radius_m": 0.0768, "wheel.3.radius_m": 0.0754, "wheel.1.position_m": [0.25, -0.206]}
+    twists = [
+        (0.3, 0, 0),
+        (-0.3, 0, 0),
+        (0, 0.3, 0),
+        (0, -0.3, 0),
+        (0, 0, 0.8),
+        (0, 0, -0.8),
+        (0.3, 0.1, 0.4),
+        (-0.2, 0.2, -0.4),
+    ]
+    lines = ["yaw_sd_rad = 0.001"]
+    for k, (vx, vy, wz) in enumerate(twists):
+        stop = {"at_s": 4.0, "vx_m_s": 0.0, "vy_m_s": 0.0, "wz_rad_s": 0.0, "ramp_s": 0.5}
+        scenario = omnistep.Scenario(
+            "flat",
+            vehicle=drawn.replace(real),
+            overrides={
+                "physics.engine": "articulated", "duration_s": 5.0, "sensors.encoder_counts": 4096,
+                "control.policy": "independent", "command.vx_m_s": vx, "command.vy_m_s": vy, "command.wz_rad_s": wz,
+                "command.ramp_s": 0.5, "command.then": [stop],
+            },
+        )  # fmt: skip
+        trace = omnistep.run(scenario, mcap=tmp_path / f"{k}.mcap")
+        x, y, yaw = (float(trace[f"pose_{each}"][-1]) for each in ("x_m", "y_m", "yaw_rad"))
+        lines += ["[[run]]", f'log = "{k}.mcap"', f"end_x_m = {x}", f"end_y_m = {y}", f"end_yaw_rad = {yaw}"]
+    (tmp_path / "runs.toml").write_text("\n".join(lines))
+    (tmp_path / "drawn.toml").write_text(drawn.to_toml())
+    done = subprocess.run(
+        [sys.executable, "-m", "omnistep", "calibrate", "runs.toml", "--vehicle", "drawn.toml", "-o", "found.toml"],
+        cwd=tmp_path, capture_output=True, text=True,
+    )  # fmt: skip
+    # Where reading takes more than a second a bar says how far it is.
+    assert done.returncode == 0 and "error" not in done.stderr and "warning" not in done.stderr, done.stderr
+    assert "front_left.radius_m" in done.stdout and "no run can tell the place of a wheel along its push" in done.stdout
+    found = omnistep.Vehicle(tmp_path / "found.toml")
+    # Wheels slip by some hundred thousandths on the way: 0.1 % of a radius of 1 % off.
+    assert found["wheel.0.radius_m"] == pytest.approx(0.0768, rel=1e-3)
+    assert found["wheel.3.radius_m"] == pytest.approx(0.0754, rel=1e-3)
+    assert found["wheel.2.radius_m"] == pytest.approx(0.0760, rel=1e-3)
+
+
+def test_what_is_wrong_is_said_in_one_line(tmp_path):
+    drawn = omnistep.Vehicle("omni3")
+    log, (x, _, _) = drive(drawn, DRIVES[2], np.random.default_rng(0))
+    run = omnistep.CalibrationRun
+    rate = np.zeros(len(log["time_s"]))
+    gap = {key: np.delete(column, np.s_[50:70]) for key, column in log.items()}
+    cases = [
+        ([], {}, "runs: empty"),
+        ([run(log=log)], {}, "run[0]: nothing was measured"),
+        ([run(log=log, end_x_m=float("nan"))], {}, "run[0].end_x_m = nan, allowed: -1000 to 1000"),
+        ([run(log=log, end_x_m=x)], {"position_sd_m": 0.0}, "position_sd_m = 0.0, allowed: 1e-06 to 10"),
+        ([run(log=log, gyro=True)], {}, "no column gyro_rad_s"),
+        (
+            [run(log=log | {"gyro_rad_s": rate}, gyro=True)],
+            {},
+            "run[0]: the wheels stand 0 s at its start, allowed: 0.5",
+        ),
+        ([run(log=log | {"gyro_rad_s": np.nan * rate}, gyro=True)], {}, "run[0]: gyro_rad_s has no number"),
+        ([run(log=log, distance_m=-2.0)], {}, "run[0].distance_m = -2.0, allowed: 0 to 1000"),
+        ([run(log=gap, end_x_m=x)], {}, "0.4 s without encoders, allowed: gaps up to 0.1 s"),
+        ([run(log={"time_s": log["time_s"]}, end_x_m=x)], {}, "no column wheel_1_measured_rad_s"),
+        ([run(log={key: 0 * c if key != "time_s" else c for key, c in log.items()}, end_x_m=x)], {}, "no wheel turns"),
+    ]
+    for runs, more, message in cases:
+        with pytest.raises(omnistep.ConfigError) as refused:
+            omnistep.calibrate(runs, vehicle=drawn, **more)
+        assert message in str(refused.value)
+        assert "\n" not in str(refused.value) and "allowed: " in str(refused.value)
+    for text, message in [
+        ("run = 3", "no [[run]]"),
+        ("[[run]]\nlog = 3", "run[0].log = 3"),
+        ('[[run]]\nlog = "a.csv"\nend_z_m = 1.0', "run[0].end_z_m is no key"),
+        ('[[run]]\nlog = "a.csv"\nend_x_m = "far"', "run[0].end_x_m = 'far', allowed: -1000 to 1000"),
+        ("[[run", "allowed: a TOML file"),
+        ("run = " + "[" * 100_000, "nested too deeply"),
+        ('[[run]]\nlog = "a.csv"\nend_x_m = 0x' + "f" * 5000, "run[0].end_x_m: a whole number of 20000 bits"),
+        ('schema_version = 2\n[[run]]\nlog = "a.csv"', "schema_version = 2, allowed: 1"),
+    ]:
+        (tmp_path / "runs.toml").write_text(text)
+        with pytest.raises(omnistep.ConfigError) as refused:
+            read_runs(tmp_path / "runs.toml")
+        assert "runs.toml" in str(refused.value) and message in str(refused.value) and "\n" not in str(refused.value)

@@ -1,0 +1,277 @@
+"""Identification finds the parameters of vehicles that are known, and says what it cannot tell."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import omnistep
+from omnistep._margins import margins
+from omnistep._motion_model import Masses, Motion, cut
+from omnistep._wheel_logs import read
+
+SPEC = importlib.util.spec_from_file_location("wheel_plant", Path(__file__).with_name("wheel_plant.py"))
+plant = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(plant)
+
+DRIVES = {
+    "mecanum4": {"kp": 0.3, "ki": 0.8, "top": (0.8, 0.6, 1.6)},
+    "omni3": {"kp": 0.06, "ki": 0.12, "top": (0.6, 0.5, 2.0)},
+}
+
+
+def truth_of(vehicle):
+    """A vehicle that its file does not describe: heavier, with friction, late and lagging."""
+    mass, _, yaw = plant.masses(vehicle)
+    return {
+        "mass_kg": 1.15 * mass,
+        "yaw_inertia_kg_m2": 0.9 * yaw,
+        "wheel_inertia_kg_m2": vehicle["wheel.0.inertia_kg_m2"],
+        "gear_friction_n_m": 0.06,
+        "viscous_n_m_s_rad": 0.004,
+        "delay_s": 0.006,
+        "lag_s": 0.03,
+    }
+
+
+@pytest.fixture(scope="module")
+def mecanum():
+    vehicle = omnistep.Vehicle("mecanum4")
+    truth = truth_of(vehicle)
+    return vehicle, truth, plant.logs(vehicle, truth, range(200), counts=360, **DRIVES["mecanum4"])
+
+
+def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds(mecanum):
+    vehicle, truth, logs = mecanum
+    covered = {}
+    for log in logs:
+        found = omnistep.identify(log, vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
+        for each in found.estimates:
+            if each.told:
+                covered.setdefault(each.name, []).append(each.low <= truth[each.name] <= each.high)
+    assert sorted(covered) == sorted(set(truth) - {"wheel_inertia_kg_m2"})
+    shares = {name: np.mean(each) for name, each in covered.items()}
+    assert all(len(each) == len(logs) for each in covered.values())
+    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
+
+
+def test_the_estimate_is_where_scipy_ends_with_the_same_residuals(mecanum):
+    vehicle, truth, logs = mecanum
+    found = omnistep.identify(logs[0], vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
+    log, masses = read(logs[0], vehicle), Masses(vehicle)
+    motion = Motion(cut(log, masses, log.torques, lifted=False), masses, log.torques, 1.0)
+    names = [each.name for each in found.estimates if each.told]
+    scale = np.array([truth[name] for name in names])
+    held = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"], "rolling_resistance": 0.0}
+
+    def residual(z):
+        return motion.residual({**held, **dict(zip(names, z * scale, strict=True))})
+
+    # Another algorithm, from the truth instead of the file, without bounds.
+    oracle = least_squares(residual, np.ones(len(names)), method="lm", xtol=1e-12, ftol=1e-12)
+    values = np.array([found[name].value for name in names])
+    halves = np.array([0.5 * (found[name].high - found[name].low) for name in names])
+    # Both stop within a thousandth of what the data leave open anyway, at a relative change of the cost of 1e-8.
+    assert (np.abs(values - oracle.x * scale) < 0.02 * halves).all()
+
+
+def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
+    vehicle = omnistep.Vehicle("mecanum4")
+    truth = truth_of(vehicle) | {"wheel_inertia_kg_m2": 0.006, "rolling_n_m": 0.04}
+    gains = {"kp": 0.03, "ki": 0.08, "top": (0.8, 0.6, 1.6)}  # of a wheel alone
+    (air,) = plant.logs(vehicle, truth, [1], counts=4096, lifted=True, **gains, parts=40)
+    (ground,) = plant.logs(vehicle, truth, [2], counts=4096, **DRIVES["mecanum4"])
+    # Up to 9.2 s it does not turn: going round a bend takes the mass alone, and would tell it.
+    alone = omnistep.identify({key: column[:920] for key, column in ground.items()}, vehicle=vehicle)
+    assert not alone["rolling_resistance"].told and not alone["wheel_inertia_kg_m2"].told
+    assert any(
+        "lifted" in line and "rolling_resistance apart from gear_friction_n_m" in line for line in alone.cannot_tell
+    )
+    assert any("lifted" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.cannot_tell)
+    both = omnistep.identify(ground, vehicle=vehicle, lifted=air)
+    # 0.04 N.m a wheel of 76 mm under a quarter of 27.6 kg. Intervals are a third of what is allowed here.
+    rolling = 0.04 / (0.25 * truth["mass_kg"] * 9.81 * 0.076)
+    for name, value, within in [
+        ("wheel_inertia_kg_m2", 0.006, 0.02),
+        ("gear_friction_n_m", 0.06, 0.02),
+        ("rolling_resistance", rolling, 0.04),
+        ("mass_kg", truth["mass_kg"], 0.01),
+    ]:
+        assert both[name].told
+        assert both[name].value == pytest.approx(value, rel=within), name
+    # A file has no rolling resistance: its gears take both.
+    assert both.vehicle["motor.gear_friction_n_m"] == pytest.approx(0.10, rel=0.02)
+    assert both.vehicle["wheel.2.inertia_kg_m2"] == both["wheel_inertia_kg_m2"].value
+
+
+def test_duty_cycles_tell_the_motors_line_where_the_mass_is_known(mecanum):
+    vehicle, truth, logs = mecanum
+    # A motor's torque is stall times duty, late and lagging, less slope times speed: the plant's viscous is both.
+    stall, slope, viscous = 2.4, 0.003, 0.001
+    log = dict(logs[3])
+    for name in vehicle.wheel_names:
+        log[f"wheel_{name}_duty"] = log.pop(f"wheel_{name}_applied_n_m") / stall
+    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"], "viscous_n_m_s_rad": viscous}
+    found = omnistep.identify(log, vehicle=vehicle, known=known | {"mass_kg": truth["mass_kg"]})
+    # Three half intervals of one seed.
+    assert found["stall_torque_n_m"].value == pytest.approx(stall, rel=2e-3)
+    assert found["slope_n_m_s_rad"].value == pytest.approx(slope, rel=0.05)
+    assert found.vehicle["motor.slope_n_m_s_rad"] == found["slope_n_m_s_rad"].value
+    percent = {key: 100 * column if key.endswith("_duty") else column for key, column in log.items()}
+    with pytest.raises(omnistep.ConfigError, match=r"_duty reaches \d+\.?\d*, allowed: -1 to 1"):
+        omnistep.identify(percent, vehicle=vehicle, known=known)
+    without = omnistep.identify(log, vehicle=vehicle)
+    assert not without["stall_torque_n_m"].told
+    assert any("stall_torque_n_m apart from" in line and "known mass_kg" in line for line in without.cannot_tell)
+
+
+@pytest.fixture(scope="module")
+def manoeuvre(tmp_path_factory):
+    """The scenario that `omnistep new manoeuvre` writes, of a mecanum vehicle that its file does not describe."""
+    folder = tmp_path_factory.mktemp("manoeuvre")
+    done = subprocess.run(
+        [sys.executable, "-m", "omnistep", "new", "manoeuvre", "drive", "--vehicle", "mecanum4"], cwd=folder, check=True
+    )
+    assert done.returncode == 0
+    return folder / "drive.toml"
+
+
+REAL = {
+    "vehicle.body.0.mass_kg": 24.0,
+    "vehicle.motor.gear_friction_n_m": 0.05,
+    "vehicle.motor.viscous_n_m_s_rad": 0.005,
+    "actuators.torque_lag_s": 0.02,
+    "sensors.delay_us": 5000,
+    "control.period_us": 5000,
+}
+
+
+@pytest.mark.parametrize("counts", [360, 4096])
+def test_a_simulated_vehicle_is_found_from_the_manoeuvre(manoeuvre, counts, tmp_path):
+    drawn = omnistep.Vehicle("mecanum4")
+    scenario = omnistep.Scenario(manoeuvre, overrides={**REAL, "sensors.encoder_counts": counts})
+    trace = omnistep.run(scenario, mcap=tmp_path / "drive.mcap")
+    found = omnistep.identify(tmp_path / "drive.mcap", vehicle=drawn, known={"wheel_inertia_kg_m2": 0.0035})
+    again = omnistep.identify(trace, vehicle=drawn, known={"wheel_inertia_kg_m2": 0.0035})
+    assert [each.value for each in found.estimates] == pytest.approx([each.value for each in again.estimates], rel=1e-6)
+    mass, _, yaw = plant.masses(scenario.vehicle)
+    # A hundredth: what balls for wheels and grip that gives a little are away from rolling without slip.
+    for name, value, within in [
+        ("mass_kg", mass, 0.01),
+        ("yaw_inertia_kg_m2", yaw, 0.02),
+        ("gear_friction_n_m", 0.05, 0.03),
+        ("viscous_n_m_s_rad", 0.005, 0.05),
+    ]:
+        assert found[name].value == pytest.approx(value, rel=within), name
+    assert found["delay_s"].value + found["lag_s"].value == pytest.approx(0.025, abs=0.001)
+    # What was found is a vehicle that drives, with gains of the margins that it says.
+    assert found.vehicle.mass_kg == pytest.approx(found["mass_kg"].value)
+    assert plant.masses(found.vehicle)[2] == pytest.approx(found["yaw_inertia_kg_m2"].value)
+    assert found.loops.phase_margin_deg >= 45.0 and found.loops.gain_margin_db >= 6.0
+
+
+def test_margins_are_those_of_closed_forms():
+    # kp around an inertia behind a delay: it crosses at kp / J = 10 rad/s, at -90 deg - 0.1 rad. It is -180 deg
+    # at pi / 2 / 0.01 s = 157 rad/s, where the gain is 10 / 157. Frequencies are 0.6 % apart.
+    phase, gain = margins(0.5, 0.0, inertia=0.05, viscous=0.0, delay_s=0.01, lag_s=0.0)
+    assert phase == pytest.approx(90.0 - np.degrees(0.1), abs=0.1)
+    assert gain == pytest.approx(20 * np.log10(np.pi / 2 / 0.01 / 10.0), abs=0.1)
+    # A lag alone never turns it by 180 deg.
+    assert margins(0.5, 0.0, inertia=0.05, viscous=0.0, delay_s=0.0, lag_s=0.01)[1] == np.inf
+
+
+def without(log, name):
+    return {key: column for key, column in log.items() if key != name}
+
+
+def test_what_is_wrong_is_said_in_one_line(mecanum, tmp_path):
+    vehicle, _, logs = mecanum
+    log = logs[0]
+    cases = [
+        (without(log, "time_s"), {}, "no column time_s"),
+        (without(log, "wheel_rear_left_applied_n_m"), {}, "no column wheel_rear_left_applied_n_m"),
+        (log | {"time_s": log["time_s"][::-1]}, {}, "time_s does not grow"),
+        (log | {"wheel_rear_left_measured_rad_s": np.zeros(3)}, {}, "wheel_rear_left_measured_rad_s has shape (3,)"),
+        ({key: 0.0 * column if key != "time_s" else column for key, column in log.items()}, {}, "a log that drives"),
+        ({key: column[:200] for key, column in log.items()}, {}, "drive longer"),
+        (log, {"known": {"mass": 3.0}}, "known: mass, allowed: mass_kg, "),
+        (log, {"known": {"mass_kg": -3.0}}, "known: mass_kg = -3.0, allowed: 1.2 to 480"),
+        ([], {}, "data: empty"),
+    ]
+    for data, more, message in cases:
+        with pytest.raises(omnistep.ConfigError) as refused:
+            omnistep.identify(data, vehicle=vehicle, **more)
+        assert message in str(refused.value)
+        assert "\n" not in str(refused.value) and "allowed: " in str(refused.value)
+
+
+def test_noise_beyond_counts_is_said_and_angles_are_free_of_it(mecanum):
+    vehicle, truth, logs = mecanum
+    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
+
+    def said(log):
+        found = omnistep.identify(log, vehicle=vehicle, known=known)
+        return any(line.startswith("the intervals are too narrow") for line in found.cannot_tell), found
+
+    assert not said(logs[0])[0]
+    (log,) = plant.logs(vehicle, truth, [7], counts=360, noise_rad_s=0.3, **DRIVES["mecanum4"])
+    noisy, _ = said(log)
+    assert noisy
+    # The same drive with the encoder's angles: the velocities that the controller took are not looked at.
+    rng = np.random.default_rng(7)
+    rng.random(4)
+    noise = 0.3 * rng.standard_normal((len(log["time_s"]), 4))
+    for k, name in enumerate(vehicle.wheel_names):
+        log[f"wheel_{name}_position_rad"] = plant.PERIOD_S * np.cumsum(
+            log[f"wheel_{name}_measured_rad_s"] - noise[:, k]
+        )
+    noisy, found = said(log)
+    assert not noisy
+    # Velocities alone make it 1 ms too small; three half intervals of 0.2 ms.
+    assert found["delay_s"].value == pytest.approx(truth["delay_s"], abs=6e-4)
+
+
+def test_gaps_are_left_out(mecanum):
+    vehicle, truth, logs = mecanum
+    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
+    log = {key: column.copy() for key, column in logs[5].items()}
+    log["wheel_front_left_measured_rad_s"][500:520] = np.nan
+    rows = np.r_[0:900, 930 : len(log["time_s"])]
+    found = omnistep.identify({key: column[rows] for key, column in log.items()}, vehicle=vehicle, known=known)
+    # Twice the half interval: a gap takes some of the data.
+    assert found["mass_kg"].value == pytest.approx(truth["mass_kg"], rel=1e-3)
+    assert found.used < omnistep.identify(logs[5], vehicle=vehicle, known=known).used
+
+
+def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
+    vehicle, truth, logs = mecanum
+    names = list(logs[0])
+    rows = np.stack([logs[0][name] for name in names], axis=1)
+    np.savetxt(tmp_path / "drive.csv", rows, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+
+    def command(*arguments):
+        done = subprocess.run(
+            [sys.executable, "-m", "omnistep", *arguments], cwd=tmp_path, capture_output=True, text=True
+        )
+        return done.returncode, done.stdout, done.stderr
+
+    (tmp_path / "drawn.toml").write_text(vehicle.to_toml())
+    asked = ["identify", "drive.csv", "--vehicle", "drawn.toml", "--known", "wheel_inertia_kg_m2=0.0035"]
+    code, said, wrong = command(*asked, "-o", "found.toml")
+    assert (code, wrong) == (0, "")
+    assert "this log cannot tell rolling_resistance apart from gear_friction_n_m" in said
+    assert "phase margin" in said
+    assert omnistep.Vehicle(tmp_path / "found.toml").mass_kg == pytest.approx(truth["mass_kg"], rel=1e-3)
+    assert command("check", "found.toml")[0] == 0
+    for arguments, message in [
+        ([*asked[:-1], "mass_kg=heavy"], "--known mass_kg=heavy, allowed: NAME=VALUE"),
+        (["identify", "none.csv", "--vehicle", "omni3"], "none.csv: "),
+        ([*asked, "-o", "drawn.toml"], "drawn.toml: the file that the vehicle is read from"),
+    ]:
+        code, said, wrong = command(*arguments)
+        assert (code, said) == (2, "")
+        assert wrong.startswith("error: ") and message in wrong and wrong.count("\n") == 1

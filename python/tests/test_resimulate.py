@@ -1,0 +1,151 @@
+"""A log's commands or torques through the simulation again: near zero where the model is the same, else not."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import omnistep
+from omnistep.__main__ import main
+from omnistep.resimulation import Difference
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory, curve, recorded):
+    """What a robot recorded of a run, imported."""
+    folder = tmp_path_factory.mktemp("resimulated")
+    recorded.write_csv(folder / "robot.csv", recorded.columns(curve))
+    (folder / "my.toml").write_text(recorded.MAP)
+    omnistep.import_log(folder / "robot.csv", map=folder / "my.toml", out=folder / "robot.mcap")
+    return omnistep.read_mcap(folder / "robot.mcap")
+
+
+HEAVIER = {"vehicle.body.0.mass_kg": 20.0}
+
+
+def test_the_commands_of_a_runs_own_log_give_it_again_in_every_bit(tmp_path):
+    path = tmp_path / "flat.mcap"
+    trace = omnistep.run("flat", overrides={"duration_s": 0.5}, mcap=path)
+    again = omnistep.resimulate(path)
+    assert np.array_equal(again.simulated.wheels("applied_n_m"), trace.wheels("applied_n_m"))
+    assert again.unknown == 0 and all(each.rms == 0.0 for each in again.differences.values()), again
+    # Torques past the controller move the same vehicle the same way.
+    by_torques = omnistep.resimulate(path, by="torques")
+    assert all(each.rms == 0.0 for each in by_torques.differences.values()), by_torques
+
+
+def test_torques_that_acted_are_not_made_late_a_second_time(tmp_path):
+    path = tmp_path / "late.mcap"
+    omnistep.run("flat", overrides={"duration_s": 0.5, "actuators.torque_lag_s": 0.05}, mcap=path)
+    again = omnistep.resimulate(path, by="torques")
+    # Torques of a log are averages over a period, in which a lag of 50 periods bends them by hardly anything:
+    # measured 6e-7 rad/s. With the lag twice it is 0.4 rad/s.
+    assert again.differences["wheels"].rms < 1e-5, again
+    assert again.zeroed == ("actuators.torque_lag_s",) and "actuators.torque_lag_s = 0, since" in str(again)
+    # What was commanded still has the lag before it.
+    by_commands = omnistep.resimulate(path)
+    assert by_commands.zeroed == () and by_commands.differences["wheels"].rms == 0.0, by_commands
+
+
+def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_path):
+    recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
+    for table, lag_s in (("torques", 0.0), ("commanded_torques", 0.05)):
+        (tmp_path / "my.toml").write_text(recorded.MAP.replace("[torques]", f"[{table}]"))
+        omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / f"{table}.mcap")
+        log = tmp_path / f"{table}.mcap"
+        again = omnistep.resimulate(log, by="torques", overrides={"actuators.torque_lag_s": 0.05})
+        expected = omnistep.resimulate(log, by="torques", overrides={"actuators.torque_lag_s": lag_s})
+        assert np.array_equal(again.simulated.to_numpy(), expected.simulated.to_numpy(), equal_nan=True)
+        assert bool(again.zeroed) == (lag_s == 0.0)
+
+
+def test_by_commands_what_is_left_is_the_encoders(log, curve, recorded):
+    again = omnistep.resimulate(log)
+    assert len(again.simulated) == len(again.recorded) == len(curve) and again.unknown == 0
+    # The difference of two floors is triangular within a count, of which the root mean square is a count
+    # over the root of 6; on a line between two samples it is less. A whole count would be another vehicle.
+    count = 2 * np.pi / recorded.COUNTS_PER_TURN / recorded.PERIOD_S
+    assert again.differences["wheels"].rms < count / np.sqrt(6)
+    # Places have no such noise: 0.3 m/s for a period is 0.3 mm.
+    assert again.differences["path"].largest < 3e-4
+    unknown = np.isnan(log.trace.wheels("measured_rad_s"))
+    for number, name in enumerate(log.trace.wheel_names):
+        each = again.differences[f"wheel_{name}_measured_rad_s"]
+        assert each.left_out == unknown[:, number].sum() and each.compared + each.left_out == len(curve)
+    assert again.differences["wheels"].left_out == unknown.sum()
+
+
+def test_by_torques_a_wrong_mass_shows(log):
+    same = omnistep.resimulate(log, by="torques")
+    heavier = omnistep.resimulate(log, by="torques", overrides=HEAVIER)
+    unknown = int((~np.isfinite(log.trace.wheels("torque_n_m"))).any(axis=1).sum())
+    assert same.unknown == heavier.unknown == unknown > 190
+    # The gap is in steady driving, where holding torques of hardly anything changes hardly anything.
+    for name in ("path", "wheels"):
+        assert heavier.differences[name].rms > 2 * same.differences[name].rms, (name, same, heavier)
+    assert heavier.differences["path"].rms > 0.05 > 0.01 > same.differences["path"].rms
+
+
+def test_without_a_pose_the_path_is_the_wheels_until_the_first_gap(log, curve, recorded, tmp_path):
+    recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
+    (tmp_path / "my.toml").write_text(recorded.MAP.split("[pose]")[0])
+    omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "robot.mcap")
+    path = omnistep.resimulate(tmp_path / "robot.mcap").differences["path"]
+    # Row 0 has no position before it; the gap's first row is one before its first missing sample, or that.
+    assert recorded.GAP.start - 2 <= path.compared <= recorded.GAP.start - 1
+    assert path.compared + path.left_out == len(curve)
+    # Counts do not add up: two counts of 4096 a turn, and a period of 0.3 m/s.
+    assert path.largest < 1e-3
+
+
+def test_figures_of_a_difference():
+    time_s = np.arange(1.0, 5.0)
+    each = Difference.of("x", time_s, np.array([1.0, np.nan, 3.0, -3.0]), np.array([1.0, 5.0, 7.0, np.nan]))
+    assert (each.compared, each.left_out, each.largest, each.largest_at_s) == (2, 2, 4.0, 3.0)
+    assert each.rms == np.sqrt(8.0) and each.recorded_rms == np.sqrt(5.0)
+    none = Difference.of("x", time_s, np.full(4, np.nan), np.zeros(4))
+    assert none.compared == 0 and np.isnan(none.rms)
+
+
+def test_the_command_prints_the_figures_and_draws_both(log, tmp_path, monkeypatch, capfd):
+    out = tmp_path / "both.png"
+    mass = "vehicle.body.0.mass_kg=20"
+    arguments = ["resimulate", str(log.path), "--torques", "--set", mass, "-o", str(out), "--quiet"]
+    monkeypatch.setattr(sys, "argv", ["omnistep", *arguments])
+    assert main() == 0
+    said = capfd.readouterr().out
+    heavier = omnistep.resimulate(log, by="torques", overrides=HEAVIER)
+    assert said == f"{heavier}\n{out}\n" and out.read_bytes().startswith(b"\x89PNG")
+    figure = heavier.plot()
+    # Three wheels, three parts of the twist, the path; in each the log and the simulation.
+    assert [len(ax.lines) for ax in figure.axes] == [2] * 7
+    drawn = figure.axes[0].lines[0].get_ydata()
+    assert np.array_equal(drawn, log.trace.wheels("measured_rad_s")[:, 0], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scenario", "step"], "scenario step: wheels 1, 2, 3, 4, 5, 6, 7, allowed: those of the log, 1, 2, 3"),
+        (["--set", "control.period_us=500"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
+        (["--set", "mass"], "--set mass: allowed: KEY=VALUE"),
+        (["--set", "vehicle.mass=3"], "vehicle.mass"),
+        (["-o", "both.bmp"], "both.bmp: '.bmp', allowed: .png, .svg or .pdf"),
+    ],
+)
+def test_what_cannot_be_compared_is_one_line(log, monkeypatch, capfd, tmp_path, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["omnistep", "resimulate", str(log.path), *arguments])
+    assert main() == 2
+    err = capfd.readouterr().err
+    assert err.count("\n") == 1 and said in err, err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_log_without_torques_or_commands_says_so(curve, recorded, tmp_path):
+    recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
+    (tmp_path / "my.toml").write_text(recorded.MAP.split("[command]")[0])
+    omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "robot.mcap")
+    for by in ("commands", "torques"):
+        with pytest.raises(omnistep.ConfigError, match=f"by = '{by}': the log has no {by}"):
+            omnistep.resimulate(tmp_path / "robot.mcap", by=by)

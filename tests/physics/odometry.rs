@@ -1,0 +1,202 @@
+//! Odometry as an output of a run: where the wheels have the vehicle, how sure that is, and how far it is off.
+
+use omni_sim::config::{Override, Scenario};
+use omni_sim::{Simulation, Trace, run};
+
+use crate::engines::{self, on_both_engines};
+
+fn load(name: &str, overrides: &[&str]) -> Scenario {
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    engines::load(name, &overrides).expect("valid")
+}
+
+fn trace(name: &str, overrides: &[&str]) -> Trace {
+    run(&load(name, overrides)).expect("finite")
+}
+
+fn column<'a>(trace: &'a Trace, name: &str) -> &'a [f64] {
+    trace.column(name).unwrap_or_else(|| panic!("no column {name}"))
+}
+
+fn last(trace: &Trace, name: &str) -> f64 {
+    column(trace, name)[trace.rows() - 1]
+}
+
+fn where_wheels_roll_odometry_is_the_truth() {
+    // Contacts creep: a wheel that is driven or braked turns a little more or less than it rolls, by parts of ten thousand of the way here. A
+    // thousandth of it is more than creep, and far less than slip.
+    for (name, way_m) in [("flat", 1.15), ("square", 4.0), ("figure_eight", 6.0)] {
+        let run = trace(name, &[]);
+        let error_m = run.outcome().odometry_error_m;
+        assert!(error_m < 0.001 * way_m, "{name}: {error_m} m");
+        let turned = last(&run, "odom_yaw_rad") - last(&run, "pose_yaw_rad");
+        assert!(turned.abs() < 0.001, "{name}: {turned} rad");
+    }
+}
+
+fn the_figures_are_those_of_the_last_row() {
+    // On the step the front row is up by then, and the crossing goes on.
+    for name in ["flat", "ice", "step"] {
+        let run = trace(name, &["duration_s=2.5"]);
+        let outcome = run.outcome();
+        let [x_m, y_m] = ["x_m", "y_m"]
+            .map(|axis| last(&run, &format!("pose_{axis}")) - last(&run, &format!("odom_{axis}")));
+        assert_eq!(outcome.odometry_error_m, x_m.hypot(y_m), "{name}");
+        assert_eq!(outcome.final_x_m, last(&run, "pose_x_m"));
+        assert_eq!(outcome.final_y_m, last(&run, "pose_y_m"));
+        assert_eq!(outcome.final_yaw_rad, last(&run, "pose_yaw_rad"));
+    }
+    // Nothing was measured where the edge was never reached.
+    assert!(
+        trace("step", &["duration_s=0.2"])
+            .outcome()
+            .odometry_error_m
+            .is_nan()
+    );
+}
+
+fn wheels_on_ice_deceive_odometry() {
+    // At 0.02 the ice gives 0.2 m/s^2: 0.23 m in 1.5 s. Wheels that spin up to 1 m/s tell of a metre more.
+    let overrides = |friction: f64| {
+        trace(
+            "ice",
+            &[
+                &format!(
+                    "friction_patch=[{{ x_m = [-2.0, 3.0], y_m = [-2.0, 2.0], friction = {friction} }}]"
+                ),
+                "command.vx_m_s=1.0",
+                "command.ramp_s=0.1",
+                "duration_s=1.5",
+            ],
+        )
+    };
+    let [gripping, on_ice] = [0.7, 0.02].map(|friction| overrides(friction).outcome().odometry_error_m);
+    assert!(
+        on_ice > 10.0 * gripping && on_ice > 0.5,
+        "{on_ice} m, with grip {gripping} m"
+    );
+}
+
+fn the_covariance_begins_at_nothing_and_grows_as_the_core_says() {
+    let run = trace("flat", &["vehicle=mecanum4", "duration_s=3.0"]);
+    for name in ["odom_var_x_m2", "odom_var_y_m2", "odom_var_yaw_rad2"] {
+        let variances = column(&run, name);
+        assert_eq!(variances[0], 0.0, "{name}");
+        assert!(
+            variances.windows(2).all(|pair| pair[1] >= pair[0]),
+            "{name} falls"
+        );
+        assert!(variances[run.rows() - 1] > 0.0, "{name}");
+    }
+    // Straight ahead every wheel turns by s / r, is good for a quarter of the way, and off by k^2 s / r: r k^2 s / 4, and residuals of wheels
+    // that do not turn quite alike, here less than a fiftieth of it.
+    let k = 0.02;
+    let radius_m = load("flat", &["vehicle=mecanum4"]).vehicle().wheel[0].radius_m;
+    let expected_m2 = radius_m * k * k * last(&run, "odom_x_m") / 4.0;
+    let found_m2 = last(&run, "odom_var_x_m2");
+    assert!(
+        found_m2 > 0.98 * expected_m2 && found_m2 < 1.02 * expected_m2,
+        "{found_m2} m^2, by hand {expected_m2} m^2"
+    );
+}
+
+fn it_begins_where_the_vehicle_is_put() {
+    let placed = [
+        "start={ x_m = 0.4, y_m = -0.2, heading_rad = 2.0 }",
+        "duration_s=1.5",
+    ];
+    for more in [
+        None,
+        Some("perturbation={ yaw_rad = 0.1, start_m = 0.05 }"),
+        Some("drive={}"),
+    ] {
+        let overrides: Vec<_> = placed.into_iter().chain(more).collect();
+        let scenario = load("flat", &overrides);
+        let simulation = Simulation::new(&scenario).expect("a simulation");
+        let (seen, odometry) = (simulation.observation(), simulation.observation().odometry);
+        let [x_m, y_m, _] = seen.pose.position_m;
+        assert_eq!([odometry.pose.x_m, odometry.pose.y_m], [x_m, y_m], "{more:?}");
+        assert!(
+            (odometry.pose.yaw_rad - seen.pose.yaw_rad()).abs() < 1e-12,
+            "{more:?}"
+        );
+        // 0.4 m on its way: a thousandth of that, as above, and 0.3 mm, a period's way, by which a drive is late.
+        let run = run(&scenario).expect("finite");
+        assert!(
+            run.outcome().odometry_error_m < 0.0004 + 0.0003,
+            "{more:?}: {:?}",
+            run.outcome()
+        );
+    }
+}
+
+fn a_drives_own_pose_is_the_odometry() {
+    let overrides = [
+        "drive={}",
+        "duration_s=1.0",
+        "start={ x_m = 0.5, y_m = 0.1, heading_rad = 1.0 }",
+        "command.wz_rad_s=0.3",
+    ];
+    let run = trace("flat", &overrides);
+    let (sin, cos) = 1.0_f64.sin_cos();
+    for row in (0..run.rows()).step_by(37) {
+        let [x, y, yaw] =
+            ["x_m", "y_m", "yaw_rad"].map(|axis| column(&run, &format!("drive_pose_{axis}"))[row]);
+        let expected = [0.5 + cos * x - sin * y, 0.1 + sin * x + cos * y, 1.0 + yaw];
+        for (axis, expected) in ["x_m", "y_m", "yaw_rad"].into_iter().zip(expected) {
+            let found = column(&run, &format!("odom_{axis}"))[row];
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "row {row}: odom_{axis} = {found}, {expected}"
+            );
+        }
+    }
+}
+
+fn a_wheel_that_is_not_heard_has_no_say() {
+    // Six of seven wheels tell the motion as well. If a period without a reading were one without motion, half the way would be missing.
+    let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"5\", from_s = 1.0, until_s = 3.0 }]";
+    let run = trace("flat", &[silent, "duration_s=3.5"]);
+    let way_m = last(&run, "pose_x_m");
+    assert!(way_m > 0.8, "{way_m} m");
+    assert!(
+        run.outcome().odometry_error_m < 0.02 * way_m,
+        "{:?}",
+        run.outcome()
+    );
+}
+
+fn a_snapshot_goes_on_with_the_odometry_it_had() {
+    // In the middle of the 10 ms over which turns are gathered for the covariance, and while a wheel is silent.
+    let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"4\", from_s = 0.1, until_s = 1.0 }]";
+    let scenario = load("flat", &[silent, "command.wz_rad_s=0.4"]);
+    let mut simulation = Simulation::new(&scenario).expect("a simulation");
+    let step = |simulation: &mut Simulation| {
+        simulation
+            .step(&simulation.scenario_command())
+            .expect("it goes on")
+    };
+    (0..333).for_each(|_| step(&mut simulation));
+    let bytes = simulation.save(&scenario).expect("it can be saved");
+    let mut resumed = Simulation::resume(&scenario, &bytes).expect("it can be resumed");
+    for _ in 0..50 {
+        step(&mut simulation);
+        step(&mut resumed);
+        assert_eq!(simulation.observation().odometry, resumed.observation().odometry);
+    }
+    assert!(resumed.observation().odometry.covariance[1][2] != 0.0);
+}
+
+on_both_engines! {
+    where_wheels_roll_odometry_is_the_truth,
+    the_figures_are_those_of_the_last_row,
+    wheels_on_ice_deceive_odometry,
+    the_covariance_begins_at_nothing_and_grows_as_the_core_says,
+    it_begins_where_the_vehicle_is_put,
+    a_drives_own_pose_is_the_odometry,
+    a_wheel_that_is_not_heard_has_no_say,
+    a_snapshot_goes_on_with_the_odometry_it_had,
+}
