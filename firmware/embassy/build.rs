@@ -23,19 +23,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     shaping.limits = limits.of_twist();
     shaping.timeout_s = Some(COMMAND_TIMEOUT_S);
     let shaper = CommandShaper::<f32>::new(shaping, scenario.period_s() as f32)?;
-    let [stall, slope] = [
-        vehicle.motor.stall_torque_n_m,
-        vehicle.motor.line_slope_n_m_s_rad(),
-    ]
-    .map(|value| rust_expression(&(value as f32)));
 
     let mut source = scenario.constants(Language::Rust)?;
     source.push_str(&format!(
         "/// The limits of the command, with its time-out.\n\
          pub static SHAPER: omni_core::CommandShaper<f32> = {};\n\
-         /// The motors.\n\
-         pub const MOTOR: crate::motor::Motor = crate::motor::Motor {{ stall_torque_n_m: {stall}, \
-         slope_n_m_s_rad: {slope} }};\n\
          /// How old a command may become, in seconds.\n\
          pub const COMMAND_TIMEOUT_S: f32 = {COMMAND_TIMEOUT_S:?};\n",
         rust_expression(&shaper)

@@ -1,12 +1,11 @@
 """The command line: ``omnistep`` and ``python -m omnistep``."""
 
 import argparse
-import os
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
+from omnistep._command_line import made
 from omnistep._omnistep import cli
 
 
@@ -42,7 +41,7 @@ def _report(arguments: list[str]) -> int:
     given = parser.parse_args(arguments)
     from omnistep import report
 
-    return _made(lambda: report.write(given.logs, given.out), given.out)
+    return made(lambda: report.write(given.logs, given.out), given.out)
 
 
 def _strip(arguments: list[str]) -> int:
@@ -59,7 +58,7 @@ def _strip(arguments: list[str]) -> int:
     given = parser.parse_args(arguments)
     from omnistep import film
 
-    return _made(lambda: film.strip(given.log, given.out, every_s=given.every), given.out)
+    return made(lambda: film.strip(given.log, given.out, every_s=given.every), given.out)
 
 
 def _film(arguments: list[str]) -> int:
@@ -75,7 +74,7 @@ def _film(arguments: list[str]) -> int:
     given = parser.parse_args(arguments)
     from omnistep import film
 
-    return _made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
+    return made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
 
 
 def _import(arguments: list[str]) -> int:
@@ -99,7 +98,7 @@ def _import(arguments: list[str]) -> int:
     def make() -> None:
         print(recordings.import_log(given.log, map=given.map, out=given.out, progress=not given.quiet))
 
-    return _made(make, given.out)
+    return made(make, given.out)
 
 
 def _resimulate(arguments: list[str]) -> int:
@@ -134,25 +133,7 @@ def _resimulate(arguments: list[str]) -> int:
             progress=not given.quiet,
         )
 
-    return _made(make, given.out)
-
-
-def _made(make: Callable[[], None], out: Path) -> int:
-    """Make a file and say where it is, or what is wrong in one line."""
-    from omnistep.errors import OmnistepError, SimulationError
-
-    try:
-        make()
-    except KeyboardInterrupt:
-        return 130
-    except (OmnistepError, ValueError, ImportError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1 if isinstance(error, RuntimeError | SimulationError) else 2
-    try:
-        print(out)
-    except UnicodeEncodeError:  # its name is no text: as the system has it
-        sys.stdout.buffer.write(os.fsencode(out) + b"\n")
-    return 0
+    return made(make, given.out)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
 """``omnistep identify`` and ``omnistep calibrate``: from logs of a vehicle to its file."""
 
 import argparse
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from omnistep._command_line import made
 from omnistep._omnistep import Vehicle
-from omnistep.errors import ConfigError, OmnistepError
+from omnistep.errors import ConfigError
 
 
 def identify(arguments: list[str]) -> int:
@@ -71,18 +71,14 @@ def _known(text: str) -> tuple[str, float]:
 
 
 def _write(found: Callable[[], tuple[str, Vehicle]], out: Path | None, drawn: str) -> int:
-    """Print what was found, and write the vehicle; what is wrong in one line."""
-    try:
+    """Print what was found, and write the vehicle."""
+
+    def make() -> None:
         if out is not None and out.exists() and out.resolve() == Path(drawn).resolve():
             raise ConfigError(f"{out}: the file that the vehicle is read from, allowed: another name", file=str(out))
         table, vehicle = found()
         print(table)
         if out is not None:
             out.write_text(vehicle.to_toml(), encoding="utf-8")
-            print(out)
-    except KeyboardInterrupt:
-        return 130
-    except (OmnistepError, ValueError, ImportError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    return 0
+
+    return made(make, out)

@@ -100,6 +100,13 @@ impl Maps {
         let count = vehicle.wheel.len();
         for_wheel_count!(count, maps[](vehicle, left_out), |count| Err(config::wheel_count_refused(count)))
     }
+
+    /// The twist of these velocities, or the displacement of these angles.
+    fn moved_by(&self, wheels: &[f64; WHEELS]) -> [f64; 3] {
+        self.forward
+            .each_ref()
+            .map(|row| row.iter().zip(wheels).map(|(f, wheel)| f * wheel).sum())
+    }
 }
 
 fn maps<const N: usize>(
@@ -221,11 +228,7 @@ impl Odometer {
             self.state.twist = BodyTwist::ZERO;
             return;
         };
-        let twist = maps
-            .forward
-            .each_ref()
-            .map(|row| row.iter().zip(&read).map(|(f, v)| f * v).sum());
-        self.state.twist = BodyTwist::from_array(twist);
+        self.state.twist = BodyTwist::from_array(maps.moved_by(&read));
         self.odometry
             .step_twist(&mut self.state.reckoned, &self.state.twist);
         for (turned, velocity) in self.state.turned.iter_mut().zip(&read) {
@@ -241,10 +244,7 @@ impl Odometer {
     fn grow(&mut self) {
         let state = &mut self.state;
         if let (Some(maps), 1..) = (&self.maps, state.periods) {
-            let moved = maps.forward.each_ref().map(|row| {
-                let parts = row.iter().zip(&state.turned);
-                parts.map(|(f, turned)| f * turned).sum::<f64>()
-            });
+            let moved = maps.moved_by(&state.turned);
             let residual = |wheel: usize| {
                 let explained = maps.inverse[wheel].iter().zip(&moved);
                 state.turned[wheel] - explained.map(|(a, by)| a * by).sum::<f64>()

@@ -30,7 +30,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker, Timer};
 use embedded_can::ErrorKind;
-use omni_embassy::constants::{DIGEST, MOTOR, PERIOD_US, POLICY, VEHICLE};
+use omni_embassy::constants::{DIGEST, MOTORS, PERIOD_US, POLICY, VEHICLE};
 use omni_embassy::encoder::{Encoder, Velocity};
 use omni_embassy::frames;
 use omni_embassy::motor::MotorDriver;
@@ -172,16 +172,16 @@ async fn main(_spawner: Spawner) {
         CountingMode::EdgeAlignedUp,
     )
     .split();
-    let motor = |mut pwm: SimplePwmChannel<'static, TIM1>, direction, enable| {
+    let motor = |limit, mut pwm: SimplePwmChannel<'static, TIM1>, direction, enable| {
         pwm.set_duty_cycle_fully_off();
         pwm.enable();
-        Motor::new(MOTOR, pwm, low(direction), low(enable))
+        Motor::new(limit, pwm, low(direction), low(enable))
     };
     let motors = [
-        motor(pwm.ch1, p.PE7.into(), p.PD8.into()),
-        motor(pwm.ch2, p.PE8.into(), p.PD9.into()),
-        motor(pwm.ch3, p.PE10.into(), p.PD10.into()),
-        motor(pwm.ch4, p.PE12.into(), p.PD11.into()),
+        motor(MOTORS[0], pwm.ch1, p.PE7.into(), p.PD8.into()),
+        motor(MOTORS[1], pwm.ch2, p.PE8.into(), p.PD9.into()),
+        motor(MOTORS[2], pwm.ch3, p.PE10.into(), p.PD10.into()),
+        motor(MOTORS[3], pwm.ch4, p.PE12.into(), p.PD11.into()),
     ];
 
     let mut config = qei::Config::default();

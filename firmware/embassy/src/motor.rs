@@ -2,30 +2,7 @@
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-
-/// A brushed motor on a bridge without a current loop, described by its torque at rest and at whole duty
-/// (k U / R: torque constant, supply voltage, resistance) and by what speed takes off it (k^2 / R).
-///
-/// They are the two numbers of the vehicle file's `[motor]`. The simulator takes the limits of the torque from them, the
-/// firmware also the duty: `torque = stall * duty - slope * velocity`, solved for the duty. For an amplifier that has a
-/// current loop, and so takes a torque as it is, `slope_n_m_s_rad` is 0 and `stall_torque_n_m` that at whole duty.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motor {
-    /// Torque at rest and whole duty \[N.m\], > 0.
-    pub stall_torque_n_m: f32,
-    /// Torque lost per speed \[N.m per rad/s\], >= 0.
-    pub slope_n_m_s_rad: f32,
-}
-
-impl Motor {
-    /// The duty, -1 to 1, that gives `torque_n_m` \[N.m\] at `velocity_rad_s` \[rad/s\], or the nearest there is; 0 for
-    /// what is not a number.
-    #[must_use]
-    pub fn duty(&self, torque_n_m: f32, velocity_rad_s: f32) -> f32 {
-        let duty = (torque_n_m + self.slope_n_m_s_rad * velocity_rad_s) / self.stall_torque_n_m;
-        if duty.is_nan() { 0.0 } else { duty.clamp(-1.0, 1.0) }
-    }
-}
+use omni_core::TorqueLimit;
 
 /// A pin or a PWM channel did not do what it was told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,9 +10,12 @@ pub struct MotorFailed;
 
 /// A bridge with three inputs: PWM, direction and enable. With enable low it is open and the motor gives no torque; with
 /// enable high and no duty it shorts the motor, which brakes. So zero torque is enable low, not zero duty.
+///
+/// The duty is [`TorqueLimit::duty`]'s, from the vehicle file's `[motor]`. For an amplifier that has a current loop, and so takes a
+/// torque as it is, give it a limit without a slope, whose stall torque is that at whole duty.
 #[derive(Debug)]
 pub struct MotorDriver<P, D> {
-    motor: Motor,
+    motor: TorqueLimit<f32>,
     pwm: P,
     direction: D,
     enable: D,
@@ -44,7 +24,7 @@ pub struct MotorDriver<P, D> {
 impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
     /// A driver; `direction` is high where a positive torque is wanted.
     #[must_use]
-    pub const fn new(motor: Motor, pwm: P, direction: D, enable: D) -> Self {
+    pub const fn new(motor: TorqueLimit<f32>, pwm: P, direction: D, enable: D) -> Self {
         Self {
             motor,
             pwm,
@@ -86,31 +66,31 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
 mod tests {
     use super::*;
 
-    const MOTOR: Motor = Motor {
-        stall_torque_n_m: 2.0,
-        slope_n_m_s_rad: 0.25,
-    };
+    /// 2 N.m at rest, 8 rad/s without load.
+    fn motor() -> TorqueLimit<f32> {
+        TorqueLimit::line(2.0, 0.25).expect("valid")
+    }
 
     #[test]
     fn duty_makes_up_for_what_speed_takes() {
         // 0.5 of 2 N.m at rest; at 4 rad/s 1 N.m more is needed for the same.
-        assert_eq!(MOTOR.duty(0.5, 0.0), 0.25);
-        assert_eq!(MOTOR.duty(0.5, 4.0), 0.75);
-        assert_eq!(MOTOR.duty(-0.5, -4.0), -0.75);
-        assert_eq!(MOTOR.duty(-1.0, 4.0), 0.0); // a shorted motor brakes with slope * velocity by itself
+        assert_eq!(motor().duty(0.5, 0.0), 0.25);
+        assert_eq!(motor().duty(0.5, 4.0), 0.75);
+        assert_eq!(motor().duty(-0.5, -4.0), -0.75);
+        assert_eq!(motor().duty(-1.0, 4.0), 0.0); // a shorted motor brakes with slope * velocity by itself
     }
 
     #[test]
     fn duty_saturates() {
-        assert_eq!(MOTOR.duty(2.0, 4.0), 1.0);
-        assert_eq!(MOTOR.duty(-7.0, 0.0), -1.0);
-        assert_eq!(MOTOR.duty(f32::INFINITY, 0.0), 1.0);
+        assert_eq!(motor().duty(2.0, 4.0), 1.0);
+        assert_eq!(motor().duty(-7.0, 0.0), -1.0);
+        assert_eq!(motor().duty(f32::INFINITY, 0.0), 1.0);
     }
 
     #[test]
     fn what_is_not_a_number_is_no_duty() {
-        assert_eq!(MOTOR.duty(f32::NAN, 0.0), 0.0);
-        assert_eq!(MOTOR.duty(0.0, f32::NAN), 0.0);
-        assert_eq!(MOTOR.duty(f32::INFINITY, f32::NEG_INFINITY), 0.0);
+        assert_eq!(motor().duty(f32::NAN, 0.0), 0.0);
+        assert_eq!(motor().duty(0.0, f32::NAN), 0.0);
+        assert_eq!(motor().duty(f32::INFINITY, f32::NEG_INFINITY), 0.0);
     }
 }

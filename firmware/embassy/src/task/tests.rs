@@ -9,7 +9,7 @@ use embedded_can::{ErrorKind, Id, StandardId};
 use embedded_hal::{digital, pwm};
 
 use super::*;
-use crate::constants::{COMMAND_TIMEOUT_S, MOTOR, PERIOD_US};
+use crate::constants::{COMMAND_TIMEOUT_S, MOTORS, PERIOD_US};
 use crate::frames::{COMMAND, Command};
 
 const COUNTS_PER_TURN: u32 = 60_000;
@@ -38,10 +38,9 @@ struct Wheel {
 impl Wheel {
     fn turn(&mut self) {
         let duty = f64::from(self.duty) / f64::from(MAX_DUTY) * if self.forward { 1.0 } else { -1.0 };
-        let (stall, slope) = (
-            f64::from(MOTOR.stall_torque_n_m),
-            f64::from(MOTOR.slope_n_m_s_rad),
-        );
+        // All wheels have the same motor.
+        let [stall, at_one_rad_s] = [0.0, 1.0].map(|velocity| f64::from(MOTORS[0].range(velocity).upper_n_m));
+        let slope = stall - at_one_rad_s;
         if self.enabled {
             let torque = stall * duty - slope * self.velocity_rad_s;
             self.velocity_rad_s += torque / INERTIA_KG_M2 * f64::from(PERIOD_S);
@@ -228,7 +227,7 @@ impl Vehicle {
         let bus = Shared::<Bus>::default();
         let motors = wheels.each_ref().map(|w| {
             let (direction, enable) = (Pin::Direction(w.clone()), Pin::Enable(w.clone()));
-            MotorDriver::new(MOTOR, Pwm(w.clone()), direction, enable)
+            MotorDriver::new(MOTORS[0], Pwm(w.clone()), direction, enable)
         });
         let encoders = wheels.each_ref().map(|w| Counter(w.clone()));
         let velocity = Velocity::new(COUNTS_PER_TURN, PERIOD_US);
