@@ -20,6 +20,8 @@ CONFIDENCE = 0.95
 TOLD = 0.3
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
+#: The variances of independent errors count for this many degrees of freedom beside those of groups.
+INDEPENDENT = 8.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +39,8 @@ class Parameter:
     rank: int = 0
     #: Not searched for: somebody measured it otherwise.
     known: bool = False
+    #: What the vehicle's file has, where that is not where the search starts.
+    file: float | None = None
     #: The parameter that it is never told apart from by such data, whatever small differences between wheels pretend.
     apart_from: str = ""
 
@@ -78,8 +82,8 @@ class Fit:
     free: NDArray[np.bool_]
     #: Of each parameter that is held because only a combination is told: the others of it.
     together: dict[int, list[int]] = field(default_factory=dict)
-    #: Degrees of freedom of the deviations.
-    freedom: float = np.inf
+    #: Degrees of freedom of the deviations, of all or of each parameter.
+    freedom: float | Floats = np.inf
     residual: Floats = field(default_factory=lambda: np.zeros(0))
     #: How residuals move with the parameters that were found, in units of their scales.
     jacobian: Floats = field(default_factory=lambda: np.zeros((0, 0)))
@@ -108,8 +112,8 @@ def fit(
         residual: weighted residuals for all parameters; their standard deviations shall be alike.
         parameters: where the search begins, and what bounds it.
         needed_by: what is named where SciPy is not there.
-        clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: the
-            covariance then sums over groups. Without, residuals are independent.
+        clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: deviations
+            heed it. Without, residuals are independent.
         redundant: how many of the residuals are no information of their own.
         begin: where the search begins instead of the parameters' starts, which are still what is held.
     """
@@ -141,23 +145,24 @@ def fit(
             free[held] = False
             continue
         found = optimize.least_squares(of_free, inside, bounds=(low, high), method="dogbox")
-        x[free] = found.x * scale[free]
-        rest = len(found.fun) - redundant - int(free.sum())
+        left, moves = found.fun, found.jac
+        rest = len(left) - redundant - int(free.sum())
         if rest < 1:
             raise ConfigError(
-                f"{len(found.fun) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
+                f"{len(left) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
                 " than parameters; drive more runs",
                 key="data",
             )
-        sigma = float(np.sqrt(found.fun @ found.fun / rest))
-        held = _hold(found.jac, sigma, free, together, parameters)
+        x[free] = found.x * scale[free]
+        sigma = float(np.sqrt(left @ left / rest))
+        held = _hold(moves, sigma, free, together, parameters)
         if held is None:
             break
         free[held] = False
         x = np.where(free, np.clip(begin, bounds[:, 0], bounds[:, 1]), start)
-    variance = sigma**2 * np.diag(_inverse(found.jac.T @ found.jac))
+    variance, freedom = sigma**2 * np.diag(_inverse(moves.T @ moves)), np.full(len(x), float(rest))
     if clusters is not None:
-        variance = variance * _inflation(found.jac, found.fun / sigma, clusters)
+        variance, freedom[free] = _clustered(moves, left, clusters, variance)
     deviation = np.zeros(len(x))
     deviation[free] = np.sqrt(variance) * scale[free]
     return Fit(
@@ -165,9 +170,9 @@ def fit(
         deviation=deviation,
         free=free,
         together=together,
-        freedom=float(rest),
-        residual=found.fun,
-        jacobian=found.jac,
+        freedom=freedom,
+        residual=left,
+        jacobian=moves,
     )
 
 
@@ -205,46 +210,71 @@ def _hold(
     return held
 
 
+def shifts(
+    residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], found: Fit, held: int, part: float
+) -> dict[str, float]:
+    """By which part of itself each number that was found changes where a held one is more by a part of its own.
+
+    Only those that change by more than half of their interval's half: others hold whatever it is.
+    """
+    x = found.x.copy()
+    x[held] += part * (x[held] or parameters[held].scale)
+    change = residual(x) - found.residual
+    move = -(_inverse(found.jacobian.T @ found.jacobian) @ (found.jacobian.T @ change))
+    given = {}
+    for k, by in zip(np.flatnonzero(found.free).tolist(), move, strict=True):
+        step = float(by * parameters[k].scale)
+        if found.x[k] != 0.0 and abs(step) > found.deviation[k]:
+            given[parameters[k].name] = step / float(found.x[k])
+    return given
+
+
 def _inverse(matrix: Floats) -> Floats:
     return np.asarray(np.linalg.pinv(matrix, hermitian=True), dtype=np.float64)
 
 
-def _inflation(jacobian: Floats, residual: Floats, clusters: NDArray[np.int64]) -> float:
-    """By how much variances grow because errors within a group correlate: the mean over all parameters.
+def _clustered(
+    jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats
+) -> tuple[Floats, Floats]:
+    """Variances where errors within a group correlate, and their degrees of freedom.
 
-    The sandwich of Bell and McCaffrey ("Bias reduction in standard errors for linear regression with multi-stage
-    samples", 2002; CR2), over the variances of independent errors. Of a single parameter it would rest on few groups.
+    The sandwich of Bell and McCaffrey and its degrees of freedom ("Bias reduction in standard errors for linear
+    regression with multi-stage samples", 2002; CR2) rest on the few groups that tell a parameter. As in Smyth's
+    moderated t ("Linear models and empirical Bayes methods", 2004) they are weighed with variances that rest on all.
     """
     bread = _inverse(jacobian.T @ jacobian)
     order = np.argsort(clusters, kind="stable")
     ends = np.flatnonzero(np.diff(clusters[order])) + 1
-    groups = np.split(order, ends)
-    if len(groups) <= 2 * jacobian.shape[1]:
-        raise ConfigError(
-            f"{len(groups)} stretches of driving for {jacobian.shape[1]} parameters, allowed: more than twice as many"
-            " stretches; drive longer",
-            key="data",
-        )
-    variance = np.zeros(len(bread))
-    for rows in groups:
-        part = jacobian[rows]
-        own, vectors = np.linalg.eigh(part @ bread @ part.T)
-        raised = vectors @ ((vectors.T @ residual[rows]) / np.sqrt(np.maximum(1.0 - own, 1e-3)))
-        variance += (bread @ part.T @ raised) ** 2
-    return float(np.mean(variance / np.diag(bread)))
+    scores, sizes, weights = [], [], []
+    for rows in np.split(order, ends):
+        # What matters of a group is in the span of its moves.
+        basis, corner = np.linalg.qr(jacobian[rows])
+        own, vectors = np.linalg.eigh(corner @ bread @ corner.T)
+        raised = bread @ corner.T @ (vectors @ (vectors.T / np.sqrt(np.maximum(1.0 - own, 1e-3))[:, None]))
+        scores.append(raised @ (basis.T @ residual[rows]))
+        sizes.append((raised**2).sum(axis=1))
+        weights.append(raised @ corner)
+    sandwich = (np.array(scores) ** 2).sum(axis=0)
+    size, weight = np.array(sizes), np.array(weights)
+    freedom = np.empty(len(bread))
+    for k in range(len(bread)):
+        like = np.diag(size[:, k]) - weight[:, k] @ bread @ weight[:, k].T
+        freedom[k] = np.trace(like) ** 2 / max(float((like**2).sum()), 1e-300)
+    both = INDEPENDENT + freedom
+    return (INDEPENDENT * independent + freedom * sandwich) / both, both
 
 
 def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:
     """Parameters with their intervals, each within what is possible."""
-    quantile = float(scipy_part("stats", needed_by).t.ppf(0.5 + CONFIDENCE / 2, found.freedom))
+    halves = found.deviation * scipy_part("stats", needed_by).t.ppf(0.5 + CONFIDENCE / 2, found.freedom)
     given = []
-    for k, (parameter, value, deviation) in enumerate(zip(parameters, found.x, found.deviation, strict=True)):
+    for k, (parameter, value, half) in enumerate(zip(parameters, found.x, halves, strict=True)):
         low: float | None = None
         high: float | None = None
         note = "known" if parameter.known else ""
         if found.free[k]:
-            low = float(max(value - quantile * deviation, parameter.lower))
-            high = float(min(value + quantile * deviation, parameter.upper))
+            low = float(max(value - half, parameter.lower))
+            high = float(min(value + half, parameter.upper))
         elif not parameter.known:
             others = [parameters[other].name for other in found.together.get(k, [])]
             note = f"only together with {', '.join(others)}" if others else "not in these data"
@@ -255,7 +285,7 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
                 value=float(value),
                 low=low,
                 high=high,
-                before=parameter.start,
+                before=parameter.start if parameter.file is None else parameter.file,
                 note=note,
             )
         )

@@ -23,6 +23,7 @@ _RATES = {"rad/s": 1.0, "deg/s": _DEGREE}
 _POSITIONS = {**_ANGLES, "turn": _TURN, "count": math.nan}  # a count follows from counts_per_turn
 _SPEEDS = {**_RATES, "rpm": _TURN / 60.0, "turn/s": _TURN}
 _TORQUES = {"N.m": 1.0, "A": math.nan, "mA": math.nan}  # a current follows from n_m_per_a
+_DUTIES = {"1": 1.0, "percent": 0.01}
 _FORCES = {"m/s2": 1.0, "g": 9.80665}
 #: Units of time [s].
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -51,6 +52,7 @@ KINDS = {
     "references": Kind(_SPEEDS, "wheels", held=True, keys=("at",)),
     "torques": Kind(_TORQUES, "wheels", keys=("n_m_per_a", "at")),
     "commanded_torques": Kind(_TORQUES, "wheels", held=True, keys=("n_m_per_a", "at")),
+    "duty": Kind(_DUTIES, "wheels", held=True),
     "command": Kind(_ANGLES, (3,), held=True),
     "gyro": Kind(_RATES, (1, 3)),
     "accelerometer": Kind(_FORCES, (3,)),
@@ -121,7 +123,7 @@ def read_map(path: str | PathLike[str]) -> LogMap:
     _known(file, "", keys, _TOP)
     version = keys.get("schema_version")
     if version != 1 or isinstance(version, bool):
-        _refuse(file, "schema_version", f"{version!r}, allowed: 1")
+        _refuse(file, "schema_version", f"{'missing' if version is None else repr(version)}, allowed: 1")
     scenario = _scenario(file, path.parent, keys)
     time = _table(file, keys, "time", {})
     _known(file, "time", time, _OF_TIME)
@@ -190,13 +192,15 @@ def _signal(made: LogMap, table: str, kind: Kind, keys: dict[str, Any], gap: flo
     factor = kind.units[unit]
     if (unit == "count") != ("counts_per_turn" in keys):
         how = "missing" if unit == "count" else f"of unit {unit!r}"
-        _refuse(file, f"{table}.counts_per_turn", f'{how}, allowed: with unit = "count", and always there')
+        _refuse(
+            file, f"{table}.counts_per_turn", f'{how}, allowed: a number with unit = "count", and with no other unit'
+        )
     if unit == "count":
         factor = _TURN / _number(file, f"{table}.counts_per_turn", keys["counts_per_turn"], 1.0, 1e9)
     current = unit in ("A", "mA")
     if current != ("n_m_per_a" in keys):
         how = "missing" if current else f"of unit {unit!r}"
-        _refuse(file, f"{table}.n_m_per_a", f'{how}, allowed: with unit = "A" or "mA", and always there')
+        _refuse(file, f"{table}.n_m_per_a", f'{how}, allowed: a number with unit = "A" or "mA", and with no other unit')
     if current:
         constant = _number(file, f"{table}.n_m_per_a", keys["n_m_per_a"], 1e-9, 1e6)
         factor = constant * (1e-3 if unit == "mA" else 1.0)
@@ -261,7 +265,7 @@ def _gap(file: str, key: str, given: Any) -> float:
     """A longest gap: infinite where a signal is known between samples however far apart."""
     if given == math.inf:
         return math.inf
-    return _number(file, key, given, 1e-6)
+    return _number(file, key, given, 1e-6, 1e7)
 
 
 def _numbers(file: str, key: str, given: Any, count: int) -> tuple[float, ...]:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import importlib
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,14 +14,11 @@ from numpy.typing import NDArray
 
 from omnistep._log_map import TIMES, LogMap, Signal
 from omnistep._omnistep import shortened
-from omnistep.errors import LogError, OmnistepError
+from omnistep._tables import MOST_SAMPLES, SUFFIXES, Floats, columns_of, floats, module, names_of, needs, reading
+from omnistep.errors import LogError
 
-#: Most samples of a signal: an hour at 10 kHz.
-MOST_SAMPLES = 36_000_000
 #: Longest time between samples of a log: beyond, nanoseconds get coarse [s].
 MOST_APART_S = 1e7
-#: Longest first line of a table [bytes].
-_MOST_HEADER = 2**20
 #: Where messages of these types have what a signal needs; ``yaw(...)`` is the heading of a quaternion.
 _POSE = ("position.x", "position.y", "yaw(orientation)")
 _TWIST = ("linear.x", "linear.y", "angular.z")
@@ -42,8 +36,9 @@ for _table in ("pose", "odometry"):
     ):
         _PLACES[_table, _type] = (f"{_at}{_POSE[0]}", f"{_at}{_POSE[1]}", f"yaw({_at}orientation)")
 _JOINTS = "sensor_msgs/msg/JointState"
+#: Names of joints that are kept, to say which there are.
+MOST_JOINTS = 1000
 
-Floats = NDArray[np.float64]
 Nanoseconds = NDArray[np.int64]
 
 
@@ -60,7 +55,7 @@ def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> 
     if not path.exists():
         raise LogError(f"{path}: no such file or folder", file=str(path))
     suffix = path.suffix.lower()
-    if suffix in (".csv", ".parquet"):
+    if suffix in SUFFIXES:
         if not path.is_file():
             raise LogError(f"{path}: not a regular file", file=str(path))
         return _of_table(path, log_map)
@@ -68,27 +63,6 @@ def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> 
         return _of_bag(path, log_map, told)
     allowed = "a regular file .csv, .parquet, .mcap or .db3, or the folder of a rosbag2"
     raise LogError(f"{path}: not a log that is read, allowed: {allowed}", file=str(path))
-
-
-def _needs(package: str) -> ImportError:
-    return ImportError(f'omnistep import needs {package}: install omnistep with its extra "import"')
-
-
-def _module(name: str) -> Any:
-    """A reader, which need not be installed."""
-    return importlib.import_module(name)
-
-
-@contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    """Whatever a foreign reader says of a file, in one line."""
-    try:
-        yield
-    except (OmnistepError, ImportError):
-        raise
-    except Exception as error:  # each reader has its own
-        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise LogError(f"{path}: cannot be read: {shortened(reason)}", file=str(path)) from error
 
 
 # Tables
@@ -106,78 +80,28 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
     for table, signal in log_map.signals.items():
         wanted.update(dict.fromkeys(signal.names, f"{table}.names"))
     try:
-        _module("pyarrow")  # of both readers
+        module("pyarrow")  # of both readers
     except ImportError as error:
-        raise _needs("pyarrow") from error
-    with _reading(path):
-        columns = _names_of(path)
+        raise needs("pyarrow", "omnistep import", "import") from error
+    with reading(path):
+        columns = names_of(path)
     for name, key in wanted.items():
         if columns.count(name) != 1:
             near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
             found = "no column" if name not in columns else "more than one column"
             log_map.refuse(key, f"{found} {name!r} in {path}, there are: {', '.join(near)}")
-    with _reading(path):
-        read = _csv_columns if path.suffix.lower() == ".csv" else _parquet_columns
-        table_of = read(path, list(wanted), log_map.time_column)
+    with reading(path):
+        table_of = columns_of(path, list(wanted), time=log_map.time_column)
         time_ns = _times(path, table_of[log_map.time_column], log_map)
         return {
-            table: Samples(time_ns, np.column_stack([_floats(path, name, table_of[name]) for name in signal.names]))
+            table: Samples(time_ns, np.column_stack([floats(path, name, table_of[name]) for name in signal.names]))
             for table, signal in log_map.signals.items()
         }
 
 
-def _names_of(path: Path) -> list[str]:
-    if path.suffix.lower() == ".parquet":
-        return list(_module("pyarrow.parquet").ParquetFile(path).schema_arrow.names)
-    with path.open("rb") as file:
-        line = file.readline(_MOST_HEADER)
-    if len(line) == _MOST_HEADER:
-        raise LogError(f"{path}: a first line of more than {_MOST_HEADER} bytes, allowed: the columns' names")
-    names = next(csv.reader([line.decode("utf-8-sig")]), [])
-    if not names:
-        raise LogError(f"{path}: an empty first line, allowed: the columns' names", file=str(path))
-    return names
-
-
-def _csv_columns(path: Path, wanted: list[str], time: str) -> dict[str, Any]:
-    pyarrow, reader = _module("pyarrow"), _module("pyarrow.csv")
-    numbers = {name: pyarrow.float64() for name in wanted if name != time}
-    nothing = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
-    convert = reader.ConvertOptions(include_columns=wanted, column_types=numbers, null_values=nothing)
-    table = reader.read_csv(path, convert_options=convert)
-    _count(path, table.num_rows)
-    return {name: table.column(name) for name in wanted}
-
-
-def _parquet_columns(path: Path, wanted: list[str], time: str) -> dict[str, Any]:
-    batches, rows = [], 0
-    file = _module("pyarrow.parquet").ParquetFile(path)
-    timestamp = _module("pyarrow").types.is_timestamp
-    # Before anything is unpacked: a text of a million letters takes a few bytes of a file, as often as it is there.
-    for name in wanted:
-        kind = file.schema_arrow.field(name).type
-        if not (name == time and timestamp(kind)):
-            _numbers(path, name, kind)
-    # In pieces: a file of some bytes may unpack to anything.
-    for batch in file.iter_batches(columns=wanted):
-        rows += batch.num_rows
-        _count(path, rows)
-        batches.append(batch)
-    if not batches:
-        raise LogError(f"{path}: no rows", file=str(path))
-    table = _module("pyarrow").Table.from_batches(batches)
-    return {name: table.column(name) for name in wanted}
-
-
-def _count(path: Path, rows: int) -> None:
-    if not 0 < rows <= MOST_SAMPLES:
-        found = "no rows" if rows == 0 else f"{rows} rows and more"
-        raise LogError(f"{path}: {found}, allowed: 1 to {MOST_SAMPLES}", file=str(path))
-
-
 def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
     """Times since the first one [ns]; where there is none a row is before all others, and left out with them."""
-    pyarrow = _module("pyarrow")
+    pyarrow = module("pyarrow")
     unit_s = log_map.time_unit_s
     if pyarrow.types.is_timestamp(column.type):
         unit_s = TIMES[column.type.unit]
@@ -189,7 +113,7 @@ def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
     if column.null_count:
         refuse(f"{column.null_count} empty cells, allowed: a time in every row")
     whole = pyarrow.types.is_integer(column.type)
-    times = column.to_numpy() if whole else _floats(path, str(log_map.time_column), column)
+    times = column.to_numpy() if whole else floats(path, str(log_map.time_column), column)
     if not np.isfinite(times).all():
         refuse("not finite, allowed: a time in every row")
     # As Python's numbers, which do not overflow.
@@ -199,20 +123,6 @@ def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
     # Nanoseconds since 1970 are more than a double holds: differences are taken before.
     since = times - times.min()
     return np.asarray(np.rint(since.astype(np.float64) * (unit_s * 1e9)), dtype=np.int64)
-
-
-def _numbers(path: Path, name: str, kind: Any) -> None:
-    """Refuse a column of a type that is no number."""
-    types = _module("pyarrow").types
-    if not (types.is_integer(kind) or types.is_floating(kind) or types.is_null(kind)):
-        reason = shortened(f"of type {kind}")
-        raise LogError(f"{path}: column {name}: {reason}, allowed: numbers", file=str(path))
-
-
-def _floats(path: Path, name: str, column: Any) -> Floats:
-    pyarrow = _module("pyarrow")
-    _numbers(path, name, column.type)
-    return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
 
 
 # Bags
@@ -225,10 +135,10 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
     if log_map.time_column is not None:
         log_map.refuse("time.column", f"{log_map.time_column!r}: {path} is a bag, allowed: none")
     try:
-        typesys, reader = _module("rosbags.typesys"), _module("rosbags.highlevel").AnyReader
+        typesys, reader = module("rosbags.typesys"), module("rosbags.highlevel").AnyReader
     except ImportError as error:
-        raise _needs("rosbags") from error
-    with _reading(path), reader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
+        raise needs("rosbags", "omnistep import", "import") from error
+    with reading(path), reader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
         getters: dict[str, list[tuple[str, Callable[[Any], Sequence[float]]]]] = {}
         for table, signal in log_map.signals.items():
             topic = str(signal.topic)
@@ -239,6 +149,7 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
         stamps: dict[str, list[int]] = {topic: [] for topic in getters}
         arrivals: dict[str, list[int]] = {topic: [] for topic in getters}
         values: dict[str, list[Sequence[float]]] = {table: [] for table in log_map.signals}
+        joints: dict[str, set[str]] = {}
         connections = [connection for connection in bag.connections if connection.topic in getters]
         count = max(sum(connection.msgcount for connection in connections), 1)
         for number, (connection, received, raw) in enumerate(bag.messages(connections=connections)):
@@ -250,9 +161,15 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
             arrivals[connection.topic].append(received)
             for table, get in getters[connection.topic]:
                 values[table].append(get(message))
+                if connection.msgtype == _JOINTS and len(joints.setdefault(table, set())) < MOST_JOINTS:
+                    joints[table].update(message.name)
     times = _of_one_clock(path, log_map, stamps, arrivals)
     samples = {}
     for table, signal in log_map.signals.items():
+        seen = joints.get(table)
+        if seen and not seen & set(signal.names):
+            near = get_close_matches(signal.names[0], seen, n=3) or sorted(seen)[:8]
+            log_map.refuse(f"{table}.names", f"none of them on {signal.topic} in {path}, there are: {', '.join(near)}")
         rows = np.array(values[table], dtype=np.float64).reshape(-1, len(signal.factors))
         samples[table] = Samples(times[str(signal.topic)], rows)
     return samples
@@ -302,6 +219,10 @@ def _getter(log_map: LogMap, signal: Signal, kind: str) -> Callable[[Any], Seque
     if kind == _JOINTS:
         if not signal.names:
             log_map.refuse(key, f"missing, allowed: joints of {signal.topic}")
+        if signal.table == "duty":
+            log_map.refuse(
+                "duty.topic", f"{signal.topic!r} has a {_JOINTS}, which has no duty cycles, allowed: another type"
+            )
         holds = "position" if signal.positions or signal.table == "hinges" else "velocity"
         if signal.table in ("torques", "commanded_torques"):
             holds = "effort"

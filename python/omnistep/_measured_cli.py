@@ -15,7 +15,9 @@ def identify(arguments: list[str]) -> int:
         prog="omnistep identify",
         description="Find masses, friction, delay and lag from logs of torques and velocities, with intervals.",
     )
-    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help=".mcap or .csv of a drive on flat ground")
+    parser.add_argument(
+        "logs", nargs="*", type=Path, metavar="LOG", help=".mcap, .csv or .parquet of a drive on flat ground"
+    )
     parser.add_argument("--vehicle", required=True, help="the vehicle as far as it is known: a .toml file or a name")
     parser.add_argument(
         "--lifted", nargs="+", default=[], type=Path, metavar="LOG", help="logs with all wheels in the air"

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._estimates import Floats
+from omnistep import _doubts
+from omnistep._estimates import Floats, scipy_part
 from omnistep._omnistep import Kinematics, Vehicle
+from omnistep._reading_noise import Noise
 from omnistep._wheel_logs import WheelLog
 
 Integers = NDArray[np.int64]
@@ -26,8 +28,8 @@ BIN_S = 0.02
 #: short ones do not drift. Cut to no more than this, intervals of friction held the truth in 86 % instead of 95 %.
 LONG_S = 0.8
 SHORTEST_S = 0.15
-#: Bins in a block, within which errors may be alike.
-BLOCK = 8
+#: Fewest bins of a stretch: a line goes through two.
+FEWEST = 3
 #: A wheel stands below this part of the fastest.
 STANDS = 0.04
 #: A wheel that stands turns by no more than this in a stretch [rad], three counts of 360; else it creeps, and drags.
@@ -36,12 +38,15 @@ CREEPS_RAD = 0.05
 SMOOTH_S = 0.03
 #: Left out after a wheel began, stopped or turned round: the smoothed velocity does not know when exactly.
 SETTLE_S = 0.03
+#: Left out after torques that are not known: three times a long lag.
+REMEMBERED_S = 0.15
 
 
 class Masses:
     """What a vehicle's file says of masses, and the mass matrix for other numbers."""
 
     def __init__(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
         keys = vehicle.to_dict()
         bodies, wheels = keys["body"], keys["wheel"]
         self.gear = np.array([wheel["gear"] for wheel in wheels])
@@ -138,6 +143,10 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
     turns = np.r_[True, (np.diff(signs, axis=0) != 0).any(axis=1)]
     settle = max(1, round(SETTLE_S / log.period_s))
     near: Any = np.convolve(turns | ~there, np.ones(2 * settle + 1), mode="same") > 0.5
+    # After torques that nobody knows: a lag remembers them.
+    unknown: Any = ~np.isfinite(inputs).all(axis=1)
+    remembered = max(1, round(REMEMBERED_S / log.period_s))
+    near |= np.convolve(unknown, np.ones(remembered + 1))[: len(unknown)] > 0.5
     usable = ~near & (signs != 0).any(axis=1)
     angle = np.cumsum(np.nan_to_num(log.measured), axis=0) * log.period_s
     edges = np.flatnonzero(np.diff(np.concatenate([[False], usable, [False]])))
@@ -146,7 +155,7 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
         bins = (end - begin) // rows
         parts = max(1, round(bins * rows * log.period_s / LONG_S))
         for part in np.array_split(np.arange(bins), parts):
-            if len(part) * rows * log.period_s < SHORTEST_S:
+            if len(part) * rows * log.period_s < SHORTEST_S or len(part) < FEWEST:
                 continue
             rows_of = slice(begin + rows * part[0], begin + rows * (part[-1] + 1))
             if (np.ptp(angle[rows_of], axis=0)[signs[begin] == 0] > CREEPS_RAD).any():
@@ -201,18 +210,15 @@ class Motion:
         self.measured = stretches.binned(angle)
         self.angle = stretches.binned(_integral(angle, self.period))
         clock: Floats = np.arange(len(inputs), dtype=np.float64)[:, None] * self.period
-        self.turned = stretches.binned(0.5 * clock**2) * stretches.signs[stretches.stretch]
+        signs = stretches.signs[stretches.stretch]
+        self.turned, self.since = stretches.binned(0.5 * clock**2) * signs, stretches.binned(clock) * signs
         # What all wheels together say of the motion, as angles of the wheels.
         if not stretches.lifted:
             self.measured = self.measured @ np.linalg.pinv(self.map).T @ self.map.T
-        #: Does a bin follow another one of its stretch?
-        self.follows = np.r_[False, np.diff(stretches.stretch) == 0]
-        #: Part of a reading's error that the next one has too.
-        self.lasting = 0.0
-        #: Bins within which errors may be alike.
-        self.block = BLOCK
+        #: What makes errors of readings independent: none for errors of angles that are.
+        self.noise: Noise | None = None
         self.swerve = None if stretches.lifted else self._swerve()
-        self._delayed: tuple[tuple[float, float], Floats] | None = None
+        self._delayed: tuple[tuple[float, float], tuple[Floats, Floats]] | None = None
         # Stretches with the same wheels at rest move the same way.
         at_rest = stretches.signs == 0
         kinds, kind = np.unique(at_rest, axis=0, return_inverse=True)
@@ -223,20 +229,29 @@ class Motion:
     def residual(self, p: Mapping[str, float]) -> Floats:
         """Angles of the wheels as measured less those that the parameters make, (B * N,) [rad]."""
         masses, gear = self.masses, self.masses.gear
-        torque = self._torque(p["delay_s"], p["lag_s"]) * p.get("stall_torque_n_m", 1.0)
+        torque, pushed = (part * p.get("stall_torque_n_m", 1.0) for part in self._torque(p["delay_s"], p["lag_s"]))
         dry = np.full(len(gear), p["gear_friction_n_m"])
         if not self.stretches.lifted:
             dry = dry + p["rolling_resistance"] * p["mass_kg"] * 9.81 * masses.share * masses.radius
-        slope = p.get("slope_n_m_s_rad", 0.0)
-        viscous = p["viscous_n_m_s_rad"] * gear**2 + slope
-        force = torque - self.turned * (dry * gear) - self.angle * viscous
+        viscous = self._brake(p)
+        matrix = self._matrix(p)
+        # The line between two rows is not the angle's course, which bends by the change of the speed: of that the same
+        # equation, integrated once, knows between rows too (but for going round, which is slow). On the ground masses
+        # are heavy for their motors: the bend of a parabola will do.
+        bend = np.full(len(gear), self.period**2 / 12.0)
         if self.stretches.lifted:
-            matrix = np.diag(masses.turning(p["wheel_inertia_kg_m2"]))
-        else:
-            matrix = masses.matrix(p["mass_kg"], p["yaw_inertia_kg_m2"], p["wheel_inertia_kg_m2"])
+            bend = _bend(self.period, viscous / np.diag(matrix))
+        speed = self._moves((pushed - self.since * (dry * gear) - self.measured * viscous) @ self.map, matrix)
+        force = torque - self.turned * (dry * gear) - (self.angle - bend * speed) * viscous
         force = force @ self.map
         if self.swerve is not None:
             force = force - p["mass_kg"] * self.swerve
+        wheels = self._moves(force, matrix)
+        left = np.where(self.kinds[self.kind], 0.0, self.measured - wheels)
+        return np.asarray((left if self.noise is None else self.noise.whitened(left, self.stretches.stretch)).ravel())
+
+    def _moves(self, force: Floats, matrix: Floats) -> Floats:
+        """How wheels move by integrals of forces, (B, N)."""
         wheels = np.zeros_like(self.measured)
         for number, at_rest in enumerate(self.kinds):
             way = _null(self.map[at_rest], self.map.shape[1])
@@ -246,33 +261,37 @@ class Motion:
             rows = self.kind == number
             # A wheel that stands is held by as much friction as it takes: it says nothing of torque.
             wheels[rows] = force[rows] @ move.T
-        left = np.where(self.kinds[self.kind], 0.0, self.measured - wheels)
-        return np.asarray(self._white(left).ravel())
+        return wheels
 
-    def _white(self, left: Floats) -> Floats:
-        """Less what the reading before foretells, where errors of readings last."""
-        if self.lasting == 0.0:
-            return left
-        before = self.follows[:, None] * np.roll(left, 1, axis=0)
-        begins = np.where(self.follows, 1.0, np.sqrt(1.0 - self.lasting**2))[:, None]
-        return np.asarray(begins * left - self.lasting * before)
+    def _matrix(self, p: Mapping[str, float]) -> Floats:
+        """Masses: of each wheel alone in the air, of the vehicle's twist on the ground."""
+        if self.stretches.lifted:
+            return np.diag(self.masses.turning(p["wheel_inertia_kg_m2"]))
+        return self.masses.matrix(p["mass_kg"], p["yaw_inertia_kg_m2"], p["wheel_inertia_kg_m2"])
 
-    def correlation(self, residual: Floats) -> tuple[float, float]:
-        """Sums of products of residuals that follow each other, and of squares."""
-        rows = residual.reshape(self.measured.shape)
-        return float((rows[1:] * rows[:-1] * self.follows[1:, None]).sum()), float((rows**2).sum())
+    def time_constant_s(self, p: Mapping[str, float]) -> float:
+        """How soon the fastest motion follows the motors [s]; infinite where nothing brakes them."""
+        brake = self.map.T @ np.diag(self._brake(p)) @ self.map
+        rate = float(np.linalg.eigvals(np.linalg.solve(self._matrix(p), brake)).real.max())
+        return 1.0 / rate if rate > 0.0 else np.inf
+
+    def _brake(self, p: Mapping[str, float]) -> Floats:
+        """What takes torque by an actuator's speed [N.m.s/rad], (N,)."""
+        return np.asarray(p["viscous_n_m_s_rad"] * self.masses.gear**2 + p.get("slope_n_m_s_rad", 0.0))
+
+    def doubts(self) -> list[str]:
+        """What looks wrong with the log: signs, the order of wheels."""
+        if self.stretches.lifted:
+            return []
+        log, vehicle = self.stretches.log, self.masses.vehicle
+        doubts = _doubts.of_wheels(vehicle, log.measured, log.period_s)
+        if log.yaw_rate is not None:
+            doubts += _doubts.of_yaw(log.measured @ np.linalg.pinv(self.map)[2], log.yaw_rate)
+        return [f"{log.name}: {doubt}" for doubt in doubts]
 
     def clusters(self) -> Integers:
-        """Block of each residual: some bins of a stretch, whose errors may be alike."""
-        blocks = np.cumsum(np.r_[0, self._ends()])
-        return np.repeat(blocks, self.inputs.shape[1])
-
-    def _ends(self) -> Integers:
-        """1 where a bin begins a block."""
-        place = np.arange(len(self.follows)) - np.maximum.accumulate(
-            np.where(self.follows, 0, np.arange(len(self.follows)))
-        )
-        return np.asarray((place % self.block == 0)[1:], dtype=np.int64)
+        """Stretch of each residual."""
+        return np.repeat(self.stretches.stretch, self.inputs.shape[1])
 
     def redundant(self) -> int:
         """How many of the residuals are no information of their own: stretches begin anywhere, at any speed."""
@@ -290,8 +309,8 @@ class Motion:
         once = np.cumsum(np.stack(each, axis=1), axis=0) * self.period
         return self.stretches.binned(_integral(once, self.period))
 
-    def _torque(self, delay: float, lag: float) -> Floats:
-        """Torques as they act, integrated twice, in bins: held over a period, then late, then lagging."""
+    def _torque(self, delay: float, lag: float) -> tuple[Floats, Floats]:
+        """Torques as they act, integrated twice and once, in bins: held over a period, then late, then lagging."""
         if self._delayed is not None and self._delayed[0] == (delay, lag):
             return self._delayed[1]
         rows = len(self.inputs)
@@ -303,19 +322,29 @@ class Motion:
         twice = self.twice[row] + since * (self.once[row] + 0.5 * since * held)
         if lag > 1e-6:
             # Of x' = (torque - x) / lag the integral of x is that of the torque less lag times x.
-            twice = twice - lag * (once - lag * self._lagging(lag, row, since))
-        done = self.stretches.binned(twice)
+            once = once - lag * self._lagging(lag, row, since)
+            twice = twice - lag * once
+        done = self.stretches.binned(twice), self.stretches.binned(once)
         self._delayed = ((delay, lag), done)
         return done
 
     def _lagging(self, lag: float, row: Integers, since: Floats) -> Floats:
-        from omnistep._estimates import scipy_part
-
         keep = float(np.exp(-self.period / lag))
         filtered = scipy_part("signal", "omnistep.identify").lfilter([1.0 - keep], [1.0, -keep], self.inputs, axis=0)
         at = np.concatenate([np.zeros((1, filtered.shape[1])), filtered[:-1]])
         held = self.inputs[row]
         return np.asarray(held + (at[row] - held) * np.exp(-since / lag))
+
+
+def _bend(period: float, rate: Floats) -> Floats:
+    """By how much the integral of an angle over a period is less than the trapezoid's, per change of the speed [s^2].
+
+    Of a wheel whose speed follows with this rate [1/s]; period^2 / 12 where it is slow.
+    """
+    part = 0.5 * period * rate
+    slow = part < 1e-2
+    fast = np.where(slow, 1.0, part)
+    return np.where(slow, 1.0 / 3.0, (fast / np.tanh(fast) - 1.0) / fast**2) * (0.5 * period) ** 2
 
 
 def _null(rows: Floats, columns: int) -> Floats:

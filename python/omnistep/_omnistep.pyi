@@ -1,6 +1,6 @@
 """The compiled part of omnistep."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, final
@@ -15,18 +15,24 @@ _Bools: TypeAlias = NDArray[np.bool_]
 _Integers: TypeAlias = NDArray[np.int64]
 _Row: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]
 _Rows: TypeAlias = _Row | Sequence[_Row]
+_Array: TypeAlias = _Rows | Sequence[_Rows]
 
 __all__ = [
     "Bound",
     "CommandShaper",
     "ControlSample",
     "Controller",
+    "DcMotor",
     "Desaturated",
+    "EncoderCounter",
     "Episodes",
     "Estimator",
+    "Follow",
+    "HolonomicFollower",
     "Kinematics",
     "Layout",
     "Log",
+    "MotorDuty",
     "Observation",
     "Odometry",
     "Outcome",
@@ -40,7 +46,12 @@ __all__ = [
     "Simulation",
     "Store",
     "Trace",
+    "Trajectory",
+    "TrajectoryPlanner",
+    "TrajectorySample",
     "Vehicle",
+    "VelocityEstimator",
+    "Waypoint",
     "Wheel",
     "WheelsTrace",
     "__version__",
@@ -66,6 +77,7 @@ __all__ = [
     "speed_ratio_spread",
     "to_body",
     "to_world",
+    "torque_duty",
     "torque_factor",
     "torque_range",
     "vehicles",
@@ -779,6 +791,11 @@ class Estimator:
         bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
         slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
         slip_s: time in which a slip comes and goes [s]; 0.3.
+        still_wheel_rad_s: a vehicle told to rest stands where its wheels turn by no more, beyond noise, on average
+            over 50 ms [rad/s], 0 to 1000; 0.05.
+        still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
+            the bias as it is known [rad/s], 0 to 1000; 0.05.
+        still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
 
     Raises:
         ConfigError: a value is out of range.
@@ -806,6 +823,9 @@ class Estimator:
         bias_walk_rad_s_per_sqrt_s: float | None = None,
         slip_m_s: float | None = None,
         slip_s: float | None = None,
+        still_wheel_rad_s: float | None = None,
+        still_gyro_rad_s: float | None = None,
+        still_m_s2: float | None = None,
     ) -> Estimator: ...
     @property
     def pose(self) -> _Floats:
@@ -951,6 +971,507 @@ class Odometry:
         """Let the next positions only start, as the first did: for encoders that were set to zero."""
 
 @final
+class Waypoint:
+    """A place of a path, with what shall hold there. Its numbers are checked when a path is planned.
+
+    Args:
+        x_m: world x [m], -10000 to 10000.
+        y_m: world y [m], -10000 to 10000.
+        kind: how the path comes here from the waypoint before: ``line``, ``arc`` (with ``sweep_rad``), or ``spline``,
+            smooth through this waypoint and its neighbours. On a line from a waypoint at the same place the vehicle
+            turns there to the heading, or waits for the time.
+        sweep_rad: turn of the direction of travel on an arc [rad]: left is +, 0.01 to 6.2 or as much to the right.
+        heading_rad: heading here [rad], reached by the shorter turn; left out, the turn goes on to the next waypoint
+            that has one. Of the first waypoint none is 0.
+        speed_m_s: fastest on the way here [m/s], above 0 and up to 1000; as fast as limits let it if left out.
+        time_s: when the vehicle is here [s] from the start, up to 100000; as soon as limits let it if left out.
+
+    Raises:
+        ConfigError: an unknown ``kind``, or ``sweep_rad`` without an arc or an arc without it.
+        TypeError: an argument is not a number.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.Waypoint(1.0, 1.0, kind="arc", sweep_rad=1.57).kind
+        'arc'
+    """
+
+    def __new__(
+        cls,
+        x_m: float,
+        y_m: float,
+        *,
+        kind: Literal["line", "arc", "spline"] = "line",
+        sweep_rad: float | None = None,
+        heading_rad: float | None = None,
+        speed_m_s: float | None = None,
+        time_s: float | None = None,
+    ) -> Waypoint: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, tuple[()]]: ...
+    @property
+    def x_m(self) -> float:
+        """World x [m]."""
+    @property
+    def y_m(self) -> float:
+        """World y [m]."""
+    @property
+    def kind(self) -> str:
+        """How the path comes here: line, arc or spline."""
+    @property
+    def sweep_rad(self) -> float | None:
+        """Turn of the direction of travel on an arc [rad]; None of the other kinds."""
+    @property
+    def heading_rad(self) -> float | None:
+        """Heading here [rad]."""
+    @property
+    def speed_m_s(self) -> float | None:
+        """Fastest on the way here [m/s]."""
+    @property
+    def time_s(self) -> float | None:
+        """When the vehicle is here [s]."""
+
+@final
+class TrajectoryPlanner:
+    """Makes trajectories of waypoints, within what wheels turn and push. The code is that of firmware, in float64.
+
+    No wheel turns faster than ``share`` of its speed; bends, and speeding up and slowing down, take no more than
+    ``share`` of what motors push at that speed; velocity, acceleration and jerk along the path and of the heading stay
+    within their limits. Friction of the ground is not known: ``acceleration`` is where to say it.
+
+    Args:
+        kinematics: the wheels.
+        velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, as the three that follow.
+        acceleration: change of it while it grows [m/s^2, rad/s^2], above 0 and finite.
+        deceleration: the same while it shrinks; as ``acceleration`` if left out.
+        jerk: change of the acceleration [m/s^3, rad/s^3], above 0; no limit if left out.
+        mass_kg: mass of everything [kg], above 0.
+        yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
+        centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
+        speeds_rad_s: fastest that actuators turn [rad/s], above 0: a number, or one a wheel, as the three that follow.
+        stall_torque_n_m: torque of actuators at rest [N.m], above 0.
+        slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more; 0 if left out.
+        wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
+        fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way; no limit if left out.
+        quickest: largest change of each [m/s^2, m/s^2, rad/s^2], above 0; no limit if left out.
+        share: how much of the wheels' speeds and torques a trajectory may take, 0.05 to 1: the rest is for whoever
+            follows it.
+
+    Raises:
+        ConfigError: an argument is out of range, or has the wrong length.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.076)
+        >>> planner = omnistep.TrajectoryPlanner(
+        ...     kinematics=omnistep.Kinematics(layout=layout), velocity=[0.8, 2.0], acceleration=[1.0, 4.0],
+        ...     jerk=[8.0, 40.0], mass_kg=24.0, yaw_kg_m2=1.0, speeds_rad_s=25.0, stall_torque_n_m=3.0)
+        >>> ahead = planner.plan([(0.0, 0.0), (2.0, 0.0)])
+        >>> round(ahead.duration_s, 9) == 2.0 / 0.8 + 0.8 / 1.0 + 1.0 / 8.0  # and half of v / a + a / j for each ramp
+        True
+    """
+
+    def __new__(
+        cls,
+        *,
+        kinematics: Kinematics,
+        velocity: _Row,
+        acceleration: _Row,
+        deceleration: _Row | None = None,
+        jerk: _Row | None = None,
+        mass_kg: float,
+        yaw_kg_m2: float,
+        centre_m: _Row | None = None,
+        speeds_rad_s: float | _Row,
+        stall_torque_n_m: float | _Row,
+        slope_n_m_s_rad: float | _Row | None = None,
+        wheel_kg_m2: float | _Row | None = None,
+        fastest: _Row | None = None,
+        quickest: _Row | None = None,
+        share: float = 0.9,
+    ) -> TrajectoryPlanner: ...
+    def plan(self, waypoints: Iterable[Waypoint | _Row] | _Floats, /) -> Trajectory:
+        """The trajectory through waypoints, from rest to rest.
+
+        Args:
+            waypoints: 2 to 1000 of them; a pair of x and y [m] stands for one that is reached on a line.
+
+        Raises:
+            ConfigError: too few or too many; a value of one is out of range; there is nothing to do on the way to one;
+                or limits do not let the vehicle be there so soon.
+            TypeError: not waypoints.
+        """
+    def velocities(self, sample: TrajectorySample, /) -> _Floats:
+        """Actuator velocities [rad/s] of a vehicle that is where a sample says, and moves so, (N,) or (T, N)."""
+    def torques(self, sample: TrajectorySample, /) -> _Floats:
+        """Actuator torques [N.m] that a sample's acceleration takes, (N,) or (T, N); friction is not in them.
+
+        Of all that give it, those of the smallest sum of squares.
+        """
+
+@final
+class Trajectory:
+    """Where a vehicle shall be when: by a :class:`TrajectoryPlanner`, or ``Scenario.trajectory``.
+
+    Example:
+        >>> import omnistep
+        >>> square = omnistep.Scenario("square").trajectory
+        >>> square.at([0.0, square.duration_s]).pose[:, :2].round(6).tolist()  # it ends where it began
+        [[0.0, 0.0], [0.0, 0.0]]
+    """
+
+    @property
+    def duration_s(self) -> float:
+        """When its end is reached [s]."""
+    @property
+    def starts_s(self) -> _Floats:
+        """When the way to each waypoint after the first begins [s], (K,)."""
+    @property
+    def lengths_m(self) -> _Floats:
+        """How long those ways are [m], (K,); [rad] of a turn on the spot, 0 of waiting."""
+    def at(self, time_s: float | _Row, /) -> TrajectorySample:
+        """What it says of times.
+
+        Args:
+            time_s: since its start [s], a number or (T,). Before 0, and of NaN, the first pose, at rest; from
+                ``duration_s`` on the last one.
+
+        Raises:
+            ConfigError: the shape is wrong.
+            TypeError: not numbers.
+        """
+
+@final
+class TrajectorySample:
+    """What a :class:`Trajectory` says of one time, or of each of many."""
+
+    @property
+    def time_s(self) -> _Floats:
+        """The times asked for [s], () or (T,)."""
+    @property
+    def pose(self) -> _Floats:
+        """Where to be (x [m], y [m], heading [rad] in (-pi, pi]), (3,) or (T, 3)."""
+    @property
+    def velocity(self) -> _Floats:
+        """How to move along the world's axes (x, y [m/s], yaw [rad/s]), (3,) or (T, 3)."""
+    @property
+    def acceleration(self) -> _Floats:
+        """How that changes (x, y [m/s^2], yaw [rad/s^2]), (3,) or (T, 3)."""
+    @property
+    def feed_forward(self) -> _Floats:
+        """The body twist (vx, vy [m/s], wz [rad/s]) of a vehicle that is where it should be, (3,) or (T, 3)."""
+    @property
+    def speed_m_s(self) -> _Floats:
+        """Speed along the path [m/s], rad/s in a turn on the spot; 0 or more, () or (T,)."""
+    @property
+    def done(self) -> _Bools:
+        """The end is reached, () or (T,)."""
+
+@final
+class HolonomicFollower:
+    """Follows a trajectory: its velocity in the vehicle's axes, and a correction in proportion to the distance from it.
+
+    It remembers nothing. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter
+    turn. The code is that of firmware, in float64.
+
+    Args:
+        gain_per_s: velocity asked for per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
+            return, should be several times that of the wheels' loops.
+        heading_gain_per_s: yaw rate asked for per heading error [rad/s per rad], 0 to 1000.
+        limit_m_s: largest correction of the velocity [m/s], 0 to 1000.
+        limit_rad_s: largest correction of the yaw rate [rad/s], 0 to 1000.
+
+    Raises:
+        ConfigError: an argument is out of range.
+
+    Example:
+        >>> import omnistep
+        >>> end = omnistep.Scenario("square").trajectory.at(1e3)  # at the origin, facing +x, at rest
+        >>> follower = omnistep.HolonomicFollower(
+        ...     gain_per_s=2.0, heading_gain_per_s=2.0, limit_m_s=0.2, limit_rad_s=0.5)
+        >>> follower.step(end, [0.0, 0.05, 0.0]).twist.round(9).tolist()  # 5 cm too far to the left
+        [0.0, -0.1, 0.0]
+    """
+
+    def __new__(
+        cls, *, gain_per_s: float, heading_gain_per_s: float, limit_m_s: float, limit_rad_s: float
+    ) -> HolonomicFollower: ...
+    def step(self, sample: TrajectorySample, pose: _Rows, /) -> Follow:
+        """The twist to command, for a vehicle at a pose that should be where a sample says.
+
+        Args:
+            sample: of one time or of T.
+            pose: where the vehicle is (x [m], y [m], yaw [rad]), (3,) or (T, 3). One that is not finite corrects
+                nothing: the trajectory's own twist is driven.
+
+        Raises:
+            ConfigError: a shape is wrong, or the lengths differ.
+            TypeError: not numbers.
+        """
+
+@final
+class Follow:
+    """What a :class:`HolonomicFollower` found and asks for, once or T times."""
+
+    @property
+    def twist(self) -> _Floats:
+        """The body twist to command (vx, vy [m/s], wz [rad/s]), (3,) or (T, 3)."""
+    @property
+    def error_m(self) -> _Floats:
+        """The way to where the vehicle should be, forward and to the left [m], (2,) or (T, 2)."""
+    @property
+    def error_rad(self) -> _Floats:
+        """The turn to where it should look [rad], () or (T,)."""
+
+@final
+class EncoderCounter:
+    """Incremental encoders on hardware counters that wrap around, whatever their width; with what they counted.
+
+    Args:
+        counts_per_turn: edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
+            quadrature encoder), times the gear's ratio where it sits before the gear.
+        bits: of the counter, 2 to 32.
+        wheels: so many encoders beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+
+    Raises:
+        ConfigError: an argument is out of range.
+
+    Example:
+        >>> import omnistep
+        >>> encoder = omnistep.EncoderCounter(counts_per_turn=360.0, bits=16)
+        >>> encoder.update([65_530, 65_534, 2, 65_535]).tolist(), int(encoder.counts)  # across the wrap, and back
+        ([0, 4, 4, -3], 5)
+    """
+
+    def __new__(cls, *, counts_per_turn: float, bits: int, wheels: int | None = None) -> EncoderCounter: ...
+    def update(self, readings: float | _Rows) -> _Integers:
+        """Takes in readings, one after the other: the counts since the one before, positive forwards; 0 for the first.
+
+        The way round is the shorter one: a counter is to be read at least once in half its range.
+
+        Args:
+            readings: whole numbers, -2147483648 to 4294967295, a number or (T,); of several encoders (N,) or (T, N).
+                Bits that the counter does not have are ignored.
+
+        Returns:
+            Counts in the shape of ``readings``.
+
+        Raises:
+            ConfigError: the shape is wrong, or a number is not whole or out of range.
+            TypeError: not numbers.
+        """
+    @property
+    def counts(self) -> _Integers:
+        """Counts since the first reading, () or (N,)."""
+    @property
+    def angle_rad(self) -> _Floats:
+        """Angle since the first reading [rad], () or (N,)."""
+    @property
+    def count_rad(self) -> float:
+        """Angle of one count [rad]."""
+    def reset(self) -> None:
+        """Be as before the first reading."""
+
+@final
+class VelocityEstimator:
+    """Velocities out of the whole counts of coarse encoders. The code is that of firmware, in float64.
+
+    Once no count comes any more the velocity falls: it is at most one count over the time without. With a count of
+    angle d, a period T and a wheel that turns steadily, a window of n periods is off by at most d / (n T) and lags
+    n T / 2; an observer d bandwidth / e and 2 / bandwidth.
+
+    Args:
+        count_rad: angle of one count [rad], 1e-9 to 7.
+        period_s: control period [s], 1e-6 to 10.
+        method: ``window``, the counts of the last ``periods`` over their time; ``edges``, the counts between the last
+            edges of two periods over the time between them (the M/T method); or ``observer``, which follows the
+            counted angle with both poles at ``bandwidth_rad_s``.
+        periods: of a window, 1 to 32; 1 if left out.
+        bandwidth_rad_s: of an observer [rad/s], 0.001 to 1 over the period.
+        wheels: so many wheels beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+
+    Raises:
+        ConfigError: an argument is out of range, unknown, or does not go with another.
+
+    Example:
+        >>> import math, omnistep
+        >>> estimator = omnistep.VelocityEstimator(count_rad=math.radians(1.0), period_s=0.001, periods=4)
+        >>> estimator.step([1, 0, 0, 0]).round(3).tolist()  # a degree in 4 ms; before the window is full too
+        [4.363, 4.363, 4.363, 4.363]
+    """
+
+    def __new__(
+        cls,
+        *,
+        count_rad: float,
+        period_s: float,
+        method: Literal["window", "edges", "observer"] = "window",
+        periods: int | None = None,
+        bandwidth_rad_s: float | None = None,
+        wheels: int | None = None,
+    ) -> VelocityEstimator: ...
+    def step(self, counts: float | _Rows, *, since_edge_s: float | _Rows | None = None) -> _Floats:
+        """One control period, or T of them, one after the other.
+
+        Args:
+            counts: counts of each period, whole numbers, positive forwards, a number or (T,); of several wheels (N,) or
+                (T, N).
+            since_edge_s: time from the last edge to the end of the period [s], in that shape, which ``edges`` makes use
+                of. Where it is NaN, or not within the period, it is taken for 0, as if left out.
+
+        Returns:
+            Velocities [rad/s] in the shape of ``counts``; always finite.
+
+        Raises:
+            ConfigError: a shape is wrong, or a count is not whole or beyond 32 bits.
+            TypeError: not numbers.
+        """
+    @property
+    def count_rad(self) -> float:
+        """Angle of one count [rad]."""
+    @property
+    def period_s(self) -> float:
+        """Control period [s]."""
+    def reset(self) -> None:
+        """Be as before the first count: at rest."""
+
+@final
+class DcMotor:
+    """A DC motor by its data sheet: what it gives at a speed, and what a bridge is to do for a torque.
+
+    Torques and velocities are at the shaft, behind no gear; positive is forwards. Arrays of any shape; a single number
+    goes with every shape. Steady state: the winding's inductance is left out.
+
+    Args:
+        torque_constant_n_m_a: torque per current, and voltage per velocity [N.m/A], above 0.
+        resistance_ohm: of the winding and what is in series with it [ohm], above 0.
+        no_load_current_a: current that overcomes friction [A], 0 or more and below that at rest.
+        supply_v: voltage of the supply [V], above 0.
+        current_limit_a: that of the driver [A], above the no-load current; none if left out.
+
+    Raises:
+        ConfigError: an argument is out of range.
+
+    Example:
+        >>> import omnistep
+        >>> motor = omnistep.DcMotor(
+        ...     torque_constant_n_m_a=0.05, resistance_ohm=2.0, no_load_current_a=0.1, supply_v=12.0,
+        ...     current_limit_a=3.0)
+        >>> told = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
+        >>> told.duty.round(6).tolist(), told.torque_n_m.round(6).tolist(), told.limited.tolist()
+        ([0.516667, 0.5], [0.045, 0.15], [False, True])
+    """
+
+    def __new__(
+        cls,
+        *,
+        torque_constant_n_m_a: float,
+        resistance_ohm: float,
+        no_load_current_a: float = 0.0,
+        supply_v: float,
+        current_limit_a: float | None = None,
+    ) -> DcMotor: ...
+    @property
+    def no_load_speed_rad_s(self) -> float:
+        """Speed without load [rad/s]."""
+    @property
+    def stall_torque_n_m(self) -> float:
+        """Torque at rest [N.m], within the driver's current."""
+    def torque_range(self, velocity_rad_s: float | _Array) -> tuple[_Floats, _Floats]:
+        """Lowest (0 or less) and highest (0 or more) torque [N.m] at velocities [rad/s], each in their shape.
+
+        Raises:
+            TypeError: not numbers.
+        """
+    def duty(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> MotorDuty:
+        """What a bridge without a current loop is to do for a torque [N.m] at a velocity [rad/s].
+
+        For what is not finite the duty is 0, which counts as limited.
+
+        Raises:
+            ConfigError: the shapes differ.
+            TypeError: not numbers.
+        """
+    def current_a(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> _Floats:
+        """Current [A] for a torque [N.m] at a velocity [rad/s], friction included.
+
+        Raises:
+            ConfigError: the shapes differ.
+            TypeError: not numbers.
+        """
+    def voltage_v(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> _Floats:
+        """Voltage [V] at the terminals for a torque [N.m] at a velocity [rad/s].
+
+        Raises:
+            ConfigError: the shapes differ.
+            TypeError: not numbers.
+        """
+    def electrical_power_w(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> _Floats:
+        """Electrical power [W] for a torque [N.m] at a velocity [rad/s]; negative flows back into the supply.
+
+        Raises:
+            ConfigError: the shapes differ.
+            TypeError: not numbers.
+        """
+    def heat_w(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> _Floats:
+        """Heat of the winding [W] for a torque [N.m] at a velocity [rad/s]; never negative.
+
+        Raises:
+            ConfigError: the shapes differ.
+            TypeError: not numbers.
+        """
+
+@final
+class MotorDuty:
+    """What a bridge is to do for each torque, and what comes of it, in the shape of what was asked for."""
+
+    @property
+    def duty(self) -> _Floats:
+        """Part of the supply's voltage at the terminals, -1 to 1; 0 shorts the motor, which brakes."""
+    @property
+    def current_a(self) -> _Floats:
+        """Current that flows with it [A], positive forwards."""
+    @property
+    def torque_n_m(self) -> _Floats:
+        """Torque at the shaft with it [N.m]: what was asked for, unless limited."""
+    @property
+    def limited(self) -> _Bools:
+        """The supply or the driver's current limit gives no more than this."""
+
+def torque_duty(
+    torque_n_m: float | _Array,
+    velocity_rad_s: float | _Array,
+    *,
+    stall_torque_n_m: float,
+    slope_n_m_s_rad: float = 0.0,
+) -> _Floats:
+    """The duty of a bridge without a current loop, from a motor's torque at rest and what speed takes of it.
+
+    The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs no more than a data
+    sheet's stall torque and no-load speed; :class:`DcMotor` also tells the current.
+
+    Args:
+        torque_n_m: torque at the actuator [N.m], an array of any shape or a number.
+        velocity_rad_s: its velocity [rad/s], in that shape or a number.
+        stall_torque_n_m: torque at rest with the whole supply [N.m], above 0.
+        slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more.
+
+    Returns:
+        Duties, -1 to 1; 0 shorts the motor, which brakes with slope times velocity. 0 for NaN.
+
+    Raises:
+        ConfigError: a torque or slope is out of range, or the shapes differ.
+        TypeError: not numbers.
+
+    Example:
+        >>> import omnistep
+        >>> omnistep.torque_duty([0.5, 0.5, 2.0], [0.0, 4.0, 4.0], stall_torque_n_m=2.0, slope_n_m_s_rad=0.25).tolist()
+        [0.25, 0.75, 1.0]
+    """
+
+@final
 class Pid:
     """A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
 
@@ -974,6 +1495,9 @@ class Pid:
             ``back_calculation`` takes ``tracking_time_s``.
         integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
         tracking_time_s: time constant [s], the period to 1e6.
+        integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
+            ones (WPILib's ``IZone``).
+        proportional_limit_n_m: largest proportional term [N.m], 0 or more.
         output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
 
     Raises:
@@ -1003,6 +1527,8 @@ class Pid:
         anti_windup: Literal["conditioned", "conditional", "back_calculation", "clamp", "none"] = "conditioned",
         integral_limit_n_m: float | None = None,
         tracking_time_s: float | None = None,
+        integral_zone_rad_s: float = ...,
+        proportional_limit_n_m: float = ...,
         output_n_m: tuple[float, float] = ...,
     ) -> Pid: ...
     def step(self, reference_rad_s: float | _Row, measured_rad_s: float | _Row) -> PidSample:
@@ -1023,7 +1549,8 @@ class Pid:
     def track(self, output_n_m: float, *, reference_rad_s: float, measured_rad_s: float) -> None:
         """Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
 
-        Without an integral gain there is nothing to set, and the output may jump.
+        Without an integral gain, or with an error beyond the integral zone, there is nothing to set, and the output may
+        jump.
 
         Raises:
             ConfigError: a number is not finite.
@@ -1436,6 +1963,12 @@ class Scenario:
     @property
     def duration_s(self) -> float:
         """Length of a run at most [s]."""
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The path of its command, planned for its vehicle from where that starts; None of a command without a path."""
+    @property
+    def follower(self) -> HolonomicFollower | None:
+        """Who follows that path, with the gains of the file; None of a command without a path."""
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle; gains that its file leaves out are derived here."""

@@ -22,6 +22,8 @@ _TRUTH, _ODOMETRY, _COMMAND = "#000000", "#E69F00", "0.45"
 # Ellipses of a run unless somebody says when.
 _ELLIPSES = 10
 _VARIANCES = ("odom_var_x_m2", "odom_cov_xy_m2", "odom_var_y_m2")
+# What a log says of odometry of which nobody knows how sure it is [m^2]; one of before said 0.
+_UNKNOWN_M2 = 1e6
 # Corners of one.
 _CORNERS = 48
 
@@ -101,12 +103,12 @@ def seen(run: Trace | Log) -> Seen:
         odometry = truth = trace.columns()
         places = _columns(odometry, "pose_x_m", "pose_y_m")
     variances_m2 = _columns(odometry, *_VARIANCES)
+    untold = not variances_m2.any() or bool((variances_m2[:, [0, 2]] >= _UNKNOWN_M2).all())
     return Seen(
         trace=trace,
         time_s=odometry["time_s"],
         odometry_m=_columns(odometry, "odom_x_m", "odom_y_m"),
-        # A recording's are 0 where its robot told none.
-        variances_m2=None if isinstance(run, Log) and run.recorded and not variances_m2.any() else variances_m2,
+        variances_m2=None if isinstance(run, Log) and run.recorded and untold else variances_m2,
         truth_time_s=truth["time_s"],
         truth_m=places,
         command_m=np.stack([trace["path_x_m"], trace["path_y_m"]], axis=1) if "path_x_m" in trace else None,

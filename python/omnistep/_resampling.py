@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._log_map import Signal
-from omnistep._log_sources import Floats, Nanoseconds, Samples
+from omnistep._log_sources import Nanoseconds, Samples
+from omnistep._tables import Floats
 from omnistep.errors import LogError
 
 #: A signal is known between samples that are no further apart than this many times their median distance.
@@ -41,6 +42,32 @@ class Channel:
     held: bool
     missing: int
     unordered: int
+
+    def over(self, starts_ns: Nanoseconds, period_ns: int) -> Floats:
+        """What the signal is in the periods that start at these times, one behind the other; NaN where it is not known.
+
+        Of one that holds, the mean over the period, as far as it is known in half of it or more: a sample that comes a
+        little after the start, as clocks jitter, is the period's own. Of another, the value at the start.
+        """
+        if not self.held:
+            return self.at(starts_ns)
+        edges = np.concatenate([starts_ns, starts_ns[-1:] + period_ns])
+        inside = self.time_ns[(self.time_ns > edges[0]) & (self.time_ns < edges[-1])]
+        if np.isfinite(self.max_gap_ns):
+            ends = self.time_ns + np.int64(self.max_gap_ns) + 1
+            inside = np.concatenate([inside, ends[(ends > edges[0]) & (ends < edges[-1])]])
+        begins = np.unique(np.concatenate([starts_ns, inside]))
+        held = self.at(begins)
+        row = np.searchsorted(starts_ns, begins, side="right") - 1
+        lasts = np.diff(np.append(begins, edges[-1])).astype(np.float64)
+        known_ns = np.bincount(row, weights=np.where(np.isfinite(held), lasts, 0.0))
+        total = np.bincount(row, weights=np.nan_to_num(held) * lasts)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = np.where(known_ns >= 0.5 * period_ns, total / known_ns, np.nan)
+        # Where nothing changes the value itself, in every bit.
+        alone = np.bincount(row) == 1
+        mean[alone] = held[np.searchsorted(begins, starts_ns[alone])]
+        return mean
 
     def at(self, grid_ns: Nanoseconds) -> Floats:
         """The signal at these times, NaN where it is not known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,12 @@ from typing import Any
 from omnistep._omnistep import shortened
 from omnistep.errors import ConfigError
 
-#: The largest that is read, as of other TOML files.
-MOST_BYTES = 16 * 2**20
+#: The largest that is read; ten thousand runs are less.
+MOST_BYTES = 2**20
+#: Most parts of a dotted key: what reads it takes time as their square.
+MOST_PARTS = 100
+#: Strings that end, and comments.
+STRINGS = re.compile(r'"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 #: The longest whole number: Python prints none of over 4300 digits. What is too large for a key is said there.
 MOST_BITS = 8192
 
@@ -29,16 +34,34 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         if (size := path.stat().st_size) > MOST_BYTES:
             raise ConfigError(f"{file}: {size} bytes, allowed: {MOST_BYTES}", file=file)
         text = path.read_bytes().decode()
-        keys = tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror or error}", file=file) from error
-    except ValueError as error:  # of UTF-8 and of TOML
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{file}: no TOML: {error}, allowed: a TOML file", file=file) from error
+    _check_dots(file, text)
+    try:
+        keys = tomllib.loads(text)
+    except ValueError as error:  # of TOML, too large numbers included
         why = shortened(str(error).splitlines()[0])
         raise ConfigError(f"{file}: no TOML: {why}, allowed: a TOML file", file=file) from error
     except RecursionError as error:
         raise ConfigError(f"{file}: no TOML: nested too deeply, allowed: a TOML file", file=file) from error
     _check_whole(file, keys)
     return text, keys
+
+
+def _check_dots(file: str, text: str) -> None:
+    """Refuse keys of absurdly many parts, before anything reads them."""
+    before = 0
+    # Without the dots of strings and comments.
+    text = re.sub(STRINGS, lambda found: found[0].replace(".", " "), text)
+    for stop in re.finditer(r"[={},\[\]\n#]", text):
+        if stop[0] in "=]" and text.count(".", before, stop.start()) > MOST_PARTS:
+            line = text.count("\n", 0, stop.start()) + 1
+            raise ConfigError(
+                f"{file}: line {line}: more than {MOST_PARTS} dots in a key, allowed: {MOST_PARTS}", file=file
+            )
+        before = stop.end()
 
 
 def _check_whole(file: str, keys: dict[str, Any]) -> None:

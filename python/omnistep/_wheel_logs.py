@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -13,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Log, Trace, Vehicle, read_mcap
-from omnistep.errors import ConfigError
+from omnistep._tables import SUFFIXES, columns_of, floats, module, names_of, needs, reading
+from omnistep.errors import ConfigError, LogError
 
 Floats = NDArray[np.float64]
-#: A trace, a log, the path of an MCAP or CSV file, or columns by name.
+#: A trace, a log, the path of an MCAP, CSV or Parquet file, or columns by name.
 LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
 
 #: Rows may come this much too early or too late, in periods; others are left out, up to a part of them.
@@ -30,6 +30,20 @@ GAP = 2.5
 #: Duty cycles are at most 1, but for rounding.
 MOST_DUTY = 1.001
 MOST_ROWS = 5_000_000
+#: Rows are no closer and no farther apart than this [s].
+CLOSEST_S, FARTHEST_S = 5e-5, 0.5
+#: Numbers beyond are none of a robot.
+LARGEST = 1e12
+#: Columns of each wheel, and others, that are looked for.
+WHEELS = (
+    "wheel_{}_position_rad",
+    "wheel_{}_measured_rad_s",
+    "sensed_wheel_rad_{}",
+    "wheel_{}_applied_n_m",
+    "wheel_{}_duty",
+    "commanded_duty_{}",
+)
+OTHERS = ("time_s", "gyro_rad_s", "sensed_yaw_rate_rad_s")
 
 
 @dataclass(frozen=True)
@@ -55,13 +69,15 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
 
     Raises:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
+        LogError: the file cannot be read.
     """
-    name, columns = _columns(data)
+    name, columns = _columns(data, vehicle)
     time = _column(name, columns, "time_s", None)
     if len(time) < 10:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
-    steps = np.diff(time)
-    if not (np.isfinite(time).all() and (steps > 0.0).all()):
+    with np.errstate(over="ignore"):
+        steps = np.diff(time)
+    if not (np.isfinite(steps).all() and (steps > 0.0).all()):
         raise ConfigError(
             f"{name}: time_s does not grow, allowed: finite times in their order", key="time_s", file=name
         )
@@ -69,10 +85,11 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
 
     def wheels(pattern: str) -> Floats | None:
         keys = [pattern.format(wheel) for wheel in vehicle.wheel_names]
-        there = [key in columns for key in keys]
-        if not any(there):
+        if not any(key in columns for key in keys):
             return None
-        return np.stack([_column(name, columns, key, len(time)) for key in keys], axis=1)
+        read = np.stack([_column(name, columns, key, len(time)) for key in keys], axis=1)
+        # Every trace has columns of torques: of a recording without them they are empty.
+        return read if np.isfinite(read).any() else None
 
     positions, measured = wheels("wheel_{}_position_rad"), wheels("wheel_{}_measured_rad_s")
     if positions is None:
@@ -92,6 +109,8 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         )
     torques = wheels("wheel_{}_applied_n_m")
     duty = wheels("wheel_{}_duty")
+    if duty is None:
+        duty = wheels("commanded_duty_{}")  # of a recording
     if duty is not None and (most := float(np.nanmax(np.abs(duty), initial=0.0))) > MOST_DUTY:
         wheel = vehicle.wheel_names[int(np.argmax(np.nanmax(np.abs(duty), axis=0, initial=0.0)))]
         raise ConfigError(
@@ -122,10 +141,18 @@ def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np
     Times may be rounded to a fraction of the period: it follows from all of them, not from steps one by one.
     """
     steps = np.diff(time)
-    median = float(np.median(steps))
-    if not time[-1] - time[0] <= MOST_ROWS * median:
+    median, span = float(np.median(steps)), float(time[-1]) - float(time[0])
+    if not span <= MOST_ROWS * median:
         raise ConfigError(
-            f"{name}: time_s spans {(time[-1] - time[0]) / median:.3g} periods, allowed: up to {MOST_ROWS}",
+            f"{name}: time_s spans {span / median:.3g} periods, allowed: up to {MOST_ROWS}",
+            key="time_s",
+            file=name,
+        )
+    if (most := float(np.abs(time).max())) > LARGEST:
+        raise ConfigError(f"{name}: time_s reaches {most:.3g}, allowed: up to {LARGEST:g}", key="time_s", file=name)
+    if not CLOSEST_S <= median <= FARTHEST_S:
+        raise ConfigError(
+            f"{name}: rows of time_s are {median:.4g} s apart, allowed: {CLOSEST_S:g} to {FARTHEST_S:g} s; it is in s",
             key="time_s",
             file=name,
         )
@@ -183,7 +210,7 @@ def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64]
     return slots, off
 
 
-def _columns(data: LogLike) -> tuple[str, Mapping[str, Any]]:
+def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any]]:
     if isinstance(data, Log):
         return fspath(data.path), data.trace.columns()
     if isinstance(data, Trace):
@@ -193,27 +220,28 @@ def _columns(data: LogLike) -> tuple[str, Mapping[str, Any]]:
     if not isinstance(data, str | PathLike):
         raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
     path = Path(data)
-    if path.suffix.lower() == ".csv":
-        return fspath(path), _csv(path)
+    if path.suffix.lower() in SUFFIXES:
+        return fspath(path), _table(path, vehicle)
     return fspath(path), read_mcap(path).trace.columns()
 
 
-def _csv(path: Path) -> dict[str, Floats]:
+def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
+    """What is of use of a table's columns; others may hold anything."""
+    if not path.is_file():
+        raise LogError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}", file=fspath(path))
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            names = [name.strip() for name in file.readline().split(",")]
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # of no rows: refused below
-                rows = np.genfromtxt(file, delimiter=",", ndmin=2, invalid_raise=True)
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        why = str(error).splitlines()[0]
-        raise ConfigError(f"{path}: {why}, allowed: a CSV file with a line of names", file=fspath(path)) from error
-    if rows.shape[1:] != (len(names),):
-        raise ConfigError(
-            f"{path}: rows of {rows.shape[-1]} numbers under {len(names)} names, allowed: as many",
-            file=fspath(path),
-        )
-    return dict(zip(names, rows.T, strict=True))
+        module("pyarrow")
+    except ImportError as error:
+        raise needs("pyarrow", f"a {path.suffix.lower()} log", "identify") from error
+    useful = [*OTHERS, *(pattern.format(wheel) for pattern in WHEELS for wheel in vehicle.wheel_names)]
+    with reading(path):
+        names = names_of(path)
+        wanted = [name for name in useful if name in names]
+        for name in wanted:
+            if names.count(name) > 1:
+                raise LogError(f"{path}: {names.count(name)} columns {name}, allowed: one", file=fspath(path))
+        columns = columns_of(path, wanted) if wanted else {}
+        return {name: floats(path, name, column) for name, column in columns.items()}
 
 
 def _column(name: str, columns: Mapping[str, Any], key: str, length: int | None) -> Floats:
@@ -230,4 +258,6 @@ def _column(name: str, columns: Mapping[str, Any], key: str, length: int | None)
             file=name,
         )
     column[~np.isfinite(column)] = np.nan
+    if key != "time_s" and (most := float(np.nanmax(np.abs(column), initial=0.0))) > LARGEST:
+        raise ConfigError(f"{name}: {key} reaches {most:.3g}, allowed: up to {LARGEST:g}", key=key, file=name)
     return column

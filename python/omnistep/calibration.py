@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from omnistep import _doubts
 from omnistep._calibration_runs import ENDS, CalibrationRun, number
 from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, table
 from omnistep._omnistep import Kinematics, Layout, Odometry, Vehicle, Wheel
@@ -29,6 +30,8 @@ REST_S = 0.5
 STANDS, STANDS_OVER_S = 0.04, 0.2
 #: Errors that a drawing may have: of radii and levers as a part, of directions in radians.
 SCALE = 0.05
+#: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
+OFF_M, OFF_RAD = 0.1, 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +95,8 @@ def calibrate(
 
     Raises:
         ConfigError: a run measured nothing, a column is missing, there are too few runs, or a number is out of range.
-        ImportError: SciPy is not there; it comes with the extra ``identify``.
+        LogError: a log cannot be read.
+        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not there; they come with the extra ``identify``.
 
     >>> import numpy as np, omnistep
     >>> drawn = omnistep.Vehicle("omni3")
@@ -120,11 +124,31 @@ def calibrate(
     ends = [drive.errors(Kinematics(layout=problem.layout(found.x))) for drive in drives]
     return Calibration(
         estimates=parts,
-        cannot_tell=(*_cannot_tell(parts, drawn), *at_bounds(problem.parameters, found)),
+        cannot_tell=(
+            *_doubtful(drawn, drives, ends),
+            *_cannot_tell(parts, drawn),
+            *at_bounds(problem.parameters, found),
+        ),
         vehicle=problem.vehicle(found.x),
         position_rms_m=_rms([e for places, _ in ends for e in places]),
         yaw_rms_rad=_rms([e for _, turns in ends for e in turns]),
     )
+
+
+def _doubtful(vehicle: Vehicle, drives: Sequence[_Drive], ends: Sequence[tuple[list[float], list[float]]]) -> list[str]:
+    """Runs that no vehicle near the drawn one makes: signs, units, the order of wheels or of places."""
+    doubts = []
+    for drive in drives:
+        doubts += [f"{drive.where}: {doubt}" for doubt in _doubts.of_parts(vehicle, drive.parts)]
+    for kind, unit, most, why in (
+        (0, "m", OFF_M, "is it in m, has x its sign, are x and y swapped?"),
+        (1, "rad", OFF_RAD, "is it in rad, is a turn to the left positive?"),
+    ):
+        off = [max((abs(each) for each in end[kind]), default=0.0) for end in ends]
+        worst = int(np.argmax(off))
+        if off[worst] > most:
+            doubts.append(f"{drives[worst].where}: its end is {off[worst]:.3g} {unit} off, the most of all runs: {why}")
+    return doubts
 
 
 class _Drive:
@@ -133,7 +157,7 @@ class _Drive:
     def __init__(self, run: CalibrationRun, index: int, vehicle: Vehicle) -> None:
         self.run = run
         log = read(run.log, vehicle)
-        where = f"run[{index}]" if log.name == "data" else f"run[{index}] ({log.name})"
+        where = self.where = f"run[{index}]" if log.name == "data" else f"run[{index}] ({log.name})"
         for key in ENDS:
             if (value := getattr(run, key)) is not None:
                 number(key, value, f"{where}.")

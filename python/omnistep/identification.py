@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, table
+from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, shifts, table
 from omnistep._margins import Loops, loops
 from omnistep._motion_model import SHORTEST_S, Masses, Motion, cut
 from omnistep._omnistep import Log, Trace, Vehicle
+from omnistep._reading_noise import likely
 from omnistep._wheel_logs import LogLike, read
 from omnistep.errors import ConfigError
 
@@ -20,8 +21,10 @@ NEEDED_BY = "omnistep.identify"
 
 #: Where the search begins, if not at the file's.
 BEGINS = {"delay_s": 0.005, "lag_s": 0.01}
-#: Errors of readings last where the next one has more than this part of them.
-LASTS, LASTS_A_LITTLE = 0.5, 0.1
+#: What a held parameter may be off by, to say what that does to the others.
+OFF = 0.1
+#: With fewer rows than this in a wheel's time constant, counts blur how it follows its motor.
+FEW = 10.0
 #: What would tell each parameter.
 MANOEUVRES = {
     "mass_kg": "speed up and brake, forward and sideways, or weigh the vehicle: known mass_kg",
@@ -38,11 +41,6 @@ MANOEUVRES = {
 NO_DUTY = (
     "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are as commanded, so the motor's line is"
     " not in it; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
-)
-NOISE = (
-    "the intervals are too narrow, most of all those of delay_s and lag_s: readings have errors beyond whole counts, as"
-    " noise on velocities or slip, and the controller's answer to them is in the torques; log wheel_NAME_position_rad"
-    " or whole counts over a period, not filtered velocities"
 )
 
 
@@ -94,10 +92,11 @@ def identify(
 
     The wheels roll without slipping, and the vehicle moves as its file's geometry says. Where the vehicle drives, the
     twist changes by what the torques do, late and lagging, less what friction takes; that is integrated over stretches
-    of 0.15 to 1.2 s in which no wheel turns round, and compared with the readings by least squares. Intervals are
-    those of least squares, wider by what errors of neighbouring readings have in common (CR2). They hold the truth
-    where readings are whole counts and nothing else: where there is noise besides, and a controller that answers it,
-    ``cannot_tell`` says that they are too narrow. What the logs do not tell stays as the file has it, and is named.
+    of 0.15 to 1.2 s in which no wheel turns round, and compared with the readings by least squares. Errors of readings
+    are whole counts and a walk, which is what noise on velocities adds up to; what is left shows how much of each
+    (restricted maximum likelihood). A controller answers such errors, but later: with the right weights of past
+    readings they put nothing off. Intervals are those of least squares, weighed with what whole stretches say of them.
+    What the logs do not tell stays as the file has it, and is named.
 
     A delay of readings and one of torques look alike: ``delay_s`` is both together, for readings that are whole counts
     of the period that ends with their row. Of readings of that moment alone it is half a period less.
@@ -112,7 +111,8 @@ def identify(
 
     Raises:
         ConfigError: a column is missing, the logs are too short or do not move, or a number is out of range.
-        ImportError: SciPy is not there; it comes with the extra ``identify``.
+        LogError: a log cannot be read.
+        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not there; they come with the extra ``identify``.
 
     >>> import omnistep
     >>> truth = omnistep.Vehicle("mecanum4", overrides={"body.0.mass_kg": 26.0})
@@ -136,7 +136,8 @@ def identify(
         if inputs is None:
             key = f"wheel_{guess.wheel_names[0]}_applied_n_m"
             raise ConfigError(
-                f"{rows.name}: no column {key}, allowed: wheel_NAME_applied_n_m or wheel_NAME_duty of every wheel",
+                f"{rows.name}: no torque in {key}, allowed: wheel_NAME_applied_n_m or wheel_NAME_duty of every wheel"
+                " ([commanded_torques] or [duty] of an import's map)",
                 key=key,
                 file=rows.name,
             )
@@ -161,17 +162,10 @@ def identify(
     # Without any delay or lag the two look the same: the search begins elsewhere.
     begin = np.array([p.start if p.known else BEGINS.get(p.name, p.start) for p in parameters])
     found = _search(residual, parameters, motions, begin)
-    lasting = _lasting(motions, found.residual)
-    if lasting > LASTS:
-        # Noise on velocities adds up to angles: then velocities are compared.
-        for motion in motions:
-            motion.lasting = 1.0
-        found = _search(residual, parameters, motions, begin)
-    elif lasting > LASTS_A_LITTLE:
-        # Some of it is counts, some of it noise on velocities: errors are alike over whole stretches.
-        for motion in motions:
-            motion.block = len(motion.follows)
-        found = _search(residual, parameters, motions, begin)
+    _hear(motions, found.residual)
+    bounds = np.array([(p.lower, p.upper) for p in parameters]).T
+    begin = np.where(found.free & (found.x > bounds[0]) & (found.x < bounds[1]), found.x, begin)
+    found = _search(residual, parameters, motions, begin)
     values = dict(zip(names, (float(x) for x in found.x), strict=True))
     parts = estimates(parameters, found, needed_by=NEEDED_BY)
     built, notes = _built(guess, masses, values, duty=duty)
@@ -188,10 +182,11 @@ def identify(
     return Identification(
         estimates=parts,
         cannot_tell=(
-            *_cannot_tell(parameters, found),
+            *dict.fromkeys(doubt for motion in motions for doubt in motion.doubts()),
+            *_cannot_tell(residual, parameters, found),
+            *(_too_fast(motions, values) if duty else ()),
             *at_bounds(parameters, found),
             *notes,
-            *((NOISE,) if lasting > LASTS_A_LITTLE else ()),
             *(() if duty else (NO_DUTY,)),
         ),
         vehicle=built.replace(
@@ -210,27 +205,37 @@ def identify(
 def _search(
     residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], motions: Sequence[Motion], begin: Floats
 ) -> Fit:
-    clusters: list[Any] = []
-    for motion in motions:
-        clusters.append(motion.clusters() + (clusters[-1][-1] + 1 if clusters else 0))
-    return fit(
+    stretches = [motion.clusters() for motion in motions]
+    offsets = np.cumsum([0, *(int(each[-1]) + 1 for each in stretches[:-1])])
+    found = fit(
         residual,
         parameters,
         needed_by=NEEDED_BY,
         begin=begin,
-        clusters=np.concatenate(clusters),
+        clusters=np.concatenate([each + offset for each, offset in zip(stretches, offsets, strict=True)]),
         redundant=sum(motion.redundant() for motion in motions),
     )
+    driven = sum(len(motion.measured) * motion.stretches.rows * motion.period for motion in motions)
+    if driven <= 2 * SHORTEST_S * int(found.free.sum()):
+        raise ConfigError(
+            f"{driven:.2g} s of driving for {int(found.free.sum())} parameters, allowed: more than"
+            f" {2 * SHORTEST_S:g} s for each; drive longer",
+            key="data",
+        )
+    return found
 
 
-def _lasting(motions: Sequence[Motion], residual: Floats) -> float:
-    """Part of a reading's error that the next one has too: none of whole counts, much of noise on velocities."""
-    sums, at = np.zeros(2), 0
-    for motion in motions:
-        size = motion.measured.size
-        sums += motion.correlation(residual[at : at + size])
-        at += size
-    return float(sums[0] / max(sums[1], 1e-300))
+def _hear(motions: Sequence[Motion], residual: Floats) -> None:
+    """What errors of readings do along stretches, by what is left of them: of logs of one kind together."""
+    ends = np.cumsum([0, *(motion.measured.size for motion in motions)])
+    kinds: dict[tuple[int, float, bool], list[tuple[Motion, Floats]]] = {}
+    for motion, begin, end in zip(motions, ends[:-1], ends[1:], strict=True):
+        kind = (motion.stretches.rows, motion.period, motion.stretches.lifted)
+        kinds.setdefault(kind, []).append((motion, residual[begin:end].reshape(motion.measured.shape)))
+    for (rows, _, _), alike in kinds.items():
+        noise = likely([(left, motion.stretches.stretch) for motion, left in alike], rows, NEEDED_BY)
+        for motion, _ in alike:
+            motion.noise = noise
 
 
 def _listed(data: Any) -> list[Any]:
@@ -258,7 +263,15 @@ def _parameters(
             raise ConfigError(f"known: {name} = {given!r}, allowed: {least:.3g} to {most:.3g}", key=name)
         value = start if given is None else float(given)
         return Parameter(
-            name=name, unit=unit, start=value, scale=scale, lower=least, upper=most, rank=rank, known=given is not None
+            name=name,
+            unit=unit,
+            start=value,
+            scale=scale,
+            lower=least,
+            upper=most,
+            rank=rank,
+            known=given is not None,
+            file=start,
         )
 
     mass, yaw, wheel = masses.mass, masses.yaw_inertia, masses.wheel_inertia
@@ -287,6 +300,9 @@ def _parameters(
         parameters = [
             replace(p, apart_from="gear_friction_n_m") if p.name == "rolling_resistance" else p for p in parameters
         ]
+    if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(known):
+        # A wheel that its motor's line brakes follows as a torque that lags does: which is which, nothing tells.
+        parameters = [replace(p, apart_from="wheel_inertia_kg_m2") if p.name == "lag_s" else p for p in parameters]
     if not ground:
         parameters = [
             replace(p, known=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p
@@ -295,14 +311,34 @@ def _parameters(
     return parameters
 
 
-def _cannot_tell(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
+def _cannot_tell(residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
     said = []
     for k, others in found.together.items():
         parameter = parameters[k]
         with_others = f" apart from {', '.join(parameters[other].name for other in others)}" if others else ""
         held = f"held at {parameter.start:.4g} {parameter.unit}".rstrip()
+        moved = shifts(residual, parameters, found, k, OFF)
+        if moved and parameter.start:
+            which = ", ".join(f"{name} by {100 * part:+.2g} %" for name, part in moved.items())
+            held += f", which the intervals take as right: {100 * OFF:.0f} % more of it changes {which}"
         said.append(f"this log cannot tell {parameter.name}{with_others}; {held}; {MANOEUVRES[parameter.name]}")
     return tuple(said)
+
+
+def _too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, ...]:
+    """Where motors are followed within few periods of the log, whose counts blur how."""
+    for motion in motions:
+        constant_s = motion.time_constant_s(p)
+        if constant_s < FEW * motion.period:
+            what = (
+                "a wheel in the air follows its motor" if motion.stretches.lifted else "the vehicle follows its motors"
+            )
+            return (
+                f"numbers may be off by some of their intervals, delay_s, lag_s and inertias most: {what} within"
+                f" {constant_s:.2g} s, and the log has a row every {motion.period:.2g} s; log every"
+                f" {constant_s / FEW:.1g} s, or torques instead of duty cycles",
+            )
+    return ()
 
 
 def _built(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool) -> tuple[Vehicle, tuple[str, ...]]:

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import base64
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
+from omnistep import _doubts
 from omnistep._log_map import LogMap, read_map
-from omnistep._log_sources import Floats, Nanoseconds, read_samples
+from omnistep._log_sources import Nanoseconds, read_samples
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
+from omnistep._reckoning import reckoned
+from omnistep._recorded_command import AXES, MOST_COMMANDS, MOST_S, recorded_scenario
 from omnistep._resampling import Channel, channels
-from omnistep.errors import ConfigError, LogError
+from omnistep._tables import Floats
+from omnistep.errors import LogError
 from omnistep.runs import _bar
 
-#: Longest recording, as of scenarios [s].
-_MOST_S = 3600.0
 #: Most control periods: an hour at 1 kHz.
 _MOST_ROWS = 3_600_000
-#: Most rows of a scenario's table of commands.
-_MOST_COMMANDS = 100_000
-_AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
+_PLACE = ("x_m", "y_m", "yaw_rad")
 
 
 @dataclass(frozen=True)
@@ -41,8 +40,8 @@ class ImportedSignal:
         gaps: how often two samples are too far apart to say anything in between.
         longest_gap_s: the longest of these [s].
         gaps_s: all of them [s].
-        beyond: control periods in which a velocity is beyond the motors' no-load speed or a torque beyond their
-            stall torque; kept as they are.
+        beyond: control periods in which a velocity is beyond the motors' no-load speed, a torque beyond what their
+            line has at the velocity measured, or a duty cycle beyond 1; kept as they are.
         known: control periods in which the log that was made has it.
     """
 
@@ -72,6 +71,7 @@ class ImportSummary:
         signals: its columns, one by one.
         commands_left_out: changes of the command that the scenario inside lacks, as its table has no room for more than
             100000; the log's columns have them.
+        doubts: what looks wrong, a line each: signs, the order of wheels, units.
     """
 
     source: Path
@@ -81,6 +81,7 @@ class ImportSummary:
     start_s: float
     signals: tuple[ImportedSignal, ...]
     commands_left_out: int
+    doubts: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         headings = (
@@ -122,7 +123,8 @@ class ImportSummary:
         title = f"{self.source}: {self.rows} control periods of {self.period_s:g} s, {span}"
         if self.commands_left_out:
             lacks = f"the scenario inside lacks {self.commands_left_out} changes of the command"
-            lines.append(f"{lacks}: it has room for {_MOST_COMMANDS}")
+            lines.append(f"{lacks}: it has room for {MOST_COMMANDS}")
+        lines += [f"doubtful: {doubt}" for doubt in self.doubts]
         return "\n".join([title, *lines])
 
 
@@ -179,10 +181,11 @@ def import_log(
     }
     starts_ns, rows = _span(source, log_map, read["wheels"])
     columns = _columns(log_map, read, starts_ns, rows)
-    scenario, commands_left_out = _scenario(log_map, source, columns, rows)
+    scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
     signals = _signals(log_map, read, columns, starts_ns, rows)
     period_s = log_map.scenario.period_s
-    summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out)
+    doubts = _doubtful(log_map, columns, signals)
+    summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     write_recording(path, scenario, columns, facts, log_map.text)
     return summary
@@ -203,8 +206,10 @@ def _span(source: Path, log_map: LogMap, wheels: list[Channel]) -> tuple[int, in
     begin = first if log_map.from_s is None else round(log_map.from_s * 1e9)
     end = last if log_map.until_s is None else min(round(log_map.until_s * 1e9), last)
     length_s = (end - begin) * 1e-9
-    if not period_ns <= end - begin <= _MOST_S * 1e9:
-        limits = f"{period_ns * 1e-9:g} to {_MOST_S:g} s from its first wheel's sample, or [time] from_s, on"
+    if not period_ns <= end - begin <= MOST_S * 1e9:
+        limits = (
+            f"{period_ns * 1e-9:g} to {MOST_S:g} s from its first wheel's sample, or [time] from_s, on; [time] unit"
+        )
         raise LogError(f"{source}: {length_s:g} s, allowed: {limits}", file=str(source))
     rows = (end - begin) // period_ns + 1
     if rows > _MOST_ROWS:
@@ -235,7 +240,7 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
         return np.asarray(np.diff(channel.at(before)) / (period_ns * 1e-9), dtype=np.float64)
 
     def there(channel: Channel) -> Floats:
-        return channel.at(starts)
+        return channel.over(starts, period_ns)
 
     of_wheels("wheels", "measured_rad_s", turned if log_map.signals["wheels"].positions else there, -1)
     if log_map.signals["wheels"].positions:
@@ -249,8 +254,10 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
     ):
         if table in read:
             of_wheels(table, signal, there, power)
+    for name, channel in zip(vehicle.wheel_names, read.get("duty", []), strict=False):
+        columns[f"commanded_duty_{name}"] = there(channel)
     names = {
-        "command": [f"asked_{axis}" for axis in _AXES],
+        "command": [f"asked_{axis}" for axis in AXES],
         "accelerometer": [f"sensed_specific_force_{axis}_m_s2" for axis in "xyz"],
         "attitude": ["sensed_roll_rad", "sensed_pitch_rad"],
         "hinges": [f"sensed_angle_rad_{hinge}" for hinge in log_map.hinge_names],
@@ -265,13 +272,32 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
     if gyro:
         columns["gyro_rad_s"] = there(gyro[-1])
     for table, prefix in (("pose", "pose"), ("odometry", "odom")):
-        for name, channel in zip(("x_m", "y_m", "yaw_rad"), read.get(table, []), strict=False):
+        for name, channel in zip(_PLACE, read.get(table, []), strict=False):
             at = channel.at(starts + period_ns)
             columns[f"{prefix}_{name}"] = np.arctan2(np.sin(at), np.cos(at)) if name == "yaw_rad" else at
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
-    for axis, column in zip(_AXES, estimated(vehicle, measured).T, strict=True):
+    if "odometry" not in read:
+        poses = reckoned(log_map, read["wheels"], read.get("pose", []), measured, starts, period_ns)
+        for name, column in zip(_PLACE, poses.T, strict=True):
+            columns[f"odom_{name}"] = np.ascontiguousarray(column)
+    for axis, column in zip(AXES, estimated(vehicle, measured).T, strict=True):
         columns[f"estimated_{axis}"] = np.ascontiguousarray(column)
     return columns
+
+
+def _doubtful(log_map: LogMap, columns: Mapping[str, Floats], signals: Sequence[ImportedSignal]) -> tuple[str, ...]:
+    vehicle = log_map.scenario.vehicle
+    measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
+    twists = np.column_stack([columns[f"estimated_{axis}"] for axis in AXES])
+    rates = [each.rate_hz for each in signals if each.signal == "wheels" and each.rate_hz > 0.0]
+    doubts = _doubts.of_steps(1.0 / max(rates)) if rates else []
+    doubts += _doubts.of_wheels(vehicle, measured, log_map.scenario.period_s)
+    if "gyro_rad_s" in columns:
+        doubts += _doubts.of_yaw(twists[:, 2], columns["gyro_rad_s"])
+    if "command" in log_map.signals:
+        asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
+        doubts += _doubts.of_command(vehicle, measured, asked)
+    return tuple(doubts)
 
 
 def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
@@ -281,61 +307,6 @@ def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
     if known.any():
         twists[known] = Kinematics(layout=vehicle.layout).forward(measured_rad_s[known])
     return twists
-
-
-def _scenario(log_map: LogMap, source: Path, columns: Mapping[str, Floats], rows: int) -> tuple[Scenario, int]:
-    """What a simulation would be told: the recorded command, held where it is not known, for as long as the log is.
-
-    And how many of its changes there is no room for.
-    """
-    keys = log_map.scenario.to_dict()
-    duration_s = min(max(rows * log_map.scenario.period_s, 0.01), _MOST_S)
-    keys.update(
-        name="recorded", duration_s=duration_s, command={"vx_m_s": 0.0, "vy_m_s": 0.0, "wz_rad_s": 0.0, "ramp_s": 0.0}
-    )
-    if "command" not in log_map.signals:
-        return Scenario.from_dict(keys), 0
-    asked = held(np.column_stack([columns[f"asked_{axis}"] for axis in _AXES]))[0]
-    keys["command"], left_out = _command(log_map, asked)
-    try:
-        return Scenario.from_dict(keys), left_out
-    except ConfigError as error:
-        raise LogError(f"{source}: {_beyond(log_map, asked, str(error))}", file=str(source)) from error
-
-
-def held(asked: Floats) -> tuple[Floats, int]:
-    """Rows of which each unknown one is as the last known one, rest before the first; and how many were unknown."""
-    known = np.isfinite(asked).all(axis=1)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(asked)), -1))
-    filled = np.where((last >= 0)[:, None], asked[np.maximum(last, 0)], 0.0)
-    return filled, int(np.count_nonzero(~known))
-
-
-def _beyond(log_map: LogMap, asked: Floats, said: str) -> str:
-    """What is wrong with a command, by the log's own names and times."""
-    names = log_map.signals["command"].names or _AXES
-    for axis, name, column in zip(_AXES, names, asked.T, strict=True):
-        if f" {axis}: " in said:
-            row = int(np.argmax(np.abs(column)))
-            at_s, allowed = row * log_map.scenario.period_s, said.rpartition("allowed: ")[2]
-            unit = "rad/s" if axis == "wz_rad_s" else "m/s"
-            return f"command, {name}: {column[row]:g} {unit} at {at_s:g} s of the log that is made, allowed: {allowed}"
-    return f"command: {said}"
-
-
-def _command(log_map: LogMap, asked: Floats) -> tuple[dict[str, object], int]:
-    """The table of a command, and how many of its changes there is no room for."""
-    changed = np.ones(len(asked), dtype=bool)
-    changed[1:] = (asked[1:] != asked[:-1]).any(axis=1)
-    at = np.flatnonzero(changed)
-    changes = at.size
-    if at.size > _MOST_COMMANDS:
-        at = at[:: math.ceil(at.size / _MOST_COMMANDS)]
-    period_s = log_map.scenario.period_s
-    lines = ["time_s," + ",".join(_AXES)]
-    lines += [",".join(repr(float(value)) for value in (row * period_s, *asked[row])) for row in at]
-    text = base64.b64encode("\n".join(lines).encode() + b"\n").decode()
-    return {"file": f"data:text/csv;base64,{text}"}, changes - at.size
 
 
 def _signals(
@@ -360,9 +331,16 @@ def _signals(
             if table in limits:
                 signal, limit = limits[table]
                 column = columns[f"wheel_{vehicle.wheel_names[number]}_{signal}"]
-                beyond = int(np.count_nonzero(np.abs(column) > limit))
+                most = np.full(rows, limit)
+                if signal in ("torque_n_m", "applied_n_m"):
+                    # Along its motion a motor has less the faster it turns; what it brakes with is not less.
+                    wheel = np.nan_to_num(columns[f"wheel_{vehicle.wheel_names[number]}_measured_rad_s"])
+                    most = limit * (1.0 - np.maximum(wheel * np.sign(np.nan_to_num(column)), 0.0) / no_load_rad_s)
+                beyond = int(np.count_nonzero(np.abs(column) > np.maximum(most, 0.0) + 1e-6 * limit))
             else:
-                column = channel.at(at)
+                column = channel.over(at, period_ns)
+                if table == "duty":
+                    beyond = int(np.count_nonzero(np.abs(column) > 1.0 + 1e-6))
             gaps_s = channel.gaps_s()
             signals.append(
                 ImportedSignal(

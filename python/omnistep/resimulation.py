@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from omnistep._given import trace_of
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
+from omnistep._recorded_command import held
 from omnistep.errors import ConfigError
-from omnistep.recordings import estimated, held
+from omnistep.recordings import estimated
 from omnistep.runs import _bar, read_mcap
 
 Floats = NDArray[np.float64]
@@ -183,7 +184,8 @@ def resimulate(
         scenario: what is simulated: ground, vehicle, controller; the log's own by default. Its control period has to
             be the log's, and its wheels the log's wheels. Its own command is left aside.
         by: ``commands``: what was asked for goes to the scenario's controller. ``torques``: what acted on the actuators
-            (by their currents), or else what they were told, goes to the motors. Where the log has torques that acted,
+            (by their currents), or where the log has none of these what they were told, goes to the motors; in gaps the
+            last one is held. Where the log has torques that acted,
             the scenario's ``actuators.torque_lag_s`` and ``actuators.voltage_sag`` are 0, as those have both already.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
         progress: show a bar on standard error when it takes more than a second.
@@ -278,8 +280,9 @@ def _inputs(recorded: Trace, by: str) -> tuple[Floats, int, bool]:
         given, what = _columns(recorded, "asked"), "commands (asked_*)"
     else:
         acted, told = (np.asarray(recorded.wheels(signal)) for signal in ("torque_n_m", "applied_n_m"))
-        by_acted = bool(np.isfinite(acted).any())
-        given, what = np.where(np.isfinite(acted), acted, told), "torques of every wheel (torque_n_m or applied_n_m)"
+        # One or the other throughout: where torques that acted are not known, those commanded are not what acts.
+        by_acted = bool(np.isfinite(acted).all(axis=1).any())
+        given, what = acted if by_acted else told, "torques of every wheel (torque_n_m or applied_n_m)"
     if not np.isfinite(given).all(axis=1).any():
         raise ConfigError(f"by = {by!r}: the log has no {what}, allowed: what it has", key="by")
     return *held(given), by_acted

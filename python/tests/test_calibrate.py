@@ -365,6 +365,11 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
         ("[[run", "allowed: a TOML file"),
         ("run = " + "[" * 100_000, "nested too deeply"),
         ('[[run]]\nlog = "a.csv"\nend_x_m = 0x' + "f" * 5000, "run[0].end_x_m: a whole number of 20000 bits"),
+        (
+            "schema_version = 1\n" + ".".join(["a"] * 200_000) + " = 1",
+            "line 2: more than 100 dots in a key, allowed: 100",
+        ),
+        ("a = " + "1.5," * 300_000, "1200004 bytes, allowed: 1048576"),
         ('schema_version = 2\n[[run]]\nlog = "a.csv"', "schema_version = 2, allowed: 1"),
     ]:
         (tmp_path / "runs.toml").write_text(text)

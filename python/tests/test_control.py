@@ -109,6 +109,32 @@ def test_a_limited_pid_says_so_and_does_not_wind_up():
         assert overshoot(anti_windup, **more) < 0.7 * none, anti_windup
 
 
+@pytest.mark.parametrize(
+    ("anti_windup", "more"), [("conditioned", {}), ("back_calculation", {"tracking_time_s": 0.3 / 2.0})]
+)
+def test_with_its_proportional_term_limited_a_blocked_loop_winds_up_to_the_output_limit_and_no_further(
+    anti_windup, more
+):
+    pid = omnistep.Pid(
+        kp_n_m_s_rad=0.3,
+        ki_n_m_rad=2.0,
+        period_s=0.001,
+        proportional_limit_n_m=0.4,
+        output_n_m=(-1.0, 1.0),
+        anti_windup=anti_windup,
+        **more,
+    )
+    blocked = pid.step(np.full(20_000, 10.0), 0.0)
+    assert (blocked.p_n_m == 0.4).all() and blocked.output_n_m[-1] == 1.0
+    # A law that compares outputs alone settles at 1 - 0.4 + 0.3 * 10 = 3.6 N.m. 0.02 N.m are a period's own.
+    assert 0.98 - 1e-9 < pid.integral_n_m < 1.0 + 1e-9
+
+
+def test_an_integral_zone_forgets_what_was_taken_in_before():
+    pid = omnistep.Pid(kp_n_m_s_rad=1.0, ki_n_m_rad=4.0, period_s=0.25, integral_zone_rad_s=2.0)
+    assert pid.step([9.0, 2.0, 1.0, 3.0, 1.0], 0.0).output_n_m.tolist() == [9.0, 4.0, 4.0, 3.0, 2.0]
+
+
 def test_tracking_takes_over_without_a_bump_and_reset_forgets():
     pid = omnistep.Pid(kp_n_m_s_rad=2.0, ki_n_m_rad=10.0, period_s=0.1)
     pid.track(0.7, reference_rad_s=1.0, measured_rad_s=0.4)
@@ -128,6 +154,8 @@ def test_tracking_takes_over_without_a_bump_and_reset_forgets():
         ({"order": "during"}, "order"),
         ({"output_n_m": (0.1, 1.0)}, "output_n_m"),
         ({"static_friction_n_m": math.nan}, "static_friction_n_m"),
+        ({"integral_zone_rad_s": -1.0}, "integral_zone_rad_s"),
+        ({"proportional_limit_n_m": math.nan}, "proportional_limit_n_m"),
     ],
 )
 def test_an_argument_of_a_pid_is_refused_by_its_name(arguments, key):

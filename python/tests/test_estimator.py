@@ -150,6 +150,24 @@ def test_rows_at_once_are_the_rows_one_by_one():
     assert estimator.covariance.shape == (3, 3)
 
 
+def test_what_still_is_can_be_set():
+    # A gyro that idling motors shake by 0.04 rad/s, which is no motion of the vehicle.
+    random, bias = np.random.default_rng(4), 0.05
+    shakes = bias + 0.04 * np.sin(0.3 * np.arange(3000)) + GYRO_RAD_S * random.standard_normal(3000)
+
+    def learnt(**settings):
+        estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S, **settings)
+        estimator.step(np.zeros((3000, 4)), yaw_rates=shakes, accelerations=[0.0, 0.0], told_to_rest=True)
+        return estimator.gyro_bias_rad_s
+
+    # The noise of 2950 readings leaves 2e-4 rad/s, and the sine less.
+    assert abs(learnt() - bias) < 1e-3
+    # 0.028 rad/s, root mean square, are more than this and the noise: it is not taken to stand.
+    assert abs(learnt(still_gyro_rad_s=0.01)) < 0.01
+    with pytest.raises(omnistep.ConfigError, match=r"^still_gyro_rad_s = -1, allowed: 0 to 1000$"):
+        learnt(still_gyro_rad_s=-1.0)
+
+
 def test_what_is_wrong_is_named():
     with pytest.raises(omnistep.ConfigError, match=r"^gyro_rad_s = -1, allowed: 1e-6 to 1000$"):
         omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S, gyro_rad_s=-1.0)

@@ -9,6 +9,7 @@ import pytest
 
 import omnistep
 from omnistep.__main__ import main
+from omnistep._log_map import KINDS, read_map
 from omnistep._resampling import _ascending
 
 HEAD = 'schema_version = 1\nvehicle = "omni3"\nperiod_s = 0.01\n'
@@ -113,6 +114,50 @@ def test_commands_hold_currents_become_torques_and_poses_are_of_the_end_of_a_per
     assert np.isnan(log.trace["common_factor"]).all() and np.isnan(log.trace.wheels("saturated")).all()
 
 
+def test_odometry_comes_from_the_counts_and_what_wheels_turned_in_the_gap_is_not_lost(round_trip, curve):
+    _, log = round_trip
+    gap = np.flatnonzero(np.isnan(log.trace.wheels("measured_rad_s")[:, 0]))
+    behind = np.arange(gap[-1] + 2, len(log.trace) - 1)
+    assert gap.size > 100 and behind.size > 100
+    # The robot's counts are of 4096 a turn at times that jitter by a fifth of a period: what a wheel turns in
+    # that and a count, once each, is below a millimetre; on the plane the wheels roll within half a millimetre.
+    for name, bound in (("x_m", 2e-3), ("y_m", 2e-3), ("yaw_rad", 1e-2)):
+        off = log.trace[f"odom_{name}"] - curve[f"pose_{name}"]
+        assert np.abs(off[behind]).max() < bound, name
+    # In the gap nobody knows, and it stays where it was.
+    assert np.ptp(log.trace["odom_x_m"][gap[1:-2]]) == 0.0
+
+
+def test_frames_are_where_somebody_saw_the_vehicle_and_a_report_shows_them(round_trip, monkeypatch, tmp_path):
+    _, log = round_trip
+    at = np.rint(log.frame_time_s / 0.001).astype(int) - 1
+    base = log.frames["base_link"]
+    assert np.array_equal(base[:, 0], log.trace["pose_x_m"][at]) and np.isfinite(base).all()
+    # The frame of odometry is where both began, up to what odometry is off.
+    assert np.abs(log.frames["odom"][:, :2]).max() < 5e-3
+    assert set(log.frames) == {"base_link", "odom", "wheel_1", "wheel_2", "wheel_3"}
+    out = tmp_path / "report.html"
+    monkeypatch.setattr(sys, "argv", ["omnistep", "report", str(log.path), "-o", str(out)])
+    assert main() == 0 and "recorded" in out.read_text()
+
+
+def test_odometry_is_where_the_vehicle_was_first_seen(folder):
+    # Somebody sees it from 30 ms on, at (5, 5) and looking to the left; by then it has gone 0.02 m.
+    rows = "t,a,b,c,x,y,h\n" + "".join(
+        f"{k / 100},1,1,1,{5 if k > 3 else ''},{5 if k > 3 else ''},{1.5 if k > 3 else ''}\n" for k in range(10)
+    )
+    keys = '[pose]\nnames = ["x", "y", "h"]\n'
+    _, log = imported(folder, rows, HEAD + TIME + WHEELS + keys)
+    trace = log.trace
+    first = int(np.flatnonzero(np.isfinite(trace["pose_x_m"]))[0])
+    assert first == 3  # it ends at 40 ms
+    for name in ("x_m", "y_m", "yaw_rad"):
+        assert trace[f"odom_{name}"][first] == pytest.approx(trace[f"pose_{name}"][first], abs=1e-12)
+    # The wheels of omni3 all turn alike: on the spot, at 1 rad/s of wheels of 50 mm around 0.18 m.
+    assert np.diff(trace["odom_yaw_rad"]) == pytest.approx(0.01 * 0.05 / 0.18, rel=1e-3)
+    assert np.allclose(trace["odom_x_m"], 5.0, atol=1e-9)
+
+
 def test_the_scenario_inside_runs_with_the_recorded_command(round_trip, curve):
     _, log = round_trip
     again = omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))
@@ -211,7 +256,8 @@ def test_changes_of_a_command_that_have_no_room_are_told(folder, monkeypatch):
     keys = HEAD + TIME + WHEELS + '[command]\nnames = ["vx", "vy", "wz"]\n'
     summary, _ = imported(folder, rows, keys)
     assert summary.commands_left_out == 0 and "lacks" not in str(summary)
-    monkeypatch.setattr("omnistep.recordings._MOST_COMMANDS", 10)
+    for room in ("recordings", "_recorded_command"):
+        monkeypatch.setattr(f"omnistep.{room}.MOST_COMMANDS", 10)
     summary, log = imported(folder, rows, keys)
     # Every third of 30.
     assert summary.commands_left_out == 20
@@ -237,6 +283,20 @@ def test_a_parquet_column_of_text_is_refused_before_it_is_unpacked(folder, monke
         imported(folder, None, HEAD + TIME + WHEELS, name="robot.parquet")
 
 
+@pytest.mark.parametrize("vehicle", ["omni3", "chugo7"])
+def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatch, capfd, vehicle):
+    code, out, err = command_line(monkeypatch, capfd, "new", "map", "mine", "--vehicle", vehicle)
+    assert (code, err) == (0, "") and out.startswith(f"mine.toml: a map for {vehicle}; ")
+    assert set(read_map("mine.toml").signals) == {"wheels"}
+    lines = (folder / "mine.toml").read_text().splitlines(keepends=True)
+    first = next(number for number, line in enumerate(lines) if line.startswith("schema_version"))
+    text = "".join(lines[:first] + [line.removeprefix("# ") for line in lines[first:]])
+    (folder / "whole.toml").write_text(text)
+    lacks = {"hinges", "hinge_rates"} if vehicle == "omni3" else set()
+    assert set(read_map("whole.toml").signals) == set(KINDS) - lacks
+    assert read_map("whole.toml").signals["wheels"].wrap == 2.0**16
+
+
 def test_inspect_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, monkeypatch, capfd, recorded):
     _, log = round_trip
     code, out, err = command_line(monkeypatch, capfd, "inspect", log.path)
@@ -251,7 +311,7 @@ def test_inspect_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, m
 
 CURRENT = '[torques]\nnames = ["a", "b", "c"]\nunit = "A"\n'
 BAD = [
-    (ROWS, "", "my.toml: schema_version: None, allowed: 1"),
+    (ROWS, "", "my.toml: schema_version: missing, allowed: 1"),
     (ROWS, HEAD + TIME + WHEELS + "[gyros]\n", "my.toml: gyros: unknown key, did you mean gyro?"),
     (ROWS, HEAD + TIME + WHEELS + "wrap = 3\n", "my.toml: wheels.wrap: unknown key, did you mean wrap_bits?"),
     (ROWS, HEAD.replace("0.01", "0"), "my.toml: period_s: 0, allowed: 1e-06 to 0.1"),
@@ -266,7 +326,11 @@ BAD = [
         "my.toml: wheels.names: 2 names, allowed: 3, one each of 1, 2, 3",
     ),
     (ROWS, HEAD + TIME + WHEELS + 'unit = "rmp"\n', "my.toml: wheels.unit: 'rmp', allowed: rad/s, deg/s, rpm"),
-    (ROWS, HEAD + TIME + WHEELS + 'unit = "count"\n', "my.toml: wheels.counts_per_turn: missing, allowed: with"),
+    (
+        ROWS,
+        HEAD + TIME + WHEELS + 'unit = "count"\n',
+        "my.toml: wheels.counts_per_turn: missing, allowed: a number with",
+    ),
     (ROWS, HEAD + TIME + WHEELS + "wrap_bits = 16\n", "my.toml: wheels.wrap_bits: 16, allowed: a whole number"),
     (ROWS, HEAD + TIME + WHEELS + "scale = [1, 2]\n", "my.toml: wheels.scale: 2 numbers, allowed: one, or 3"),
     (ROWS, HEAD + TIME + WHEELS + f"scale = 1{'0' * 400}\n", "my.toml: wheels.scale: 1000"),
@@ -278,11 +342,11 @@ BAD = [
     ),
     (ROWS, HEAD + TIME + WHEELS + "scale = 0\n", "my.toml: wheels.scale: 0, allowed: other numbers"),
     (ROWS, HEAD + TIME + WHEELS + 'topic = "/a"\n', "my.toml: wheels.topic: '/a': robot.csv is a table, allowed: none"),
-    (ROWS, HEAD + TIME + WHEELS + CURRENT, "my.toml: torques.n_m_per_a: missing, allowed: with unit"),
+    (ROWS, HEAD + TIME + WHEELS + CURRENT, "my.toml: torques.n_m_per_a: missing, allowed: a number with unit"),
     (ROWS, HEAD + TIME + "from_s = 9\n" + WHEELS, "robot.csv: -8.97 s, allowed: 0.01 to 3600 s"),
     (ROWS, "schema_version = [", "my.toml: no TOML: "),
     (ROWS, "period_s = 0x" + "f" * 5000, "my.toml: period_s: a whole number of 20000 bits, allowed: up to 8192"),
-    (ROWS.replace("3\n0.02", "x\n0.02"), HEAD + TIME + WHEELS, "robot.csv: cannot be read: "),
+    (ROWS.replace("3\n0.02", "x\n0.02"), HEAD + TIME + WHEELS, "robot.csv: line 3, column c: 'x', allowed: numbers"),
     (
         ROWS.replace("0.02", ""),
         HEAD + TIME + WHEELS,
@@ -290,7 +354,7 @@ BAD = [
     ),
     (ROWS.replace("0.02", "nan"), HEAD + TIME + WHEELS, "robot.csv: column t: "),
     (ROWS.replace("0.02", "noon"), HEAD + TIME + WHEELS, "robot.csv: column t: of type string, allowed: numbers"),
-    (ROWS + "0.04,1,2\n", HEAD + TIME + WHEELS, "robot.csv: cannot be read: "),
+    (ROWS + "0.04,1,2\n", HEAD + TIME + WHEELS, "robot.csv: line 6: 3 cells, allowed: 4, as the first line has"),
     (ROWS.replace("\n0.01", "\n7200"), HEAD + TIME + WHEELS, "robot.csv: a: time goes back by 7199.98 s at sample 2"),
     (ROWS + "4e9,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: column t: times 4e+09 s apart, allowed: 1e+07 s"),
     (ROWS + "1e6,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: 1e+06 s, allowed: 0.01 to 3600 s"),

@@ -59,6 +59,20 @@ def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_pat
         assert bool(again.zeroed) == (lag_s == 0.0)
 
 
+def test_a_gap_in_torques_that_acted_stays_a_gap_beside_torques_that_were_told(log, curve, recorded, tmp_path):
+    recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
+    told = recorded.MAP.split("[torques]")[1].split("[pose]")[0]
+    # What was told is nonsense, three times as much: it is not what acts in the gap.
+    (tmp_path / "my.toml").write_text(f"{recorded.MAP}\n[commanded_torques]{told}scale = 3.0\nmax_gap_s = inf\n")
+    omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "both.mcap")
+    both = omnistep.read_mcap(tmp_path / "both.mcap")
+    gap = np.isnan(both.trace.wheels("torque_n_m")).any(axis=1)
+    assert gap.sum() > 190 and np.isfinite(both.trace.wheels("applied_n_m")[gap]).all()
+    again, alone = (omnistep.resimulate(each, by="torques") for each in (both, log))
+    assert again.unknown == alone.unknown == gap.sum()
+    assert np.array_equal(again.simulated.to_numpy(), alone.simulated.to_numpy(), equal_nan=True)
+
+
 def test_by_commands_what_is_left_is_the_encoders(log, curve, recorded):
     again = omnistep.resimulate(log)
     assert len(again.simulated) == len(again.recorded) == len(curve) and again.unknown == 0

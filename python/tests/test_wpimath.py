@@ -1,4 +1,4 @@
-"""WPILib's mecanum kinematics and plane motions, run live beside ours.
+"""WPILib's mecanum kinematics, plane motions and PID, run live beside ours.
 
 The convention. A wheel's rollers let its contact slip across the roller's axis ``a`` only, so that with the contact at
 ``p`` and the rolling direction ``d`` forward, ``a . (v + wz x p) = w r (a . d)``. With ``a`` at an angle of -45 degrees
@@ -19,6 +19,7 @@ import omnistep
 # Where the `test` extra installs it, it must be there: what could be skipped unseen would prove nothing.
 if not (sys.platform == "linux" and machine() == "x86_64" and sys.version_info < (3, 15)):
     pytest.importorskip("wpimath", reason="robotpy-wpimath is not installed on this platform", exc_type=ImportError)
+from wpimath.controller import PIDController
 from wpimath.geometry import Pose2d, Rotation2d, Translation2d, Twist2d
 from wpimath.kinematics import ChassisSpeeds, MecanumDriveKinematics, MecanumDriveWheelSpeeds
 
@@ -141,3 +142,31 @@ def test_poses_moved_along_arcs_agree():
     # Theirs is wrapped, ours is added up.
     turns = (ends[:, 2] - [pose.rotation().radians() for pose in moved]) / (2 * np.pi)
     np.testing.assert_allclose(turns, np.round(turns), **EXACT)
+
+
+@pytest.mark.parametrize("zone_rad_s", [0.0, 0.5, 2.0, np.inf])
+@pytest.mark.parametrize("kd", [0.0, 0.01])
+def test_a_pid_with_an_integral_zone_agrees(zone_rad_s, kd):
+    period_s, times = 0.02, np.arange(3000) * 0.02
+    # Both start without an error: WPILib's first derivative is of all of it.
+    reference = 3.0 * np.sin(times) * np.sin(0.37 * times)
+    measured = np.sin(2.3 * times)
+    ours = omnistep.Pid(
+        kp_n_m_s_rad=0.3,
+        ki_n_m_rad=2.0,
+        kd_n_m_s2_rad=kd,
+        period_s=period_s,
+        integral_zone_rad_s=zone_rad_s,
+        anti_windup="none",
+    )
+    theirs = PIDController(0.3, 2.0, kd, period_s)
+    theirs.setIntegratorRange(-1e9, 1e9)  # +-1 if left out
+    theirs.setIZone(zone_rad_s)
+    expected = [theirs.calculate(y, r) for y, r in zip(measured.tolist(), reference.tolist(), strict=True)]
+    sample = ours.step(reference, measured)
+    # 3000 sums of up to 10 N.m, rounded at 2e-16 of it.
+    np.testing.assert_allclose(sample.output_n_m, expected, rtol=0, atol=1e-11)
+    inside = np.abs(reference - measured) <= zone_rad_s
+    assert (sample.i_n_m[~inside] == 0.0).all()
+    if np.isfinite(zone_rad_s) and zone_rad_s > 0.0:
+        assert 0.1 < inside.mean() < 0.9 and np.abs(sample.i_n_m).max() > 0.1  # both were tried

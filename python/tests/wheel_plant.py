@@ -38,14 +38,16 @@ def masses(vehicle):
     return mass, centre, own + discs + sum(kg * (np.array(place) ** 2).sum() for kg, place in parts)
 
 
-def logs(vehicle, truth, seeds, *, counts, kp, ki, top, lifted=False, noise_rad_s=0.0, parts=10):
+def logs(vehicle, truth, seeds, *, counts, kp, ki, top, lifted=False, noise_rad_s=0.0, parts=10, vary=0.0):
     """What encoders and loops of PI say of the same drive, one log a seed.
 
     Friction is dry above 0.02 rad/s and steep below; the steps are of the midpoint rule, ten a control period. An
-    encoder is whole counts from an angle of the seed's; its velocity is the counts of a period.
+    encoder is whole counts from an angle of the seed's; its velocity is the counts of a period. Commands of the seeds
+    differ by a factor of up to 1 -+ ``vary``.
     """
     matrix = omnistep.Kinematics(layout=vehicle.layout).inverse_matrix
-    references = commands(top) @ matrix.T
+    factors = [1.0 + vary * np.random.default_rng([seed, 1]).uniform(-1.0, 1.0) for seed in seeds]
+    references = np.array(factors)[:, None, None] * (commands(top) @ matrix.T)
     wheels = len(matrix)
     _, (cx, cy), _ = masses(vehicle)
     m, turning = truth["mass_kg"], truth["wheel_inertia_kg_m2"]
@@ -71,14 +73,14 @@ def logs(vehicle, truth, seeds, *, counts, kp, ki, top, lifted=False, noise_rad_
 
     rng = [np.random.default_rng(seed) for seed in seeds]
     offset = np.stack([each.random(wheels) for each in rng])
-    noise = np.stack([each.standard_normal((len(references), wheels)) for each in rng]) * noise_rad_s
+    noise = np.stack([each.standard_normal(references.shape[1:]) for each in rng]) * noise_rad_s
     count = 2 * np.pi / counts
     motion = np.zeros((len(seeds), matrix.shape[1]))
     angle, integral, acting = (np.zeros((len(seeds), wheels)) for _ in range(3))
     line = [np.zeros((len(seeds), wheels))] * round(truth["delay_s"] / step)
     before = np.floor(angle / count + offset)
-    read, given = (np.zeros((len(seeds), len(references), wheels)) for _ in range(2))
-    for row, reference in enumerate(references):
+    read, given = (np.zeros(references.shape) for _ in range(2))
+    for row, reference in enumerate(references.swapaxes(0, 1)):
         now = np.floor(angle / count + offset)
         read[:, row] = (now - before) * count / PERIOD_S + noise[:, row]
         before = now
@@ -94,7 +96,7 @@ def logs(vehicle, truth, seeds, *, counts, kp, ki, top, lifted=False, noise_rad_
             after = motion + step * force(middle, between) @ inverse
             angle = angle + 0.5 * step * (motion + after) @ matrix.T
             motion = after
-    time = np.arange(len(references)) * PERIOD_S
+    time = np.arange(references.shape[1]) * PERIOD_S
     return [
         {"time_s": time}
         | {f"wheel_{name}_measured_rad_s": read[k, :, n] for n, name in enumerate(vehicle.wheel_names)}

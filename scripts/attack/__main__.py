@@ -19,6 +19,7 @@ import leaks
 import live
 import loss
 import mcap_mutants
+import measured
 import pickles
 from campaign import Campaign, Setting, faults, run
 
@@ -76,6 +77,7 @@ def main() -> int:
         "png": lambda: files.png(setting),
         "mcap": lambda: mcap_mutants.campaigns(setting),
         "parquet": lambda: files.parquet(setting),
+        "measured": lambda: measured.campaigns(setting),
         "pickles": lambda: pickles.campaigns(setting),
         "firmware": lambda: firmware.campaigns(setting, attack),
         "live": lambda: live.campaigns(setting),

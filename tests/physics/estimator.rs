@@ -15,14 +15,15 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 const SEEDS: u64 = 24;
 /// Ends of the middle 95 % of a chi-square of 72, three numbers a pose and 24 poses, over 72: of the mean over a drive.
 const BAND: [f64; 2] = [0.70, 1.352];
-/// Of the middle 99.9 %: of every tenth of a second of nine drives.
+/// Of the middle 99.9 %: of every tenth of a second of eight drives.
 const AT_WORST: [f64; 2] = [0.541, 1.640];
-/// The middle 95 % of the innovations of 24 vehicles with seven wheels, and with four, in one period.
+/// The middle 95 % of the innovations of 24 vehicles with seven wheels, and with four, in one period: chi-squares of 168 and of 96 over their
+/// number. Of a mean over a drive it is the band if one period's innovations were those of all others, which is the most that they can have in
+/// common: were they independent it would be fifty times narrower. Slip makes them common for parts of a second.
 const SEVEN: [f64; 2] = [0.797, 1.225];
 const FOUR: [f64; 2] = [0.737, 1.303];
-/// While wheels slide the innovations are smaller than expected: what wheels disagree by for long counts twice, as noise of each and as
-/// slip of all.
-const SLIDING: [f64; 2] = [0.3, 1.0];
+/// The middle 95 % of a chi-square of 24 over 24: of what the bias is off by at the end, which all of a drive has in common.
+const OF_BIAS: [f64; 2] = [0.517, 1.640];
 /// Known this well at the start \[m, rad\].
 const START: f64 = 2e-3;
 const ACCELEROMETER_M_S2: f64 = 0.05;
@@ -230,6 +231,11 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
     let innovations = came.iter().map(|c| c.nis).sum::<f64>() / count;
     let of_bias = |k: usize| (came.iter().map(|c| c.bias_rad_s[k].powi(2)).sum::<f64>() / count).sqrt();
     let (bias, said) = (of_bias(0), of_bias(1));
+    let by_said = came
+        .iter()
+        .map(|c| (c.bias_rad_s[0] / c.bias_rad_s[1]).powi(2))
+        .sum::<f64>()
+        / count;
     let [error, odometry] = [0, 1].map(|k| {
         let of = |c: &Came| [c.error_m, c.odometry_m][k].powi(2);
         (came.iter().map(of).sum::<f64>() / count).sqrt()
@@ -237,7 +243,7 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
     let least = instants.iter().copied().fold(f64::INFINITY, f64::min);
     let most = instants.iter().copied().fold(0.0, f64::max);
     println!(
-        "{vehicle} {name}: NEES {mean:.2}, {least:.2} to {most:.2}; NIS {innovations:.2}; bias {bias:.5}, said {said:.5} rad/s; place off by {error:.4} m, \
+        "{vehicle} {name}: NEES {mean:.2}, {least:.2} to {most:.2}; NIS {innovations:.2}; bias {bias:.5}, said {said:.5} rad/s, NEES {by_said:.2}; place off by {error:.4} m, \
          odometry {odometry:.4} m"
     );
     assert!((BAND[0]..BAND[1]).contains(&mean), "{name}: NEES {mean}");
@@ -249,8 +255,12 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
         (nis[0]..nis[1]).contains(&innovations),
         "{name}: NIS {innovations}"
     );
-    // Half a second of rest teaches it to a twentieth of the 0.02 rad/s of the start.
+    // Half a second of rest teaches it to a twentieth of the 0.02 rad/s of the start, and it is off by as much as it says.
     assert!(bias < 1e-3, "{name}: bias {bias}");
+    assert!(
+        (OF_BIAS[0]..OF_BIAS[1]).contains(&by_said),
+        "{name}: NEES of the bias {by_said}"
+    );
     [error, odometry]
 }
 
@@ -271,8 +281,8 @@ fn it_is_off_by_as_much_as_it_says_on_bumps_and_on_the_step() {
 #[test]
 fn on_ice_it_is_off_by_as_much_as_it_says_and_ten_times_less_than_odometry() {
     for way in [("ice under the left wheels", &HALF_ON_ICE), ("ice", &ON_ICE)] {
-        let seven = judged::<f64, 7>(way.0, way.1, "chugo7", SLIDING);
-        let four = judged::<f32, 4>(way.0, way.1, "mecanum4", SLIDING);
+        let seven = judged::<f64, 7>(way.0, way.1, "chugo7", SEVEN);
+        let four = judged::<f32, 4>(way.0, way.1, "mecanum4", FOUR);
         for [error, odometry] in [seven, four] {
             assert!(error < 0.1 * odometry, "{}: {error} {odometry}", way.0);
         }

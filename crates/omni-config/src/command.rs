@@ -248,6 +248,23 @@ impl Command {
         later.fold(own, f64::max)
     }
 
+    /// Largest parts that are ever commanded, forward, sideways \[m/s\] and about \[rad/s\], in either direction; of a path 0.
+    pub(crate) fn largest(&self) -> [f64; 3] {
+        let rows = self
+            .file
+            .iter()
+            .flat_map(|file| file.rows())
+            .map(|[_, vx, vy, wz]| [*vx, *vy, *wz]);
+        let later = self
+            .then
+            .iter()
+            .map(|then| [then.vx_m_s, then.vy_m_s, then.wz_rad_s]);
+        let own = [self.vx_m_s, self.vy_m_s, self.wz_rad_s];
+        rows.chain(later).chain([own]).fold([0.0; 3], |most, twist| {
+            [0, 1, 2].map(|axis| twist[axis].abs().max(most[axis]))
+        })
+    }
+
     /// The key and what is wrong with it, where the times do not ascend, or where there is more than one of a twist, a path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
         if self.path.is_some() && self.file.is_some() {

@@ -6,7 +6,7 @@ use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{PART, PERIOD_US, TRACKING_S, TRIES, WINDUP_N_M, within};
+use crate::ranges::{PART, PERIOD_US, TRACKING_S, TRIES, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -69,7 +69,8 @@ pub enum AntiWindupLaw {
 
 /// The controller.
 ///
-/// A policy is a named point of a grid; `saturation`, `floor`, `integral` and `anti_windup` replace its parts one by one.
+/// A policy is a named point of a grid; `saturation`, `floor`, `integral` and `anti_windup` replace its parts one by one,
+/// `integral_zone_rad_s` and `proportional_limit_n_m` bound terms of its loops.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
@@ -117,6 +118,17 @@ pub struct Control {
     #[garde(inner(custom(within(TRACKING_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
     pub tracking_time_s: Option<f64>,
+    /// Integral zone: integrals take in errors of at most this \[rad/s\] and are set to 0 by larger ones, 0 to 1e6; every error counts
+    /// if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(ZONE_RAD_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = ZONE_RAD_S.min, max = ZONE_RAD_S.max)))]
+    pub integral_zone_rad_s: Option<f64>,
+    /// Largest proportional term of a loop \[N.m\], 0 to 1e6; unlimited if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(WINDUP_N_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
+    pub proportional_limit_n_m: Option<f64>,
     /// Tries at each row of wheels under `steady` and `reach`, 0 to 100; 8 if left out. 0: the vehicle stays where it is stuck.
     #[serde(
         default,
@@ -219,6 +231,14 @@ impl Control {
             self.integral_limit_n_m.map(|x| x.to_string()),
         );
         add("tracking_time_s", self.tracking_time_s.map(|x| x.to_string()));
+        add(
+            "integral_zone_rad_s",
+            self.integral_zone_rad_s.map(|x| x.to_string()),
+        );
+        add(
+            "proportional_limit_n_m",
+            self.proportional_limit_n_m.map(|x| x.to_string()),
+        );
         add("tries", self.tries.map(|x| x.to_string()));
         law
     }
@@ -234,6 +254,7 @@ impl Control {
         self.policy = policy.into();
         (self.saturation, self.floor, self.integral) = (None, None, None);
         (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
+        (self.integral_zone_rad_s, self.proportional_limit_n_m) = (None, None);
         self.tries = None;
         if self.traction().is_some() {
             self.rest = Rest::default();
@@ -344,6 +365,14 @@ impl Control {
                 self.integral_limit_n_m.map(|x| x.to_string()),
             ),
             ("tracking_time_s", self.tracking_time_s.map(|x| x.to_string())),
+            (
+                "integral_zone_rad_s",
+                self.integral_zone_rad_s.map(|x| x.to_string()),
+            ),
+            (
+                "proportional_limit_n_m",
+                self.proportional_limit_n_m.map(|x| x.to_string()),
+            ),
             ("rest.bleed_s", other(self.rest.bleed_s, usual.bleed_s)),
             ("rest.hold_s", other(self.rest.hold_s, usual.hold_s)),
             (
@@ -447,6 +476,15 @@ mod tests {
                 "built-in step: control.integral_limit_n_m: 1, allowed: only with control.anti_windup = \"clamp\"",
             ),
             (
+                vec!["control.integral_zone_rad_s=-1"],
+                "built-in step: control.integral_zone_rad_s: -1, allowed: 0 to 1000000",
+            ),
+            (
+                vec!["control.policy=steady", "control.proportional_limit_n_m=1"],
+                "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of loops of the wheels: independent, \
+                 paper, synchronised, load_sharing",
+            ),
+            (
                 vec!["control.policy=steady", "control.rest.hold_s=30"],
                 "built-in step: control.rest.hold_s: 30, allowed: only with a policy of loops of the wheels: independent, paper, \
                  synchronised, load_sharing",
@@ -474,6 +512,35 @@ mod tests {
             .to_toml()
             .expect("TOML");
         assert!(Scenario::from_source(&crate::Source::text("written", written), &[]).is_ok());
+    }
+
+    #[test]
+    fn bounds_of_terms_reach_the_loops_and_the_name_of_the_law() {
+        let pid = |keys: &[&str]| {
+            let own = load(keys).expect("a scenario");
+            let pid = own.wheel_control::<f64, 7>().expect("its loops").pid;
+            (
+                own.control.law(),
+                pid.integral_zone_rad_s,
+                pid.proportional_limit_n_m,
+            )
+        };
+        let keys = [
+            "control.policy=paper",
+            "control.integral_zone_rad_s=2",
+            "control.proportional_limit_n_m=0.5",
+        ];
+        let name = "paper+integral_zone_rad_s=2+proportional_limit_n_m=0.5";
+        assert_eq!(pid(&keys), (name.to_owned(), 2.0, 0.5));
+        let none = f64::INFINITY;
+        assert_eq!(pid(&keys[..1]), ("paper".to_owned(), none, none));
+        let own = load(&keys).expect("a scenario");
+        assert!(
+            own.with_policy("independent")
+                .expect("a preset")
+                .control
+                .is_preset()
+        );
     }
 
     #[test]

@@ -83,6 +83,8 @@ impl Scenario {
         pid.anti_windup = self
             .control
             .anti_windup(kp_over_ki_s, vehicle.motor.stall_torque_n_m);
+        pid.integral_zone_rad_s = R::of(self.control.integral_zone_rad_s.unwrap_or(f64::INFINITY));
+        pid.proportional_limit_n_m = R::of(self.control.proportional_limit_n_m.unwrap_or(f64::INFINITY));
         Ok(WheelControlConfig {
             pid,
             limits: [limit; N],

@@ -56,17 +56,27 @@ impl Command {
 
 impl Scenario {
     /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all it is told would not have every wheel beyond the obstacle by then. One
-    /// line; none where it may suffice, on flat ground, and of a path or a table of twists.
+    /// line; none where it may suffice, on flat ground, and of a table of twists. Of a path, that the run ends before it does.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let of = |duration_s| Scenario::load("step", &[Override::new("duration_s", duration_s)]).map(|scenario| scenario.too_short());
     /// assert_eq!(of(3.5)?, None); // 1 m at 0.3 m/s, from rest: 3.48 s
     /// assert!(of(3.4)?.is_some_and(|said| said.starts_with("duration_s = 3.4 cannot suffice: the rear wheels start 1.00 m before")));
+    /// let square = Scenario::load("square", &[Override::new("duration_s", 5.0)])?;
+    /// assert!(square.too_short().is_some_and(|said| said.starts_with("duration_s = 5 ends the run on its way: the path takes ")));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
     pub fn too_short(&self) -> Option<String> {
+        if let Ok(Some(path)) = self.planned_path() {
+            let takes_s = path.trajectory().duration_s();
+            // A duration that was rounded to hundredths is as long.
+            return (takes_s > self.duration_s + 5e-3).then(|| {
+                let duration_s = self.duration_s;
+                format!("duration_s = {duration_s} ends the run on its way: the path takes {takes_s:.2} s")
+            });
+        }
         let obstacle = self
             .terrain
             .obstacle()

@@ -4,6 +4,7 @@
 mod ball_validity;
 mod builtin;
 mod command;
+mod command_doubts;
 mod command_file;
 mod constants;
 mod control;

@@ -74,8 +74,10 @@ pub(crate) const BLEED_S: Range = range(0.0, 10.0);
 /// Of a whole.
 pub(crate) const PART: Range = range(0.0, 1.0);
 pub(crate) const TRIES: Range = range(0.0, 100.0);
-/// Largest integral terms.
+/// Largest integral and proportional terms.
 pub(crate) const WINDUP_N_M: Range = range(0.0, 1e6);
+/// Integral zones.
+pub(crate) const ZONE_RAD_S: Range = range(0.0, 1e6);
 /// Of back-calculation, as omni-core has it.
 pub(crate) const TRACKING_S: Range = range(1e-6, 1e6);
 /// Thresholds of detectors, limits of speeds, as omni-core has them.

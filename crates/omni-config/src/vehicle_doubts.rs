@@ -9,6 +9,12 @@ use crate::{Error, Vehicle, WheelSpec, for_wheel_count, wheel_count_refused};
 const SLOW_S: f64 = 1.0;
 /// Rollers are doubtful where the vehicle's lever against turning is below this part of what they would give mounted the other way round.
 const LEVER_PART: f64 = 0.7;
+/// A rim that is faster than this without load is doubtful \[m/s\]: rpm taken for rad/s.
+const FAST_M_S: f64 = 6.0;
+/// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.
+const HIGH: f64 = 3.0;
+/// Limits are doubtful beyond what the motors reach by more than this part.
+const BEYOND: f64 = 1.05;
 
 impl Vehicle {
     /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused, all of it worth a second look.
@@ -31,6 +37,11 @@ impl Vehicle {
         doubts.extend(self.unreplaceable()?);
         doubts.extend(self.mirrored_rollers()?);
         doubts.extend(self.wheel.iter().filter_map(flywheel));
+        doubts.extend(self.too_high());
+        if let Some(no_load_rad_s) = self.no_load_rad_s() {
+            doubts.extend(self.too_fast(no_load_rad_s));
+            doubts.extend(self.never_reached(no_load_rad_s)?);
+        }
         if self.gains.is_none() {
             let derived = self.derived_gains(period_s)?;
             if derived.time_constant_s > SLOW_S {
@@ -85,6 +96,58 @@ impl Vehicle {
                  the axes of the rollers are to form a diamond around the middle"
             )
         }))
+    }
+
+    /// A centre of mass that no vehicle has.
+    fn too_high(&self) -> Option<String> {
+        let places = || self.wheel.iter().map(|wheel| wheel.position_m);
+        let apart = |[ax, ay]: [f64; 2]| places().map(move |[bx, by]| (ax - bx).hypot(ay - by));
+        let span_m = places().flat_map(apart).fold(0.0, f64::max);
+        let [_, _, z] = self.centre_of_mass_m();
+        (z > HIGH * span_m).then(|| {
+            format!(
+                "com_m: the centre of mass is {} m up, the wheels are {} m apart: it is in m",
+                digits(z),
+                digits(span_m)
+            )
+        })
+    }
+
+    /// Wheels that nobody drives so fast.
+    fn too_fast(&self, no_load_rad_s: f64) -> Option<String> {
+        let rim_m_s = |wheel: &WheelSpec| no_load_rad_s * wheel.gear * wheel.radius_m;
+        let wheel = self.wheel.iter().find(|wheel| rim_m_s(wheel) > FAST_M_S)?;
+        Some(format!(
+            "motor: {} rad/s without load, {} m/s at the rim of wheel {}; no_load_rpm is the key for turns a minute",
+            digits(no_load_rad_s),
+            digits(rim_m_s(wheel)),
+            wheel.name
+        ))
+    }
+
+    /// Limits that are none: the motors are slower.
+    fn never_reached(&self, no_load_rad_s: f64) -> Result<Vec<String>, Error> {
+        let Some(limits) = self.limits else {
+            return Ok(Vec::new());
+        };
+        let own = [
+            ("vx_m_s", limits.vx_m_s),
+            ("vy_m_s", limits.vy_m_s),
+            ("wz_rad_s", limits.wz_rad_s),
+        ];
+        let reached = self.speeds_at(no_load_rad_s)?;
+        let beyond = own
+            .into_iter()
+            .zip(reached)
+            .filter(|((_, limit), top)| *limit > BEYOND * top);
+        Ok(beyond
+            .map(|((key, limit), top)| {
+                format!(
+                    "limits.{key} = {limit}, the motors reach {} without load",
+                    digits(top)
+                )
+            })
+            .collect())
     }
 
     /// How far from the wheels' middle their pushes pass it, the root of the mean square \[m\].

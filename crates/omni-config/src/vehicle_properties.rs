@@ -131,6 +131,56 @@ impl Vehicle {
         Ok(rows.iter().map(|[ahead, _, _]| ahead.abs()).collect())
     }
 
+    /// The fastest that it goes ahead, aside \[m/s\] and about \[rad/s\]: of its limits and of what its motors turn without load, the least; infinite
+    /// where neither says.
+    ///
+    /// # Errors
+    /// As [`Vehicle::condition_number`].
+    ///
+    /// ```
+    /// let [vx, vy, wz] = omni_config::Vehicle::load("mecanum4")?.top_speeds()?;
+    /// assert_eq!([vx, vy, wz], [1.0, 0.8, 2.0]); // its limits: the motors reach 2.3 m/s
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn top_speeds(&self) -> Result<[f64; 3], Error> {
+        let of_motors = match self.no_load_rad_s() {
+            Some(no_load) => self.speeds_at(no_load)?,
+            None => [f64::INFINITY; 3],
+        };
+        let allowed = self.limits.map_or([f64::INFINITY; 3], |limits| {
+            [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]
+        });
+        Ok([0, 1, 2].map(|axis| of_motors[axis].min(allowed[axis])))
+    }
+
+    /// Friction that accelerating takes of the wheel that has the least of it for its load, per m/s^2 ahead and aside and per rad/s^2 about, each alone
+    /// on flat ground under this gravity: torques in proportion to how fast the wheels turn, as of equal loops.
+    ///
+    /// # Errors
+    /// As [`Vehicle::condition_number`].
+    ///
+    /// ```
+    /// let [ahead, aside, _] = omni_config::Vehicle::load("mecanum4")?.friction_taken(9.81)?;
+    /// // Each of four wheels has a quarter of weight and inertia, and its force is 45 degrees off the way.
+    /// assert!((ahead - 2.0_f64.sqrt() / 9.81).abs() < 1e-6 && (aside - ahead).abs() < 1e-6);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn friction_taken(&self, gravity_m_s2: f64) -> Result<[f64; 3], Error> {
+        let (rows, _) = self.actuators()?;
+        let mass = self.mass_kg();
+        let equal = || vec![mass * gravity_m_s2 / rows.len() as f64; rows.len()];
+        let loads = self.static_loads_n(gravity_m_s2).unwrap_or_else(equal);
+        let inertias = [mass, mass, self.yaw_inertia_kg_m2()];
+        Ok([0, 1, 2].map(|axis| {
+            let squares: f64 = rows.iter().map(|row| row[axis] * row[axis]).sum();
+            let taken = rows.iter().zip(&loads).map(|(row, load)| {
+                let torque = inertias[axis] * row[axis].abs() / squares;
+                torque * row[0].hypot(row[1]) / load
+            });
+            taken.fold(0.0, f64::max)
+        }))
+    }
+
     /// Velocity at which the motor's line reaches no torque \[rad/s\]; none for a constant limit.
     #[must_use]
     pub fn no_load_rad_s(&self) -> Option<f64> {

@@ -16,7 +16,7 @@ use crate::sum::Sum;
 use crate::{BodyTwist, ConfigError, Kinematics, PlanarPose, PoseCovariance, Real, WheelVelocities};
 pub use config::EstimatorConfig;
 pub use input::EstimatorInput;
-use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, VX, VY, X, Y, YAW};
+use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
 
 /// Innovation squared over its variance from which on a slip has changed at once: three standard deviations.
 const SUDDEN: f64 = 9.0;
@@ -30,8 +30,13 @@ const DISAGREEMENT_S: f64 = 0.02;
 const STILL_S: f64 = 0.05;
 /// Redundancy below which the others say too little about a wheel.
 const LEAST_REDUNDANCY: f64 = 0.05;
-/// Standard deviation of a vehicle's velocity that stands \[m/s\].
-const STANDING_M_S: f64 = 1e-3;
+/// Part of the squared disagreement that is noise of the wheel's reading. All of it is in what the slip may be: what lasts is no noise.
+const AS_NOISE: f64 = 0.5;
+/// Most that a slip changes unforeseen in a period, over what the velocity does (variances): so little of such a change is taken for one of the
+/// velocity. More, and every period expects a change that comes in few.
+const RESTLESS: f64 = 400.0;
+/// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
+const STANDING_M_S: f64 = 3e-4;
 
 /// The filter for a vehicle with `N` wheels. Immutable; what changes is in [`EstimatorState`].
 ///
@@ -39,14 +44,15 @@ const STANDING_M_S: f64 = 1e-3;
 /// wheels together, as a twist that they show beyond the vehicle's own. Each period
 ///
 /// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-/// 2. the slip is expected to fade within `slip_s`, and to change by `slip_m_s`, by as much as it is itself in any direction (wheels
-///    that slide hold in none), and by what the wheels disagree. A body innovation beyond three deviations widens it at once, by
-///    its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+/// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+///    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+///    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+///    filtering*, Automatica 5, 1969);
 /// 3. every wheel that is heard is taken in by itself, its noise widened by its own residual (as variance components are estimated
 ///    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form.
 ///
 /// A vehicle that is told to rest and stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-/// is its bias. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+/// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 ///
 /// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that nobody tells, is b t m/s of error while
 /// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -123,8 +129,12 @@ pub struct EstimatorState<R, const N: usize> {
     /// Yaw rate and accelerations, averaged, and the mean square of the wheels.
     quiet: [R; 3],
     turning: R,
+    /// Mean square of the yaw rate about its average \[rad^2/s^2\].
+    restless: R,
     /// For how long all has been quiet \[s\].
     still_s: R,
+    /// The slip that was last held against none is that to the left.
+    sideways: bool,
 }
 
 /// What a step of an [`Estimator`] did.
@@ -297,4 +307,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
 }
 
 #[cfg(test)]
+mod standing_tests;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod transition_tests;

@@ -88,7 +88,7 @@ pub mod parts {
     pub use crate::limits::Steps;
     pub use crate::linkage::Joint;
     pub use crate::motor::TorqueLimits;
-    pub use crate::pid::Discrete;
+    pub use crate::pid::{Discrete, TermBounds};
     pub use crate::trajectory::Phase;
     pub use crate::twist_limits::{Group, Law};
     pub use crate::velocity::VelocityLaw;

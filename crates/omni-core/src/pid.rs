@@ -1,6 +1,7 @@
 //! Eq. (10) and what practice adds to it: one PID loop with the real period fixed at construction.
 
 mod anti_windup;
+mod bounds;
 mod config;
 mod feed_forward;
 mod sample;
@@ -11,6 +12,9 @@ use crate::constants::constant_struct;
 use crate::error::{ConfigError, period, within};
 use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
+pub(crate) use anti_windup::Excess;
+use anti_windup::{reciprocal, taken_back};
+pub use bounds::TermBounds;
 pub use config::{EncoderStep, IntegrationOrder, PidConfig, PidGains};
 pub use feed_forward::{Discrete, FeedForward};
 pub use sample::{LastStep, PidSample, PidState, PidTerms};
@@ -51,6 +55,7 @@ pub struct Pid<R> {
     first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
+    bounds: TermBounds<R>,
     output: TorqueRange<R>,
 }
 
@@ -71,6 +76,7 @@ constant_struct!(Pid<R> {
     first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,
     tracking: R,
+    bounds: TermBounds<R>,
     output: TorqueRange<R>,
 });
 
@@ -123,18 +129,6 @@ impl<R: Real> Pid<R> {
         let common = kp_reference + ki_dt_output;
         let slope = common + kd_per_dt * derivative_weight + feed_forward.gain;
         let first_slope = common + feed_forward.gain * (one - feed_forward.decay);
-        // A slope of next to nothing is none: its reciprocal would be beyond every number.
-        let reciprocal = |slope| if slope > R::of(1e-9) { one / slope } else { zero };
-        // Part of an excess that the integral takes back; 0 where it stops instead. Integral and derivative act one period late:
-        // together they must not take back more than the whole excess, they would swing.
-        let conditioned = |per_slope: R, derivative_slope: R| {
-            let (gain, room) = (ki_dt * per_slope, one - derivative_slope * per_slope);
-            if gain <= R::of(1.001) * room || room >= R::of(0.5) {
-                gain.limited(zero, room)
-            } else {
-                zero
-            }
-        };
         Ok(Self {
             kp,
             kp_reference,
@@ -148,10 +142,11 @@ impl<R: Real> Pid<R> {
             feeds_forward,
             per_slope: reciprocal(slope),
             per_first_slope: reciprocal(first_slope),
-            conditioned_gain: conditioned(reciprocal(slope), kd_per_dt * derivative_weight),
-            first_conditioned_gain: conditioned(reciprocal(first_slope), zero),
+            conditioned_gain: taken_back(ki_dt, reciprocal(slope), kd_per_dt * derivative_weight),
+            first_conditioned_gain: taken_back(ki_dt, reciprocal(first_slope), zero),
             anti_windup: config.anti_windup,
             tracking: config.anti_windup.tracking(dt)?,
+            bounds: TermBounds::new(config.integral_zone_rad_s, config.proportional_limit_n_m)?,
             output,
         })
     }
@@ -175,18 +170,29 @@ impl<R: Real> Pid<R> {
             return self.limited(PidTerms::integral_alone(state.integral_n_m));
         }
         let error = reference_rad_s - measured_rad_s;
-        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, error);
+        let outside_zone = self.bounds.any && self.bounds.is_outside_zone(error);
+        let taken_in = if outside_zone { R::zero() } else { error };
+        if outside_zone {
+            state.integral_n_m = R::zero();
+        }
+        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, taken_in);
         if !terms.sum().is_finite_real() {
             // Only a state set from outside gets here: start afresh.
             *state = PidState::default();
             return self.limited(PidTerms::integral_alone(state.integral_n_m));
         }
         let sample = self.limited(terms);
-        let (excess, started) = (sample.output_n_m - terms.sum(), state.last.is_some());
-        let correction = self.correction(self.anti_windup, error, excess, started);
-        state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * error + correction);
+        let (started, excess_n_m) = (state.last.is_some(), sample.output_n_m - terms.sum());
+        let excess = Excess {
+            excess_n_m,
+            p_n_m: terms.p_n_m,
+            unbounded_p_n_m: self.proportional(reference_rad_s, measured_rad_s),
+        };
+        let (correction, shift) = self.correction(self.anti_windup, taken_in, &excess, started);
+        if !outside_zone {
+            state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * taken_in + correction);
+        }
         if self.remembers {
-            let shift = self.shift(self.anti_windup, excess, started);
             terms.d_n_m += self.derivative_slope(started) * shift;
             state.derivative_n_m = terms.d_n_m;
             state.last = Some(LastStep {
@@ -200,7 +206,8 @@ impl<R: Real> Pid<R> {
     /// Bumpless transfer: sets the integral so that the next step with this reference and measurement yields `output_n_m`.
     ///
     /// Call it while something else drives the actuator (manual control, another loop), or once on a loop with new gains
-    /// with the output of the old one. Without an integral gain there is nothing to set, and the output may jump.
+    /// with the output of the old one. Without an integral gain, or with an error beyond the integral zone, there is nothing to set,
+    /// and the output may jump.
     ///
     /// ```
     /// use omni_core::{Pid, PidConfig, PidGains, PidState};
@@ -221,13 +228,11 @@ impl<R: Real> Pid<R> {
             measured_rad_s,
         });
         state.derivative_n_m = R::zero();
-        if self.ki_dt > R::zero() {
-            let now = self.terms(
-                state,
-                reference_rad_s,
-                measured_rad_s,
-                reference_rad_s - measured_rad_s,
-            );
+        let error = reference_rad_s - measured_rad_s;
+        if self.bounds.is_outside_zone(error) {
+            state.integral_n_m = R::zero();
+        } else if self.ki_dt > R::zero() {
+            let now = self.terms(state, reference_rad_s, measured_rad_s, error);
             state.integral_n_m = self.held(state.integral_n_m + output_n_m - now.sum());
         }
     }
@@ -254,7 +259,7 @@ impl<R: Real> Pid<R> {
             d_n_m = self.derivative(state.derivative_n_m, change);
             ff_n_m = self.feed_forward(reference, last.reference_rad_s);
         }
-        let p_n_m = self.proportional(reference, measured);
+        let p_n_m = self.bounds.proportional(self.proportional(reference, measured));
         PidTerms {
             p_n_m,
             i_n_m: self.integral(state.integral_n_m, taken_in),
@@ -323,60 +328,9 @@ impl<R: Real> Pid<R> {
     }
 
     #[inline]
-    fn per_slope(&self, started: bool) -> R {
-        if started {
-            self.per_slope
-        } else {
-            self.per_first_slope
-        }
-    }
-
-    #[inline]
     pub(crate) fn derivative_slope(&self, started: bool) -> R {
         if started {
             self.kd_per_dt * self.derivative_weight
-        } else {
-            R::zero()
-        }
-    }
-
-    /// Part of an excess that the integral takes back, where that is all there is to do: the law is
-    /// [`AntiWindup::Conditioned`], nothing is remembered, and the integral need not stop instead.
-    #[inline]
-    pub(crate) fn plain_gain(&self, law: AntiWindup<R>) -> Option<R> {
-        let gain = self.first_conditioned_gain;
-        (law == AntiWindup::Conditioned && !self.remembers && gain > R::zero()).then_some(gain)
-    }
-
-    /// What anti-windup adds to the integral \[N.m\] for an `excess` of applied over requested output.
-    pub(crate) fn correction(&self, law: AntiWindup<R>, taken_in: R, excess: R, started: bool) -> R {
-        let zero = R::zero();
-        let conditional = || {
-            if excess * taken_in < zero {
-                -self.ki_dt * taken_in
-            } else {
-                zero
-            }
-        };
-        match law {
-            AntiWindup::None | AntiWindup::Clamp { .. } => zero,
-            AntiWindup::Conditional => conditional(),
-            AntiWindup::BackCalculation { .. } => self.tracking * excess,
-            AntiWindup::Conditioned => {
-                let gain = if started {
-                    self.conditioned_gain
-                } else {
-                    self.first_conditioned_gain
-                };
-                if gain > zero { excess * gain } else { conditional() }
-            }
-        }
-    }
-
-    /// How far the realised reference is from the one asked for \[rad/s\]; 0 but for [`AntiWindup::Conditioned`].
-    pub(crate) fn shift(&self, law: AntiWindup<R>, excess: R, started: bool) -> R {
-        if law == AntiWindup::Conditioned {
-            excess * self.per_slope(started)
         } else {
             R::zero()
         }
@@ -393,6 +347,10 @@ impl<R: Real> Pid<R> {
 
     pub(crate) fn integral_gain_dt(&self) -> R {
         self.ki_dt
+    }
+
+    pub(crate) fn bounds(&self) -> &TermBounds<R> {
+        &self.bounds
     }
 
     pub(crate) fn anti_windup(&self) -> AntiWindup<R> {

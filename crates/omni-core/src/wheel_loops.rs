@@ -1,5 +1,6 @@
 //! The loops of all wheels: N PIDs and what they do together when one of them saturates.
 
+mod bounds;
 mod limit;
 mod overload;
 mod rest;
@@ -13,7 +14,7 @@ use crate::error::ConfigError;
 use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
 use crate::{Pid, Real, WheelVelocities};
-use limit::start_afresh_where_not_finite;
+use limit::{AtLimit, start_afresh_where_not_finite};
 pub use overload::Overload;
 use rest::is_rest;
 pub use rest::{Rest, RestRule};
@@ -277,6 +278,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             }
         }
         self.write_terms(state, &taken_in, out);
+        // Wheels whose integral is set to 0, wheel i is bit i.
+        let mut outside_zone = 0;
+        if self.pid.bounds().any {
+            outside_zone = self.bound(state, &mut taken_in, out);
+        }
         // Wheel i is bit i.
         const { assert!(N <= 32, "at most 32 wheels") };
         let mut beyond = 0_u32;
@@ -309,7 +315,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 start_afresh_where_not_finite(state, &mut taken_in, out);
             }
             let mut correction = [R::zero(); N];
-            let corrected = self.limit(state, beyond, &mut taken_in, out, &mut correction);
+            // Two functions, so that loops without bounds, the usual ones, do not pay for them.
+            let corrected = if self.pid.bounds().any {
+                let at_limit = AtLimit { beyond, outside_zone };
+                self.limit_bounded(state, at_limit, &mut taken_in, out, &mut correction)
+            } else {
+                let at_limit = AtLimit {
+                    beyond,
+                    outside_zone: 0,
+                };
+                self.limit::<false>(state, at_limit, &mut taken_in, out, &mut correction)
+            };
             if let Some(share) = &share
                 && corrected
             {

@@ -25,6 +25,7 @@ mod rotation;
 mod run_log;
 mod size_limits;
 mod track;
+mod tree;
 mod urdf;
 mod writer;
 

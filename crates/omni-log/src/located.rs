@@ -9,24 +9,29 @@ use crate::rotation::{about, rotate};
 use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK};
 
 /// A place \[m\] and a turn in a frame, the turn a unit quaternion x, y, z, w.
-type Located = ([f64; 3], [f64; 4]);
+pub(crate) type Located = ([f64; 3], [f64; 4]);
 
 /// The frame of odometry as the base sees it: from there the base is where odometry has it, as REP 105 asks. Sent as a frame of the base, which
 /// is a frame of the world, so that the base's own place stays what the simulation has, in every bit.
-pub(crate) fn odometry_from_base(seen: &Observation) -> Located {
-    let (at, [x, y, z, w]) = by_odometry(seen);
+pub(crate) fn odometry_from_base((at, [x, y, z, w]): Located) -> Located {
     let back = [-x, -y, -z, w];
     (rotate(back, at.map(|place| -place)), back)
 }
 
 /// The base by odometry: on the plane.
-fn by_odometry(seen: &Observation) -> Located {
+pub(crate) fn by_odometry(seen: &Observation) -> Located {
     let pose = &seen.odometry.pose;
     ([pose.x_m, pose.y_m, 0.0], about([0.0, 0.0, 1.0], pose.yaw_rad))
 }
 
 /// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a variance that outweighs none of another sensor.
 const UNKNOWN: f64 = 1e6;
+
+/// Covariance of a pose or twist of which nobody said how sure it is. A 0 would say that it is exact, and a message of odometry has no other word for it:
+/// the first element -1 is one of `sensor_msgs` alone.
+pub(crate) fn unknown_covariance() -> [[f64; 6]; 6] {
+    std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }))
+}
 
 /// Covariance of a pose of which x, y and yaw are known as they are here.
 fn planar_covariance(known: &[[f64; 3]; 3]) -> [[f64; 6]; 6] {
@@ -129,7 +134,7 @@ mod tests {
     #[test]
     fn from_the_frame_of_odometry_the_base_is_where_odometry_has_it() {
         let seen = seen();
-        let (origin, turn) = odometry_from_base(&seen);
+        let (origin, turn) = odometry_from_base(by_odometry(&seen));
         let message = odometry(&seen);
         let (at, heading) = (message.pose.pose.position, message.pose.pose.orientation);
         // The base's pose there takes that frame's origin, as the base sees it, to the origin.

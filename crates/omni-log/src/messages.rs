@@ -12,7 +12,7 @@
 //! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N |
 //! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
 
-use omni_config::{Scenario, WheelSpec};
+use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
@@ -20,13 +20,10 @@ use omni_sim::observation::Observation;
 use crate::located;
 use crate::ros2::{
     ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
-    StringMessage, TfMessage, Transform, TransformStamped, Twist, TwistStamped, Vector3, VehicleState,
-    WheelState,
+    StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
 };
-use crate::rotation::about;
-use crate::urdf::{
-    BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link,
-};
+use crate::tree::{Placement, transforms};
+use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, vehicle_urdf, wheel_link};
 
 /// Topics, by what they carry.
 pub mod topic {
@@ -247,50 +244,15 @@ impl Messages {
         }
     }
 
-    /// World to base, base to odometry's frame, parent to child of every hinge, carrier to every wheel.
+    /// The frames that observation and wheels amount to.
     fn transforms(&self, seen: &Observation) -> TfMessage {
-        let vehicle = self.scenario.vehicle();
-        let between = |parent: &str, child: &str, at: [f64; 3], turn: [f64; 4]| TransformStamped {
-            header: Header::new(seen.time_ns, parent),
-            child_frame_id: child.to_owned(),
-            transform: Transform {
-                translation: vector(at),
-                rotation: quaternion(turn),
-            },
+        let placement = Placement {
+            base: (seen.pose.position_m, seen.pose.rotation_xyzw),
+            odometry: located::by_odometry(seen),
+            hinges_rad: &mut seen.hinges.iter().map(|hinge| hinge.angle_rad),
+            wheels_rad: &self.wheel_angles,
         };
-        // A link's frame is at the joint that carries it.
-        let from = |body: &str, point: [f64; 3]| {
-            let origin = link_frame_m(vehicle, body);
-            [0, 1, 2].map(|k| point[k] - origin[k])
-        };
-        let (reckoned, turn) = located::odometry_from_base(seen);
-        let mut transforms = vec![
-            between(
-                WORLD_LINK,
-                BASE_LINK,
-                seen.pose.position_m,
-                seen.pose.rotation_xyzw,
-            ),
-            between(BASE_LINK, ODOM_LINK, reckoned, turn),
-        ];
-        for (hinge, o) in vehicle.hinge.iter().zip(&seen.hinges) {
-            transforms.push(between(
-                link_name(vehicle, &hinge.parent),
-                link_name(vehicle, &hinge.child),
-                from(&hinge.parent, hinge.anchor_m),
-                about(hinge.axis, o.angle_rad),
-            ));
-        }
-        for (wheel, angle) in vehicle.wheel.iter().zip(&self.wheel_angles) {
-            let [x, y] = wheel.position_m;
-            transforms.push(between(
-                link_name(vehicle, &wheel.body),
-                &wheel_link(&wheel.name),
-                from(&wheel.body, [x, y, wheel.radius_m]),
-                about(axle(wheel), angle * wheel.gear),
-            ));
-        }
-        TfMessage { transforms }
+        transforms(self.scenario.vehicle(), seen.time_ns, placement)
     }
 
     fn joints(&self, sample: &ControlSample, seen: &Observation) -> JointState {
@@ -323,12 +285,6 @@ impl Messages {
         }
         joints
     }
-}
-
-/// The axle, to the left of the rolling direction.
-fn axle(wheel: &WheelSpec) -> [f64; 3] {
-    let [dx, dy] = wheel.rolling_direction;
-    [-dy, dx, 0.0]
 }
 
 /// An arrow from where the ground pushes each wheel, along the whole force; none in the air.

@@ -6,14 +6,16 @@ use std::path::Path;
 use omni_config::{Scenario, shortened};
 use omni_core::BodyTwist;
 
+use crate::located::{Located, unknown_covariance};
 use crate::logged_run::check_names;
-use crate::messages::{Pace, Sink, twist};
+use crate::messages::{Pace, Sink, quaternion, twist};
 use crate::ros2::{
-    ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, Quaternion,
-    StringMessage, TwistStamped, TwistWithCovariance, VehicleState, WheelState,
+    ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, StringMessage,
+    TwistStamped, TwistWithCovariance, VehicleState, WheelState,
 };
 use crate::run_log::{MAP, RECORDED, RUN, SCENARIO};
-use crate::urdf::{BASE_LINK, WORLD_LINK, vehicle_urdf, wheel_link};
+use crate::tree::{Placement, transforms};
+use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, vehicle_urdf, wheel_link};
 use crate::{Error, FinishedLog, LogError, LogWriter, topic};
 
 /// Columns of the whole vehicle that `/vehicle_state` has a place for.
@@ -34,6 +36,8 @@ const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
 const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
 /// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
 const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
+/// The sensed angle of a hinge \[rad\], in front of its name.
+const HINGE: &str = "sensed_angle_rad_";
 
 /// What was measured on a vehicle in every control period, by the names that columns of a [`Trace`](omni_sim::Trace) have.
 #[derive(Clone, Debug)]
@@ -60,8 +64,9 @@ impl Recording {
         }
     }
 
-    /// Writes it as a log: the messages of a run, without those that nobody measured (`/tf`, `/markers`, `/terrain`), and without an
-    /// outcome. `scenario` says vehicle and control period, and what a simulation would be told. Row k ends at (k + 1) periods.
+    /// Writes it as a log: the messages of a run, without the forces that nobody measured (`/markers`), and without an outcome.
+    /// `/tf` has the base where somebody saw it, else where odometry had it, and no message where neither is known;
+    /// hinges that nobody measured are shown straight. `scenario` says vehicle, ground and control period, and what a simulation would be told. Row k ends at (k + 1) periods.
     ///
     /// ```
     /// use std::collections::BTreeMap;
@@ -105,6 +110,8 @@ impl Recording {
         log.attachment(MAP, "application/toml", self.map.as_bytes())?;
         let data = vehicle_urdf(scenario.vehicle());
         log.send(topic::ROBOT_DESCRIPTION, 0, &StringMessage { data })?;
+        let data = ground_urdf(scenario);
+        log.send(topic::TERRAIN, 0, &StringMessage { data })?;
         columns.write(&mut log, scenario)?;
         Ok(log.finish()?)
     }
@@ -117,8 +124,12 @@ struct Columns<'a> {
     /// Of each wheel in the vehicle's order.
     wheels: Vec<[Option<&'a [f64]>; WHEEL.len()]>,
     truth: [Option<&'a [f64]>; TRUTH.len()],
+    /// Somebody saw the vehicle from outside at some time.
+    somebody_saw: bool,
     attitude: [Option<&'a [f64]>; ATTITUDE.len()],
     odometry: [Option<&'a [f64]>; ODOMETRY.len()],
+    /// Of each hinge in the vehicle's order.
+    hinges: Vec<Option<&'a [f64]>>,
     own: Vec<(String, &'a [f64])>,
 }
 
@@ -153,16 +164,30 @@ impl<'a> Columns<'a> {
                 .map(|wheel| WHEEL.map(|signal| of(&of_wheel(&wheel.name, signal))))
                 .collect(),
             truth: TRUTH.map(of),
+            somebody_saw: of(TRUTH[0]).is_some_and(|column| column.iter().any(|x| x.is_finite())),
             attitude: ATTITUDE.map(of),
             odometry: ODOMETRY.map(of),
+            hinges: scenario
+                .vehicle()
+                .hinge
+                .iter()
+                .map(|hinge| of(&format!("{HINGE}{}", hinge.name)))
+                .collect(),
             own,
         })
     }
 
     fn write(&self, log: &mut LogWriter, scenario: &Scenario) -> Result<(), LogError> {
         let rates = &scenario.log;
-        let mut paces = [rates.joint_states_hz, rates.odom_hz, rates.cmd_vel_hz].map(Pace::hz);
+        let mut paces = [
+            rates.joint_states_hz,
+            rates.odom_hz,
+            rates.cmd_vel_hz,
+            rates.tf_hz,
+        ]
+        .map(Pace::hz);
         let mut angles_rad = vec![0.0; self.wheels.len()];
+        let mut hinges_rad = vec![0.0; self.hinges.len()];
         for row in 0..self.rows {
             let time = (row as u64 + 1) * scenario.control.period_us * 1000;
             let state = self.vehicle_state(row, time, scenario);
@@ -172,11 +197,28 @@ impl<'a> Columns<'a> {
                     *angle += wheel.measured_rad_s * scenario.period_s();
                 }
             }
+            for (angle, column) in hinges_rad.iter_mut().zip(&self.hinges) {
+                let sensed = at(*column, row);
+                if sensed.is_finite() {
+                    *angle = sensed;
+                }
+            }
             log.send(topic::VEHICLE_STATE, time, &state)?;
             if !self.own.is_empty() {
                 log.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(row, time))?;
             }
-            let [joints, odometry, command] = &mut paces;
+            let [joints, odometry, command, frames] = &mut paces;
+            if let Some((base, odometry)) = self.base(row)
+                && frames.due(time)
+            {
+                let placement = Placement {
+                    base,
+                    odometry,
+                    hinges_rad: &mut hinges_rad.iter().copied(),
+                    wheels_rad: &angles_rad,
+                };
+                log.send(topic::TF, time, &transforms(scenario.vehicle(), time, placement))?;
+            }
             if joints.due(time) {
                 log.send(
                     topic::JOINT_STATES,
@@ -185,11 +227,11 @@ impl<'a> Columns<'a> {
                 )?;
             }
             if odometry.due(time) {
-                if let Some(odometry) = self.odometry(row, time) {
-                    log.send(topic::ODOM, time, &odometry)?;
+                if let Some(reckoned) = self.reckoned(row) {
+                    log.send(topic::ODOM, time, &placed(time, ODOM_LINK, reckoned))?;
                 }
-                if let Some(truth) = self.truth(row, time) {
-                    log.send(topic::GROUND_TRUTH, time, &truth)?;
+                if let Some(seen) = self.seen(row) {
+                    log.send(topic::GROUND_TRUTH, time, &placed(time, WORLD_LINK, seen))?;
                 }
             }
             let asked = state.asked_twist;
@@ -247,20 +289,28 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// None where nobody knows.
-    fn truth(&self, row: usize, time: u64) -> Option<Odometry> {
+    /// The base in the world and by odometry: the one for the other where only one of them is known, none where neither is.
+    fn base(&self, row: usize) -> Option<(Located, Located)> {
+        let (seen, reckoned) = (self.seen(row), self.reckoned(row));
+        // Where somebody saw the vehicle from outside, what odometry says meanwhile is in a frame of its own.
+        let base = seen.or(if self.somebody_saw { None } else { reckoned })?;
+        Some((base, reckoned.unwrap_or(base)))
+    }
+
+    /// As somebody saw it from outside; none where nobody knows.
+    fn seen(&self, row: usize) -> Option<Located> {
         let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
         let [x, y] = known([x, y])?;
         // A pose in the plane has neither height nor tilt.
         let z = if z.is_finite() { z } else { 0.0 };
         let attitude = known(self.attitude.map(|column| at(column, row)));
         let turn = attitude.or_else(|| known([yaw]).map(|[yaw]| about_z(yaw)))?;
-        Some(placed(time, WORLD_LINK, [x, y, z], turn))
+        Some(([x, y, z], turn))
     }
 
-    fn odometry(&self, row: usize, time: u64) -> Option<Odometry> {
+    fn reckoned(&self, row: usize) -> Option<Located> {
         let [x, y, yaw] = known(self.odometry.map(|column| at(column, row)))?;
-        Some(placed(time, "odom", [x, y, 0.0], about_z(yaw)))
+        Some(([x, y, 0.0], about_z(yaw)))
     }
 }
 
@@ -280,13 +330,8 @@ fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
 }
 
 /// A pose whose twist nobody measured.
-fn placed(time: u64, frame: &str, [x, y, z]: [f64; 3], [qx, qy, qz, qw]: [f64; 4]) -> Odometry {
-    let orientation = Quaternion {
-        x: qx,
-        y: qy,
-        z: qz,
-        w: qw,
-    };
+fn placed(time: u64, frame: &str, ([x, y, z], turn): Located) -> Odometry {
+    let orientation = quaternion(turn);
     let unknown = BodyTwist::from_array([f64::NAN; 3]);
     Odometry {
         header: Header::new(time, frame),
@@ -296,11 +341,11 @@ fn placed(time: u64, frame: &str, [x, y, z]: [f64; 3], [qx, qy, qz, qw]: [f64; 4
                 position: Point { x, y, z },
                 orientation,
             },
-            covariance: [[0.0; 6]; 6],
+            covariance: unknown_covariance(),
         },
         twist: TwistWithCovariance {
             twist: twist(&unknown),
-            covariance: [[0.0; 6]; 6],
+            covariance: unknown_covariance(),
         },
     }
 }

@@ -48,8 +48,68 @@ fn what_is_known_comes_back_in_every_bit_and_the_rest_is_not_a_number() {
     let counts = &logged.file.counts;
     assert_eq!((counts["/joint_states"], counts["/ground_truth/odom"]), (11, 6));
     assert!(!counts.contains_key("/odom") && !counts.contains_key("/cmd_vel"));
+    // Frames are where somebody saw the vehicle: not in the second half.
+    assert_eq!((counts["/tf"], logged.frame_time_s.len()), (6, 6));
     assert!(logged.file.complete && logged.file.recorded && !logged.file.own_controller);
     assert_eq!(logged.file.run["policy"], "recorded");
+}
+
+#[test]
+fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinges_turn_as_sensed() {
+    let [x, y, yaw] = ODOMETRY;
+    let mut columns = vec![
+        (x, column(|k| 0.001 * k as f64)),
+        (y, column(|_| 0.5)),
+        (yaw, column(|k| if k < 150 { 0.3 } else { f64::NAN })),
+        (
+            "sensed_angle_rad_pitch",
+            column(|k| if k < 100 { 0.2 } else { f64::NAN }),
+        ),
+    ];
+    let (_folder, path, done) = written(&columns);
+    done.expect("writable");
+    let logged = LoggedRun::read(&path).expect("a log");
+    // 50 Hz: at 1 ms, then every 20 ms until 150 ms; then the heading is not known.
+    assert_eq!(logged.frame_time_s.len(), 8);
+    let base = &logged.frames[BASE_LINK];
+    for (time_s, pose) in logged.frame_time_s.iter().zip(base) {
+        let row = (time_s * 1000.0).round() - 1.0;
+        assert_eq!(pose[..3], [0.001 * row, 0.5, 0.0]);
+        assert_eq!(pose[3..], about_z(0.3));
+    }
+    // The world is odometry's then.
+    for pose in &logged.frames[ODOM_LINK] {
+        assert!(pose[..3].iter().all(|place| place.abs() < 1e-15), "{pose:?}");
+    }
+    // The front frame: turned by the sensed angle, and by the last one where nobody sensed it. It stays where the hinge is.
+    let front = &logged.frames["front"];
+    let turned = |pose: &[f64; 7]| {
+        2.0 * libm::acos(
+            pose[3] * base[0][3] + pose[4] * base[0][4] + pose[5] * base[0][5] + pose[6] * base[0][6],
+        )
+    };
+    for pose in front {
+        assert!((turned(pose) - 0.2).abs() < 1e-7, "{pose:?}");
+    }
+    // With a truth that is known for a while only, odometry says nothing of the world.
+    columns.extend(TRUTH.map(|name| (name, column(|k| if k < 50 { 0.0 } else { f64::NAN }))));
+    let (_folder, path, done) = written(&columns);
+    done.expect("writable");
+    assert_eq!(LoggedRun::read(&path).expect("a log").frame_time_s.len(), 3);
+}
+
+#[test]
+fn of_a_pose_nobody_said_how_sure_it_is_and_the_message_says_so() {
+    let mut columns = ODOMETRY.map(|name| (name, column(|k| 0.01 * k as f64))).to_vec();
+    columns.extend(TRUTH.map(|name| (name, column(|k| 0.01 * k as f64))));
+    let (_folder, path, done) = written(&columns);
+    done.expect("writable");
+    let logged = LoggedRun::read(&path).expect("a log");
+    for track in [&logged.odometry, &logged.ground_truth] {
+        assert!(track.variances.len() == 11, "{}", track.variances.len());
+        // Variances of x, of y and of the yaw, and what x and y have in common: large and finite, a matrix that filters can invert.
+        assert!(track.variances.iter().all(|v| *v == [1e6, 0.0, 1e6, 1e6]));
+    }
 }
 
 #[test]

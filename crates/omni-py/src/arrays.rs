@@ -267,7 +267,11 @@ fn shapes(columns: usize) -> String {
 }
 
 /// `value` itself where it is an array of float64 in the order of C, else a copy that is.
-fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>, allowed: &str) -> PyResult<Array<'py, f64>> {
+pub(crate) fn as_array<'py>(
+    name: &str,
+    value: &Bound<'py, PyAny>,
+    allowed: &str,
+) -> PyResult<Array<'py, f64>> {
     let usable = |array: &Array<'py, f64>| {
         array.is_c_contiguous() && array.try_readonly().is_ok_and(|a| a.as_slice().is_ok())
     };

@@ -25,6 +25,11 @@ use crate::kinematics::Kinematics;
 ///     bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
 ///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
 ///     slip_s: time in which a slip comes and goes [s]; 0.3.
+///     still_wheel_rad_s: a vehicle told to rest stands where its wheels turn by no more, beyond noise, on average
+///         over 50 ms [rad/s], 0 to 1000; 0.05.
+///     still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
+///         the bias as it is known [rad/s], 0 to 1000; 0.05.
+///     still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
 ///
 /// Raises:
 ///     ConfigError: a value is out of range.
@@ -58,7 +63,8 @@ fn each(name: &str, found: usize, rows: usize) -> PyResult<()> {
 impl Estimator {
     #[new]
     #[pyo3(signature = (*, kinematics, period_s, wheel_rad_s = None, gyro_rad_s = None, accelerometer_m_s2 = None,
-        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, slip_m_s = None, slip_s = None))]
+        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, slip_m_s = None, slip_s = None,
+        still_wheel_rad_s = None, still_gyro_rad_s = None, still_m_s2 = None))]
     #[expect(clippy::too_many_arguments, reason = "keywords, each with a name")]
     fn new(
         kinematics: &Bound<'_, Kinematics>,
@@ -71,6 +77,9 @@ impl Estimator {
         bias_walk_rad_s_per_sqrt_s: Option<f64>,
         slip_m_s: Option<f64>,
         slip_s: Option<f64>,
+        still_wheel_rad_s: Option<f64>,
+        still_gyro_rad_s: Option<f64>,
+        still_m_s2: Option<f64>,
     ) -> PyResult<Self> {
         let mut config = EstimatorConfig::new(period_s);
         for (to, given) in [
@@ -82,6 +91,9 @@ impl Estimator {
             (&mut config.bias_walk_rad_s_per_sqrt_s, bias_walk_rad_s_per_sqrt_s),
             (&mut config.slip_m_s, slip_m_s),
             (&mut config.slip_s, slip_s),
+            (&mut config.still_wheel_rad_s, still_wheel_rad_s),
+            (&mut config.still_gyro_rad_s, still_gyro_rad_s),
+            (&mut config.still_m_s2, still_m_s2),
         ] {
             *to = given.unwrap_or(*to);
         }

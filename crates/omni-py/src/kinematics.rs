@@ -11,6 +11,7 @@ use crate::error::refused;
 use crate::estimate::Estimate;
 use crate::layout::Layout;
 use crate::maps::{Maps, Reduced, named, weighted};
+use crate::plan::{Limits, Plan};
 use crate::track::Track;
 use crate::values::{Pickled, rebuilt};
 use crate::wheel_count;
@@ -58,6 +59,10 @@ impl Kinematics {
 
     pub(crate) fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>> {
         self.maps.estimate(config)
+    }
+
+    pub(crate) fn planner(&self, limits: &Limits) -> PyResult<Box<dyn Plan>> {
+        self.maps.planner(limits)
     }
 }
 

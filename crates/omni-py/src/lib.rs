@@ -6,9 +6,12 @@ mod arrow;
 mod bound;
 mod cli;
 mod controller;
+mod elements;
+mod encoder;
 mod error;
 mod estimate;
 mod estimator;
+mod follower;
 mod interruptible;
 mod kinematics;
 mod layout;
@@ -17,9 +20,11 @@ mod log;
 mod maps;
 mod metrics;
 mod motion;
+mod motor;
 mod odometry;
 mod outcome;
 mod pid;
+mod plan;
 mod policy;
 mod policy_observation;
 mod run;
@@ -31,8 +36,10 @@ mod study;
 mod torques;
 mod trace;
 mod track;
+mod trajectory;
 mod values;
 mod vehicle;
+mod waypoint;
 mod wheel_count;
 mod wheel_rows;
 mod wheels;
@@ -47,9 +54,13 @@ mod _omnistep {
     #[pymodule_export]
     use crate::controller::{ControlSample, Controller};
     #[pymodule_export]
+    use crate::encoder::{EncoderCounter, VelocityEstimator};
+    #[pymodule_export]
     use crate::error::shortened;
     #[pymodule_export]
     use crate::estimator::Estimator;
+    #[pymodule_export]
+    use crate::follower::{Follow, HolonomicFollower};
     #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
     #[pymodule_export]
@@ -62,6 +73,8 @@ mod _omnistep {
     use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_spread};
     #[pymodule_export]
     use crate::motion::{at_point, discretize, from_point, moved_by, to_body, to_world};
+    #[pymodule_export]
+    use crate::motor::{DcMotor, MotorDuty, torque_duty};
     #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
@@ -89,7 +102,11 @@ mod _omnistep {
     #[pymodule_export]
     use crate::trace::Trace;
     #[pymodule_export]
+    use crate::trajectory::{Trajectory, TrajectoryPlanner, TrajectorySample};
+    #[pymodule_export]
     use crate::vehicle::Vehicle;
+    #[pymodule_export]
+    use crate::waypoint::Waypoint;
     #[pymodule_export]
     use crate::wheels::{WheelsTrace, wheels};
 

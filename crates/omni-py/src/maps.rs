@@ -7,6 +7,7 @@ use crate::arrays::sized;
 use crate::error::of_core;
 use crate::estimate::{Estimate, estimate};
 use crate::layout::Layout;
+use crate::plan::{Limits, Plan, planner};
 use crate::track::{Track, track};
 
 /// The maps of any wheel count: rows of 3 or N numbers in, rows out.
@@ -22,6 +23,8 @@ pub(crate) trait Maps: Send + Sync {
     fn track(&self, period_s: f64) -> PyResult<Box<dyn Track>>;
     /// An estimator that starts at the origin.
     fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>>;
+    /// A planner of paths.
+    fn planner(&self, limits: &Limits) -> PyResult<Box<dyn Plan>>;
 }
 
 /// Columns of [`Desaturated`], row after row.
@@ -106,6 +109,10 @@ impl<const N: usize> Maps for omni_core::Kinematics<f64, N> {
 
     fn estimate(&self, config: EstimatorConfig<f64>) -> PyResult<Box<dyn Estimate>> {
         estimate(self, config)
+    }
+
+    fn planner(&self, limits: &Limits) -> PyResult<Box<dyn Plan>> {
+        planner(self, limits)
     }
 }
 

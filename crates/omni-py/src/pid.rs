@@ -29,6 +29,9 @@ use crate::error::{of_core, refused};
 ///         ``back_calculation`` takes ``tracking_time_s``.
 ///     integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
 ///     tracking_time_s: time constant [s], the period to 1e6.
+///     integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
+///         ones (WPILib's ``IZone``).
+///     proportional_limit_n_m: largest proportional term [N.m], 0 or more.
 ///     output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
 ///
 /// Raises:
@@ -65,6 +68,7 @@ impl Pid {
         derivative_weight = 1.0, derivative_filter_s = 0.0, static_friction_n_m = 0.0,
         viscous_friction_n_m_s_rad = 0.0, inertia_n_m_s2_rad = 0.0, order = "before_output",
         anti_windup = "conditioned", integral_limit_n_m = None, tracking_time_s = None,
+        integral_zone_rad_s = f64::INFINITY, proportional_limit_n_m = f64::INFINITY,
         output_n_m = (f64::NEG_INFINITY, f64::INFINITY)
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python constructor")]
@@ -83,6 +87,8 @@ impl Pid {
         anti_windup: &str,
         integral_limit_n_m: Option<f64>,
         tracking_time_s: Option<f64>,
+        integral_zone_rad_s: f64,
+        proportional_limit_n_m: f64,
         output_n_m: (f64, f64),
     ) -> PyResult<Self> {
         let order = choice(
@@ -138,6 +144,8 @@ impl Pid {
         };
         config.order = order;
         config.anti_windup = chosen;
+        config.integral_zone_rad_s = integral_zone_rad_s;
+        config.proportional_limit_n_m = proportional_limit_n_m;
         config.output = TorqueRange {
             lower_n_m: output_n_m.0,
             upper_n_m: output_n_m.1,
@@ -211,7 +219,8 @@ impl Pid {
 
     /// Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
     ///
-    /// Without an integral gain there is nothing to set, and the output may jump.
+    /// Without an integral gain, or with an error beyond the integral zone, there is nothing to set, and the output may
+    /// jump.
     ///
     /// Raises:
     ///     ConfigError: a number is not finite.

@@ -21,7 +21,7 @@ use crate::scenario::{Scenario, ScenarioArg, load};
 const ALLOWED: &str = "a name, an object with reset(info) and step(observation), or a function";
 
 /// Keys that say what a coordination policy is: without effect on a controller of one's own.
-const OF_A_LAW: [&str; 8] = [
+const OF_A_LAW: [&str; 10] = [
     "control.policy",
     "control.saturation",
     "control.floor",
@@ -29,6 +29,8 @@ const OF_A_LAW: [&str; 8] = [
     "control.anti_windup",
     "control.integral_limit_n_m",
     "control.tracking_time_s",
+    "control.integral_zone_rad_s",
+    "control.proportional_limit_n_m",
     "control.tries",
 ];
 

@@ -11,6 +11,8 @@ use pyo3::types::{PyBool, PyMapping, PyTuple};
 use toml::{Table, Value};
 
 use crate::error::{exception, refused};
+use crate::follower::HolonomicFollower;
+use crate::trajectory::Trajectory;
 use crate::values::{self, Pickled};
 use crate::vehicle::{Vehicle, VehicleArg};
 
@@ -317,6 +319,20 @@ impl Scenario {
     #[getter]
     fn duration_s(&self) -> f64 {
         self.inner.duration_s
+    }
+
+    /// The path of its command, planned for its vehicle from where that starts; None of a command without a path.
+    #[getter]
+    fn trajectory(&self) -> PyResult<Option<Trajectory>> {
+        let path = self.inner.planned_path().map_err(exception)?;
+        Ok(path.as_ref().map(Trajectory::of))
+    }
+
+    /// Who follows that path, with the gains of the file; None of a command without a path.
+    #[getter]
+    fn follower(&self) -> PyResult<Option<HolonomicFollower>> {
+        let path = self.inner.planned_path().map_err(exception)?;
+        Ok(path.map(|path| HolonomicFollower::of(path.follower)))
     }
 
     /// The vehicle; gains that its file leaves out are derived here.

@@ -16,6 +16,9 @@ const WHEELS: usize = 8;
 /// encoder are then no noise of their own, and it costs next to nothing.
 const WINDOW_S: f64 = 0.01;
 
+/// Speeds along \[m/s\] and about \[rad/s\] where nobody says how fast the vehicle goes: the most that a file may have.
+const FASTEST: f64 = 100.0;
+
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
 type ByTwists = Odometry<f64, 1>;
 
@@ -65,6 +68,9 @@ pub(crate) struct State {
     from: PlanarPose<f64>,
     /// Wheels that have no say.
     left_out: [bool; WHEELS],
+    /// How far it may have come along \[m\] and about \[rad\] since too few wheels tell the motion, and how fast it was or may be.
+    lost: [f64; 2],
+    lost_at: [f64; 2],
 }
 
 /// Where the pose of a drive and the wheels that it leaves out are among the controller's own signals.
@@ -79,6 +85,10 @@ pub(crate) struct Odometer {
     vehicle: Vehicle,
     odometry: ByTwists,
     growth: CovarianceGrowth<f64>,
+    /// Takes each residual as the deviation that it is.
+    astray: CovarianceGrowth<f64>,
+    /// The fastest that the vehicle goes along \[m/s\] and about \[rad/s\].
+    top: [f64; 2],
     period_s: f64,
     /// Periods after which the covariance grows.
     window: u32,
@@ -151,6 +161,11 @@ impl Odometer {
             wheel_rad_per_sqrt_rad,
             residual_gain,
         });
+        let astray = CovarianceGrowth::new(OdometryNoise {
+            wheel_rad_per_sqrt_rad: 0.0,
+            residual_gain: 1.0,
+        });
+        let [ahead, aside, about] = scenario.vehicle().top_speeds()?;
         let period_s = scenario.period_s();
         let own = controller.signal_names();
         let place = |signal: &str| own.iter().position(|name| name == signal);
@@ -168,6 +183,8 @@ impl Odometer {
             vehicle: scenario.vehicle().clone(),
             odometry: Odometry::new(period_s).map_err(refuse)?,
             growth: growth.map_err(refuse)?,
+            astray: astray.map_err(refuse)?,
+            top: [ahead.max(aside), about].map(|speed| speed.min(FASTEST)),
             period_s,
             window: (WINDOW_S / period_s).round().max(1.0) as u32,
             start,
@@ -180,6 +197,8 @@ impl Odometer {
                 turned: [0.0; WHEELS],
                 periods: 0,
                 left_out,
+                lost: [0.0; 2],
+                lost_at: [0.0; 2],
             },
         })
     }
@@ -223,9 +242,12 @@ impl Odometer {
             // The layout was good when all wheels had a say.
             self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
             self.state.left_out = left_out;
+            if self.maps.is_some() {
+                self.state.lost = [0.0; 2];
+            }
         }
         let Some(maps) = &self.maps else {
-            self.state.twist = BodyTwist::ZERO;
+            self.stray();
             return;
         };
         self.state.twist = BodyTwist::from_array(maps.moved_by(&read));
@@ -238,6 +260,36 @@ impl Odometer {
         if self.state.periods >= self.window {
             self.grow();
         }
+    }
+
+    /// Nobody tells the motion for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
+    /// every axis, in proportion to the time, because one way lasts. About it is half a turn at most.
+    fn stray(&mut self) {
+        const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let state = &mut self.state;
+        if state.lost == [0.0; 2] {
+            let BodyTwist {
+                vx_m_s,
+                vy_m_s,
+                wz_rad_s,
+            } = state.twist;
+            let had = [vx_m_s.hypot(vy_m_s), wz_rad_s.abs()];
+            state.lost_at = [0, 1].map(|axis| self.top[axis].max(had[axis]));
+        }
+        state.twist = BodyTwist::ZERO;
+        let [way, turn] = [0, 1].map(|axis| state.lost[axis] + state.lost_at[axis] * self.period_s);
+        let further = [way, turn.min(std::f64::consts::PI)];
+        // The deviations grow in a straight line: so much is new of their squares.
+        let [way, turn] =
+            [0, 1].map(|axis| (further[axis].powi(2) - state.lost[axis].powi(2)).max(0.0).sqrt());
+        state.lost = further;
+        self.astray.step_by(
+            &mut state.covariance,
+            &PlanarPose::origin(),
+            &AXES,
+            &[0.0; 3].into(),
+            &[way, way, turn].into(),
+        );
     }
 
     /// Takes what was turned since the last time into the covariance.

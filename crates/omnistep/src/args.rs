@@ -159,7 +159,7 @@ pub(crate) enum Command {
         strict: bool,
     },
     /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml. A manoeuvre is a scenario whose log
-    /// `omnistep identify` makes the most of.
+    /// `omnistep identify` makes the most of; a map says which columns of a real log are which signals, for `omnistep import`.
     New {
         /// What the file describes.
         kind: NewKind,
@@ -168,7 +168,7 @@ pub(crate) enum Command {
         /// The built-in one to start from; chugo7, step or climb_map if left out.
         #[arg(long)]
         like: Option<String>,
-        /// Of a manoeuvre: a built-in vehicle or a .toml file that shall drive it; chugo7 if left out.
+        /// Of a manoeuvre or a map: a built-in vehicle or a .toml file; chugo7 if left out.
         #[arg(long, conflicts_with = "like")]
         vehicle: Option<String>,
     },
@@ -205,6 +205,7 @@ pub(crate) enum NewKind {
     Scenario,
     Study,
     Manoeuvre,
+    Map,
 }
 
 /// Where the controller of a run is.

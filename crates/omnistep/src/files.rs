@@ -8,8 +8,8 @@ use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
-use crate::manoeuvre;
 use crate::output::print;
+use crate::{log_map, manoeuvre};
 
 /// Prints the JSON Schema of a kind of file.
 #[cfg(feature = "schema")]
@@ -41,19 +41,38 @@ pub(super) fn new(
     vehicle: Option<&str>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
-    if let (Some(vehicle), false) = (vehicle, matches!(kind, NewKind::Manoeuvre)) {
+    let of_a_vehicle = matches!(kind, NewKind::Manoeuvre | NewKind::Map);
+    if let (Some(vehicle), false) = (vehicle, of_a_vehicle) {
         return Err(Error::Argument {
             name: "--vehicle",
             value: vehicle.to_owned(),
-            allowed: "only with new manoeuvre",
+            allowed: "only with new manoeuvre and new map",
         });
+    }
+    if let (Some(like), true) = (like, of_a_vehicle) {
+        return Err(Error::Argument {
+            name: "--like",
+            value: like.to_owned(),
+            allowed: "only with new vehicle, new scenario and new study; --vehicle says whose it is",
+        });
+    }
+    if let NewKind::Map = kind {
+        // A map has no name in it; it is what a scenario's may be.
+        let named = FileKind::Scenario.template("flat")?;
+        let named = named.replacen("name = \"flat\"", &format!("name = \"{name}\""), 1);
+        Scenario::from_source(&Source::text(format!("new {name}"), named), &[])?;
+        let vehicle = vehicle.unwrap_or("chugo7");
+        let path = written(name, &log_map::text(vehicle)?)?;
+        let hint =
+            format!("write the names of your log's columns into it, then: omnistep import LOG --map {path}");
+        return print(out, &format!("{path}: a map for {vehicle}; {hint}\n"));
     }
     let kind_of_new = kind;
     let (kind, like) = match kind {
         NewKind::Vehicle => (FileKind::Vehicle, like.unwrap_or("chugo7")),
         NewKind::Scenario => (FileKind::Scenario, like.unwrap_or("step")),
         NewKind::Study => (FileKind::Study, like.unwrap_or("climb_map")),
-        NewKind::Manoeuvre => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
+        NewKind::Manoeuvre | NewKind::Map => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
     };
     let text = match kind_of_new {
         NewKind::Manoeuvre => manoeuvre::text(name, like)?,
@@ -77,10 +96,19 @@ pub(super) fn new(
             format!("omnistep run {name}.toml")
         }
     };
-    let path = PathBuf::from(format!("{name}.toml"));
-    let written = OpenOptions::new().write(true).create_new(true).open(&path);
-    written
-        .and_then(|mut file| file.write_all(format!("{}{text}", schema_line(kind)).as_bytes()))
+    let path = written(name, &format!("{}{text}", schema_line(kind)))?;
+    let started = match kind_of_new {
+        NewKind::Manoeuvre => "a manoeuvre for",
+        _ => "started from",
+    };
+    print(out, &format!("{path}: {started} {like}; run it with: {hint}\n"))
+}
+
+/// The name of the file `NAME.toml`, written unless there is such a file.
+fn written(name: &str, text: &str) -> Result<String, Error> {
+    let path = format!("{name}.toml");
+    let file = OpenOptions::new().write(true).create_new(true).open(&path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
         .map_err(|source| Error::Io {
             source: match source.kind() {
                 ErrorKind::AlreadyExists => {
@@ -89,16 +117,9 @@ pub(super) fn new(
                 }
                 _ => source,
             },
-            path: path.clone(),
+            path: PathBuf::from(&path),
         })?;
-    let started = match kind_of_new {
-        NewKind::Manoeuvre => "a manoeuvre for",
-        _ => "started from",
-    };
-    print(
-        out,
-        &format!("{}: {started} {like}; run it with: {hint}\n", path.display()),
-    )
+    Ok(path)
 }
 
 /// The first line of a new file: its schema, for editors, where it lies beside it; else how to get it. (A file whose schema is

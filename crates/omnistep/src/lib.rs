@@ -19,6 +19,7 @@ mod files;
 mod list;
 #[cfg(feature = "live")]
 mod live;
+mod log_map;
 mod logs;
 mod manoeuvre;
 mod notices;

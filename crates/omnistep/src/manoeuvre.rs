@@ -8,8 +8,12 @@ use crate::Error;
 
 /// Part of the top speeds that is driven: below them no motor is at its limit.
 const SHARE: f64 = 0.6;
-/// Largest change of a speed at the rim \[m/s^2\]: a third of what rubber on a smooth floor gives.
-const CHANGE_M_S2: f64 = 2.0;
+/// Friction that the drive is for, and what its ramps take of that: loops overshoot, and wheels share unevenly.
+const FRICTION: f64 = 0.7;
+const TAKEN: f64 = 0.4;
+const GRAVITY_M_S2: f64 = 9.81;
+/// Shortest ramp \[s\].
+const LEAST_RAMP_S: f64 = 0.1;
 /// Where neither the vehicle's limits nor its motors say how fast it goes \[m/s, m/s, rad/s\].
 const SPEEDS: [f64; 3] = [0.5, 0.5, 1.0];
 /// Parts of the speeds forward, sideways and about, and how long each is driven \[s\]. Ahead and back, sideways, turns, each fast and slow,
@@ -48,8 +52,8 @@ pub(crate) fn text(name: &str, given: &str) -> Result<String, Error> {
     let mut at_s = 0.5;
     let mut before = [0.0; 3];
     let mut drive = |at_s: f64, part: [f64; 3], ramp_s: Option<f64>| {
-        let steps = [0, 1, 2].map(|axis| (part[axis] - before[axis]).abs() * speeds.rim_m_s[axis]);
-        let ramp_s = ramp_s.unwrap_or((steps.iter().sum::<f64>() / CHANGE_M_S2).max(0.1));
+        let steps = [0, 1, 2].map(|axis| (part[axis] - before[axis]).abs() * speeds.ramps_s[axis]);
+        let ramp_s = ramp_s.unwrap_or(steps.iter().sum::<f64>().max(LEAST_RAMP_S));
         before = part;
         let [vx, vy, wz] = [0, 1, 2].map(|axis| part[axis] * speeds.twist[axis]);
         // A string takes whatever is written.
@@ -63,7 +67,9 @@ pub(crate) fn text(name: &str, given: &str) -> Result<String, Error> {
         at_s += drive(at_s, part, None) + stays_s;
     }
     for (index, half_s) in SWINGS_S.into_iter().enumerate() {
-        let swing = if index % 2 == 0 { SWING } else { -SWING };
+        // From one side to the other within the half, by no more than what a ramp takes.
+        let swing = SWING.min(0.5 * half_s / speeds.ramps_s[0]);
+        let swing = if index % 2 == 0 { swing } else { -swing };
         drive(at_s, [0.6 + swing, 0.0, 0.0], Some(half_s));
         at_s += half_s;
     }
@@ -82,7 +88,7 @@ duration_s = {duration_s:.1}
 
 [terrain]
 kind = \"flat\"
-friction = 0.7
+friction = {FRICTION}
 
 [command]                       # ahead, sideways, about, each fast and slow; askew; then swings of 0.5 to 5 Hz
 vx_m_s = 0.0
@@ -101,7 +107,7 @@ engine = \"articulated\"
 step_us = 500
 contact_hz = 200.0
 contact_damping = 5.0
-gravity_m_s2 = 9.81
+gravity_m_s2 = {GRAVITY_M_S2}
 "
     ))
 }
@@ -110,35 +116,23 @@ gravity_m_s2 = 9.81
 struct Speeds {
     /// Along x, y \[m/s\] and about z \[rad/s\].
     twist: [f64; 3],
-    /// The same at the fastest rim \[m/s\].
-    rim_m_s: [f64; 3],
+    /// How long it takes to reach them \[s\], that no wheel slips.
+    ramps_s: [f64; 3],
 }
 
 fn speeds(vehicle: &Vehicle) -> Result<Speeds, Error> {
-    let of_motors = match vehicle.no_load_rad_s() {
-        Some(no_load) => Some(vehicle.speeds_at(no_load)?),
-        None => None,
-    };
-    let allowed = vehicle
-        .limits
-        .map(|limits| [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]);
+    let top = vehicle.top_speeds()?;
     let twist = [0, 1, 2].map(|axis| {
-        let top = [of_motors, allowed]
-            .into_iter()
-            .flatten()
-            .map(|speeds| speeds[axis]);
-        let top = top.fold(f64::INFINITY, f64::min);
-        SHARE * if top.is_finite() { top } else { SPEEDS[axis] }
+        SHARE
+            * if top[axis].is_finite() {
+                top[axis]
+            } else {
+                SPEEDS[axis]
+            }
     });
-    // What a motion asks of the fastest wheel: its actuator's speed times what the wheel rolls by.
-    let per_actuator = vehicle.speeds_at(1.0)?;
-    let roll = vehicle
-        .wheel
-        .iter()
-        .map(|wheel| wheel.radius_m * wheel.gear)
-        .fold(0.0, f64::max);
+    let taken = vehicle.friction_taken(GRAVITY_M_S2)?;
     Ok(Speeds {
         twist,
-        rim_m_s: [0, 1, 2].map(|axis| roll * twist[axis] / per_actuator[axis]),
+        ramps_s: [0, 1, 2].map(|axis| twist[axis] * taken[axis] / (TAKEN * FRICTION)),
     })
 }

@@ -298,6 +298,16 @@ typedef struct {
   };
 } omni_anti_windup;
 
+// The integral zone and the limit of the proportional term, as a loop has them.
+typedef struct {
+  // One of the two is finite.
+  bool any;
+  // Errors up to this are taken in by the integral [rad/s].
+  float zone;
+  // Largest proportional term [N.m].
+  float proportional;
+} omni_term_bounds;
+
 // Torque limits of one wheel at its present velocity [N.m]; positive drives it in its rolling direction.
 typedef struct {
   // Lowest torque, <= 0.
@@ -328,6 +338,7 @@ typedef struct {
   float first_conditioned_gain;
   omni_anti_windup anti_windup;
   float tracking;
+  omni_term_bounds bounds;
   omni_torque_range output;
 } omni_pid;
 

@@ -153,6 +153,12 @@ pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Opti
         IntegrationOrder::BeforeOutput
     };
     pid.anti_windup = anti_windup;
+    if one_in(u, 3) {
+        pid.integral_zone_rad_s = none_or(u, 1e-3, 1e6);
+    }
+    if one_in(u, 3) {
+        pid.proportional_limit_n_m = none_or(u, 1e-3, 1e6);
+    }
     let saturation = match byte(u) % 4 {
         0 => Saturation::Clip,
         1 => Saturation::ScaleTorques,

@@ -24,7 +24,7 @@ use crate::{ConfigError, Real};
 pub struct EstimatorConfig<R> {
     /// Time between steps \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period and `sqrt(12)`.
+    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period and `sqrt(6)`: that of a difference of two rounded angles.
     pub wheel_rad_s: R,
     /// Noise of the gyro \[rad/s\], 1e-6 to 1000; 0.01.
     pub gyro_rad_s: R,
@@ -44,7 +44,8 @@ pub struct EstimatorConfig<R> {
     /// Averages over 50 ms up to which a vehicle that is told to rest stands: of the wheels beyond their
     /// noise \[rad/s\], 0 to 1000; 0.05.
     pub still_wheel_rad_s: R,
-    /// Of the gyro less its bias \[rad/s\], 0 to 1000; 0.05, and no more than four deviations of what is known of it.
+    /// Root mean square of the gyro about its own average, beyond its noise \[rad/s\], 0 to 1000; 0.05. The average itself has to be within
+    /// four deviations of the bias as it is known: what is learnt at first is four times `bias_rad_s`.
     pub still_gyro_rad_s: R,
     /// Of each acceleration \[m/s^2\], 0 to 1000; 0.1.
     pub still_m_s2: R,

@@ -2,8 +2,8 @@
 
 use super::step::{Heard, above_zero, least, part};
 use super::{
-    BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST, QUIET,
-    Real, SIZE, SLIP, SUDDEN, VX, VY, WheelVelocities,
+    AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
+    QUIET, RESTLESS, Real, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
 };
 
 impl<R: Real, const N: usize> Estimator<R, N> {
@@ -21,7 +21,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let innovations = self.innovations(state, input, heard);
         let body = self.kinematics.forward(&innovations).to_array();
         let variances = self.variances(state, heard, &innovations, &body);
-        self.widen(state, &variances, &body);
+        let [along, across] = self.widen(state, &variances, &body, self.gained(heard));
+        self.hold_against_none(state, along, across, moved);
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
         for (((row, reading), variance), heard) in self
@@ -81,7 +82,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         innovations
     }
 
-    /// Variance of each wheel's reading: its noise, and what it has disagreed with the others of late.
+    /// Variance of each wheel's reading: its noise, and a part of what it has disagreed with the others of late.
     fn variances(
         &self,
         state: &mut EstimatorState<R, N>,
@@ -101,13 +102,20 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             }
             let square = residual.rad_s[i] * residual.rad_s[i] / self.redundancy[i];
             state.disagreement[i] += part * (square - state.disagreement[i]);
-            variances[i] += above_zero(state.disagreement[i] - R::of(QUIET) * noise);
+            variances[i] += R::of(AS_NOISE) * above_zero(state.disagreement[i] - R::of(QUIET) * noise);
         }
         variances
     }
 
     /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels disagree, and by what nobody expected.
-    fn widen(&self, state: &mut EstimatorState<R, N>, variances: &[R; N], body: &[R; 3]) {
+    /// Gives the variances that it may have along and across.
+    fn widen(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        variances: &[R; N],
+        body: &[R; 3],
+        gained: R,
+    ) -> [R; 2] {
         let config = &self.config;
         let noise = config.wheel_rad_s * config.wheel_rad_s;
         // Not by the yaw rate of the slip: it has the gyro's noise in it.
@@ -115,24 +123,50 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let floor = config.slip_m_s * config.slip_m_s;
         let slides = floor + sx * sx + sy * sy;
         let slides = [slides, slides, slides / self.lever_m2];
+        let floors = [floor, floor, floor / self.lever_m2];
+        let restless = R::of(RESTLESS) * gained;
+        let restless = [restless, restless, restless / self.lever_m2];
+        let mut may_be = [floor; 3];
         let per = R::of(2.0) * config.period_s / config.slip_s;
         let p = &mut state.covariance.0;
         for j in 0..3 {
             let (mut read, mut disagreed, mut quiet) = (R::zero(), R::zero(), R::zero());
             for (share, variance) in self.shares[j].iter().zip(variances) {
                 read += *share * *variance;
-                disagreed += *share * (*variance - noise);
+                disagreed += *share * (*variance - noise) * R::of(1.0 / AS_NOISE);
                 quiet += *share * noise;
             }
             let most = R::of(MOST) * quiet;
             let (s, v) = (SLIP + j, VX + j);
-            p[s][s] += least(per * (slides[j] + disagreed), most);
+            may_be[j] = slides[j] + disagreed;
+            p[s][s] += least(least(per * may_be[j], restless[j] + per * floors[j]), most);
             let mut known = p[s][s] + read;
             if j < 2 {
                 known += p[v][v] + p[v][s] + p[v][s];
             }
             let excess = body[j] * body[j] - R::of(SUDDEN) * known;
             p[s][s] += least(above_zero(excess), most);
+        }
+        let [along, across, _] = may_be;
+        [along, across]
+    }
+
+    /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a reading of 0 with the variance times twice the
+    /// periods that it lasts; by turns along and across, each with what two periods say. In yaw it fades by itself: gyro and wheels tell it.
+    fn hold_against_none(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        along: R,
+        across: R,
+        moved: &mut [R; SIZE],
+    ) {
+        let lasts = self.config.slip_s / self.config.period_s;
+        let [sx, sy, _] = state.slip;
+        state.sideways = !state.sideways;
+        if state.sideways {
+            state.take::<SLIP_Y>(-sy, lasts * across, moved);
+        } else {
+            state.take::<SLIP>(-sx, lasts * along, moved);
         }
     }
 }

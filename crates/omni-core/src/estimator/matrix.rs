@@ -10,6 +10,7 @@ pub(super) const VY: usize = 4;
 pub(super) const BIAS: usize = 5;
 /// The first of three.
 pub(super) const SLIP: usize = 6;
+pub(super) const SLIP_Y: usize = 7;
 pub(super) const SIZE: usize = 9;
 
 /// Symmetric.
@@ -30,7 +31,7 @@ pub(super) struct Motion<R> {
     pub(super) by_rate: [R; 5],
     /// The gyro's bias counts: 1, or 0 where there is no gyro.
     pub(super) biased: R,
-    /// What is left of a slip.
+    /// What is left of a slip in yaw.
     pub(super) fades: R,
 }
 
@@ -49,8 +50,8 @@ impl<R: Real> Motion<R> {
             cos * vx + sin * vy + rvx * off,
             cos * vy - sin * vx + rvy * off,
             bias,
-            self.fades * sx,
-            self.fades * sy,
+            sx,
+            sy,
             self.fades * sw,
         ]
     }

@@ -33,15 +33,25 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let [ax, ay] = heard.acceleration.unwrap_or([zero; 2]);
         // The gyro's mean is as near to its bias as that is known: a vehicle that turns slowly would else teach it.
         let known = state.covariance.0[BIAS][BIAS] + part * config.gyro_rad_s * config.gyro_rad_s;
-        let square = |limit: R| limit * limit;
-        let (still, push) = (square(config.still_gyro_rad_s), square(config.still_m_s2));
-        let limits = [least(still, R::of(16.0) * known), push, push];
+        let push = config.still_m_s2 * config.still_m_s2;
+        let limits = [R::of(16.0) * known, push, push];
         let mut quiet = input.told_to_rest && heard.count > 0 && state.turning <= calm;
-        let most = [config.still_gyro_rad_s, config.still_m_s2, config.still_m_s2].map(|limit| ten * limit);
+        let most = [
+            config.still_gyro_rad_s + config.bias_rad_s,
+            config.still_m_s2,
+            config.still_m_s2,
+        ]
+        .map(|limit| ten * limit);
         for (((mean, now), most), limit) in state.quiet.iter_mut().zip([rate, ax, ay]).zip(most).zip(limits) {
             *mean += part * (now.limited(-most, most) - *mean);
             quiet &= *mean * *mean <= limit;
         }
+        // A bias is steady; a vehicle that is braked is not.
+        let about = rate - state.quiet[0];
+        let steady = config.still_gyro_rad_s * config.still_gyro_rad_s
+            + R::of(QUIET) * config.gyro_rad_s * config.gyro_rad_s;
+        state.restless += part * (least(about * about, ten * steady) - state.restless);
+        quiet &= state.restless <= steady;
         state.still_s = if quiet {
             state.still_s + config.period_s
         } else {
@@ -52,31 +62,64 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.still_s > R::of(STILL_S)
     }
 
-    /// It does not move, and the gyro says its bias.
-    pub(super) fn stand(&self, state: &mut EstimatorState<R, N>, heard: &Heard<R, N>, moved: &mut [R; SIZE]) {
+    /// It does not move but tremble, and the gyro says its bias beyond that.
+    pub(super) fn stand(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        heard: &Heard<R, N>,
+        moved: &mut [R; SIZE],
+    ) {
         let config = &self.config;
         let walk = config.bias_walk_rad_s_per_sqrt_s;
         state.covariance.0[BIAS][BIAS] += walk * walk * config.period_s;
-        let still = R::of(STANDING_M_S);
+        let still = R::of(STANDING_M_S * STANDING_M_S);
         let [vx, _] = state.velocity;
         state.take::<VX>(-vx, still, moved);
         let [_, vy] = state.velocity;
         state.take::<VY>(-vy, still, moved);
+        // It trembles as much now as before: no number of readings tells its velocity of this moment better.
+        let p = &mut state.covariance.0;
+        for i in [VX, VY] {
+            p[i][i] = if p[i][i] < still { still } else { p[i][i] };
+        }
         if let Some(gyro) = heard.gyro {
-            state.take::<BIAS>(gyro - state.bias, config.gyro_rad_s, moved);
+            let (turns, variance) = self.trembling(input, heard);
+            let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
+            state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
         }
         // Wheels that stand on a vehicle that stands do not slip.
         let left = R::one() - part(config.period_s, STILL_S);
         state.slip = state.slip.map(|slip| slip * left);
         state.yaw_rate = state.bias;
     }
+
+    /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where one is not heard nobody says, and what it trembles lasts for
+    /// `STILL_S`: a mean over many readings knows less than if each were another.
+    fn trembling(&self, input: &EstimatorInput<R, N>, heard: &Heard<R, N>) -> (R, R) {
+        let config = &self.config;
+        if heard.count < N {
+            let lasts = R::of(2.0 * STILL_S * STANDING_M_S * STANDING_M_S) / config.period_s;
+            return (R::zero(), lasts / self.lever_m2);
+        }
+        let (mut rate, mut variance) = (R::zero(), R::zero());
+        for ((a, share), wheel) in self.kinematics.forward_matrix()[2]
+            .iter()
+            .zip(&self.shares[2])
+            .zip(input.wheels.rad_s)
+        {
+            rate += *a * wheel;
+            variance += *share;
+        }
+        (rate, variance * config.wheel_rad_s * config.wheel_rad_s)
+    }
 }
 
 impl<R: Real, const N: usize> EstimatorState<R, N> {
-    /// Takes in a reading of one component.
-    fn take<const I: usize>(&mut self, innovation: R, deviation: R, moved: &mut [R; SIZE]) {
+    /// Takes in a reading of one component with this variance.
+    pub(super) fn take<const I: usize>(&mut self, innovation: R, variance: R, moved: &mut [R; SIZE]) {
         let seen = self.covariance.0.map(|row| row[I]);
-        let gain = self.covariance.take(&seen, seen[I] + deviation * deviation);
+        let gain = self.covariance.take(&seen, seen[I] + variance);
         self.add(&gain, innovation, moved);
     }
 }

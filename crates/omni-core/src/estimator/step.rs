@@ -14,7 +14,7 @@ pub(super) struct Heard<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Heard<R, N> {
-    fn of(input: &EstimatorInput<R, N>) -> Self {
+    pub(super) fn of(input: &EstimatorInput<R, N>) -> Self {
         let wheels = input.wheels.rad_s.map(is_plausible);
         let [ax, ay] = input.acceleration_m_s2;
         Self {
@@ -105,7 +105,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             disagreement: [zero; N],
             quiet: [zero; 3],
             turning: zero,
+            restless: zero,
             still_s: zero,
+            sideways: false,
         }
     }
 
@@ -132,7 +134,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let mut nis = R::zero();
         let mut moved = [R::zero(); SIZE];
         if standing {
-            self.stand(&mut next, &heard, &mut moved);
+            self.stand(&mut next, input, &heard, &mut moved);
         } else {
             self.predict(&mut next, input, &heard);
             nis = self.correct(&mut next, input, &heard, &mut moved);
@@ -160,8 +162,22 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
+    /// Variance that the velocity takes on in a period.
+    pub(super) fn gained(&self, heard: &Heard<R, N>) -> R {
+        let (config, dt) = (&self.config, self.config.period_s);
+        match heard.acceleration {
+            Some(_) => config.accelerometer_m_s2 * config.accelerometer_m_s2 * dt * dt,
+            None => config.wander_m_s_per_sqrt_s * config.wander_m_s_per_sqrt_s * dt,
+        }
+    }
+
     /// The state moves by what gyro and accelerometer say.
-    fn predict(&self, state: &mut EstimatorState<R, N>, input: &EstimatorInput<R, N>, heard: &Heard<R, N>) {
+    pub(super) fn predict(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        heard: &Heard<R, N>,
+    ) {
         let (config, zero, half) = (&self.config, R::zero(), R::of(0.5));
         let (dt, [vx, vy]) = (config.period_s, state.velocity);
         let (rate, biased, rate_variance) = match heard.gyro {
@@ -191,22 +207,27 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             (before[1] + after[1]) * half * dt,
         ];
         let way = [c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]];
-        // The place by the velocity before: turned back by the turn, which is the heading before.
+        // The place by the velocity before: turned back by the turn, which is the heading before. So only what was gained turns with the rate.
         let (s0, c0) = (s * cos - c * sin, c * cos + s * sin);
+        let extra = [ax * half * dt * dt, ay * half * dt * dt];
+        let turns = [c * extra[0] - s * extra[1], s * extra[0] + c * extra[1]];
         let fades = R::one() - dt / config.slip_s;
         let motion = Motion {
             way,
             carried: [[c0 * dt, -(s0 * dt)], [s0 * dt, c0 * dt]],
             turned: [cos, sin],
-            by_rate: [-(way[1] * dt), way[0] * dt, dt, before[1] * dt, -(before[0] * dt)],
+            by_rate: [
+                -(turns[1] * dt),
+                turns[0] * dt,
+                dt,
+                before[1] * dt,
+                -(before[0] * dt),
+            ],
             biased,
             fades,
         };
         state.covariance.carry(&motion, rate_variance);
-        let gained = match heard.acceleration {
-            Some(_) => config.accelerometer_m_s2 * config.accelerometer_m_s2 * dt * dt,
-            None => config.wander_m_s_per_sqrt_s * config.wander_m_s_per_sqrt_s * dt,
-        };
+        let gained = self.gained(heard);
         let p = &mut state.covariance.0;
         p[VX][VX] += gained;
         p[VY][VY] += gained;
@@ -217,7 +238,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.y = state.y.plus(way[1]);
         state.yaw = state.yaw.plus(turn);
         state.velocity = after;
-        state.slip = state.slip.map(|slip| slip * fades);
+        state.slip[2] *= fades;
     }
 }
 
@@ -236,7 +257,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     }
 
     fn is_finite(&self) -> bool {
-        let mut sum = self.x.total + self.y.total + self.yaw.total + self.bias + self.turning;
+        let mut sum = self.x.total + self.y.total + self.yaw.total + self.bias + self.turning + self.restless;
         for value in self
             .velocity
             .iter()

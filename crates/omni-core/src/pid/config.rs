@@ -106,6 +106,13 @@ pub struct PidConfig<R> {
     pub order: IntegrationOrder,
     /// What the integral does while the output is not what the loop asked for.
     pub anti_windup: AntiWindup<R>,
+    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral takes in errors within +- this and is set to 0 by any
+    /// other, so that it mends the last bit of an error and knows nothing of the way there. WPILib's `IZone` does the same. Wider
+    /// than the noise of the readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
+    pub integral_zone_rad_s: R,
+    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral is told of the limits of the
+    /// output only, but while the output is limited too it takes in no more than what is left of the proportional term stands for.
+    pub proportional_limit_n_m: R,
     /// Limits of the output, infinite for none. [`crate::WheelController`] uses its motors' limits instead.
     pub output: TorqueRange<R>,
 }
@@ -132,6 +139,8 @@ impl<R: Real> PidConfig<R> {
             feed_forward: FeedForward::none(),
             order: IntegrationOrder::BeforeOutput,
             anti_windup: AntiWindup::None,
+            integral_zone_rad_s: R::one() / R::zero(),
+            proportional_limit_n_m: R::one() / R::zero(),
             output: TorqueRange::unlimited(),
         }
     }
@@ -162,10 +171,50 @@ impl<R: Real> PidConfig<R> {
         let gain = kp_n_m_s_rad
             + ki_n_m_rad * self.period_s
             + kd_n_m_s2_rad / (self.derivative_filter_s + self.period_s);
+        // What a limit of the proportional term takes off.
+        let over = kp_n_m_s_rad * velocity_rad_s - self.proportional_limit_n_m;
+        let over = if over > R::zero() { over } else { R::zero() };
         Ok(EncoderStep {
             velocity_rad_s,
-            torque_n_m: gain * velocity_rad_s,
+            torque_n_m: gain * velocity_rad_s - over,
         })
+    }
+
+    /// The same with an integral that takes in only errors of at most `zone_rad_s` \[rad/s\], 0 or more; a larger one sets it to 0.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 1.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+    /// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25).with_integral_zone(2.0))?, PidState::default());
+    /// // Far away it is a proportional loop; from 2 rad/s on the integral counts, and it starts from nothing.
+    /// let outputs = [9.0, 2.0, 1.0, 3.0].map(|reference| pid.step(&mut state, reference, 0.0).output_n_m);
+    /// assert_eq!(outputs, [9.0, 2.0 + 2.0, 1.0 + 3.0, 3.0]); // ki dt is 1
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn with_integral_zone(self, zone_rad_s: R) -> Self {
+        Self {
+            integral_zone_rad_s: zone_rad_s,
+            ..self
+        }
+    }
+
+    /// The same with the proportional term held within +-`limit_n_m` \[N.m\], 0 or more: a large error pulls no harder than that.
+    ///
+    /// ```
+    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
+    /// let gains = PidGains { kp_n_m_s_rad: 1.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
+    /// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25).with_proportional_limit(0.5))?, PidState::default());
+    /// let terms = pid.step(&mut state, -3.0, 0.0).terms;
+    /// assert_eq!((terms.p_n_m, terms.i_n_m), (-0.5, -3.0)); // not -3; the integral takes in the whole error
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn with_proportional_limit(self, limit_n_m: R) -> Self {
+        Self {
+            proportional_limit_n_m: limit_n_m,
+            ..self
+        }
     }
 
     /// The same with the derivative of the measurement alone (`derivative_weight` 0): it brakes what moves, and a step

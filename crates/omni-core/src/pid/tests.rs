@@ -1,3 +1,5 @@
+mod bounds;
+
 use super::*;
 use proptest::prelude::*;
 
@@ -332,6 +334,11 @@ fn every_parameter_is_checked_by_name() {
         output: TorqueRange { lower_n_m, upper_n_m },
         ..good
     };
+    assert_eq!(named(good.with_integral_zone(-0.1)), "integral_zone_rad_s");
+    assert_eq!(
+        named(good.with_proportional_limit(f64::NAN)),
+        "proportional_limit_n_m"
+    );
     assert_eq!(named(output(0.1, 1.0)), "output.lower_n_m");
     assert_eq!(named(output(-1.0, f64::NAN)), "output.upper_n_m");
 }

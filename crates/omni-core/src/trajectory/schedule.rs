@@ -184,8 +184,12 @@ fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R) -> bool {
             }
         })
     };
-    // The time grows without bound as the speed shrinks.
-    let most = bisected(R::of(1e-6), top, |most| lasts(most) >= asked);
+    // The time grows without bound as the speed shrinks, down to the speeds of the outer ends, where it is the mean's or more.
+    let outer = [run[0].ends[0], run[count - 1].ends[1]];
+    let slowest = outer
+        .into_iter()
+        .fold(R::of(1e-6), |least, end| if end > least { end } else { least });
+    let most = bisected(slowest, top, |most| lasts(most) >= asked);
     for i in 0..count {
         if held(&run[i]) {
             run[i].ends = ends(&run[i], i, most);

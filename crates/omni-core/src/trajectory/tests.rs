@@ -4,6 +4,8 @@ use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
+mod times;
+
 const STALL_N_M: f64 = 3.0;
 const SLOPE_N_M_S: f64 = 0.1;
 
@@ -308,43 +310,6 @@ fn headings_take_the_shorter_turn_and_rest_where_they_are_given() {
         .at(0.5 * (plan.0[1].start_s() + plan.trajectory().duration_s()));
     assert!(turning.velocity.wz_rad_s < -0.1 && turning.velocity.vx_m_s == 0.0); // on the spot, back again
     assert!((plan.trajectory().at(1e9).pose.yaw_rad - 3.0).abs() < 1e-9);
-}
-
-#[test]
-fn times_are_met_on_the_way_and_waiting_is_waited() {
-    let timed = |x, y, time_s| Waypoint {
-        time_s: Some(time_s),
-        ..Waypoint::at(x, y)
-    };
-    let path = [
-        Waypoint::at(0.0, 0.0),
-        Waypoint::at(0.5, 0.0),
-        timed(1.0, 0.0, 4.0),
-        timed(3.0, 0.0, 8.0),
-        timed(3.0, 0.0, 12.0),
-        Waypoint::at(3.0, 1.0),
-    ];
-    let planner = planner::<f64>();
-    let plan = Plan::of(&planner, &path);
-    for (time_s, x, speed) in [
-        (4.0, 1.0, 0.2..0.3),
-        (8.0, 3.0, -1e-9..1e-6),
-        (11.999, 3.0, -1e-9..1e-6),
-    ] {
-        let sample = plan.trajectory().at(time_s);
-        assert!(
-            (sample.pose.x_m - x).abs() < 1e-8,
-            "{time_s}: {}",
-            sample.pose.x_m
-        );
-        assert!(
-            speed.contains(&sample.speed_m_s),
-            "{time_s}: {}",
-            sample.speed_m_s
-        ); // 1 m in 4 s on average
-    }
-    check(&planner, &limits(), &plan).expect("within limits");
-    check_motion(&plan, false).expect("moves as it says");
 }
 
 #[test]

@@ -2,17 +2,27 @@
 
 use super::{ControlState, WheelController, WheelSample};
 use crate::coordination::{Saturation, reference_factor, reference_factors, torque_factor};
+use crate::pid::Excess;
 use crate::{AntiWindup, Real};
+
+/// Which wheels a limit concerns, wheel i is bit i.
+#[derive(Clone, Copy)]
+pub(super) struct AtLimit {
+    /// They ask for more than they can have.
+    pub(super) beyond: u32,
+    /// Their integral does not count.
+    pub(super) outside_zone: u32,
+}
 
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
     /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
-    /// there is a correction. Integrals are told of limits that last only ([`Overload`](super::Overload)).
+    /// there is a correction. `BOUNDED`: some terms of the loops have bounds. Integrals are told of limits that last only ([`Overload`](super::Overload)).
     #[inline(never)]
-    pub(super) fn limit(
+    pub(super) fn limit<const BOUNDED: bool>(
         &self,
         state: &mut ControlState<R, N>,
-        beyond: u32,
+        AtLimit { beyond, outside_zone }: AtLimit,
         taken_in: &mut [R; N],
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
@@ -20,6 +30,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         let overloaded = state.overload.step(beyond, &out.requested.n_m);
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let mut asked = out.requested.n_m;
+        // Only where terms are bounded: what they were otherwise.
+        let mut unbounded_p = BOUNDED.then(|| self.unbounded(out));
         match self.coordination.saturation {
             Saturation::Clip => {}
             Saturation::ScaleTorques => {
@@ -41,12 +53,19 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                         slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
                     }
                 }
+                let about_limits;
+                let requested = if let Some(unbounded_p) = &unbounded_p {
+                    about_limits = self.about_limits(state, out, unbounded_p, outside_zone, &mut slopes);
+                    &about_limits
+                } else {
+                    &out.requested.n_m
+                };
                 // Only wheels beyond a limit have a say in the factor.
                 let (factor, lasting) = if overloaded == beyond {
-                    let factor = reference_factor(&out.requested.n_m, &slopes, &out.range, floor);
+                    let factor = reference_factor(requested, &slopes, &out.range, floor);
                     (factor, factor)
                 } else {
-                    reference_factors(&out.requested.n_m, &slopes, &out.range, floor, overloaded)
+                    reference_factors(requested, &slopes, &out.range, floor, overloaded)
                 };
                 out.common_factor = factor;
                 let (less, less_for_long) = (R::one() - factor, R::one() - lasting);
@@ -77,6 +96,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                             out.ff_n_m[i] -= later.ff_n_m * (less * out.reference.rad_s[i]);
                         }
                     }
+                }
+                if let Some(unbounded_p) = &mut unbounded_p {
+                    self.bound_reduced(less, out, unbounded_p, outside_zone, &mut asked);
                 }
                 out.applied.n_m = asked;
             }
@@ -111,7 +133,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             keep_lasting(correction, overloaded);
         }
         if plain_gain.is_none() {
-            self.condition(law, state, taken_in, &out.active, correction);
+            self.condition(law, state, taken_in, out, unbounded_p.as_ref(), correction);
         }
         true
     }
@@ -124,7 +146,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         law: AntiWindup<R>,
         state: &mut ControlState<R, N>,
         taken_in: &[R; N],
-        active: &[bool; N],
+        out: &WheelSample<R, N>,
+        unbounded_p: Option<&[R; N]>,
         correction: &mut [R; N],
     ) {
         let excess = *correction;
@@ -142,11 +165,16 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             return;
         }
         for i in 0..N {
-            if active[i] {
+            if out.active[i] {
                 let started = state.started[i];
-                correction[i] = self.pid.correction(law, taken_in[i], excess[i], started);
+                let excess = Excess {
+                    excess_n_m: excess[i],
+                    p_n_m: out.p_n_m[i],
+                    unbounded_p_n_m: unbounded_p.map_or(out.p_n_m[i], |p_n_m| p_n_m[i]),
+                };
+                let (correct, shift) = self.pid.correction(law, taken_in[i], &excess, started);
+                correction[i] = correct;
                 if self.pid.remembers() {
-                    let shift = self.pid.shift(law, excess[i], started);
                     state.derivative_n_m[i] += self.pid.derivative_slope(started) * shift;
                     state.last_reference_rad_s[i] += shift;
                 }

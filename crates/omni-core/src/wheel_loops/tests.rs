@@ -1,3 +1,5 @@
+mod bounds;
+
 use super::*;
 use crate::{AntiWindup, PidConfig, PidGains, Saturation, TorqueLimit};
 use proptest::prelude::*;

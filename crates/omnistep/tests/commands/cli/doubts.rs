@@ -154,3 +154,63 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         assert_eq!(allowed("0.05", file), expected);
     }
 }
+
+#[test]
+fn units_that_were_mixed_up_are_doubtful() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // mecanum4's motors reach 3.0 / 0.1 = 30 rad/s: 2.28 m/s on wheels of 76 mm, which are 0.64 m apart from corner to corner.
+    let slope = "slope_n_m_s_rad = 0.10 ";
+    for (old, new, expected) in [
+        (
+            "vx_m_s = 1.0 ",
+            "vx_m_s = 6.0 ",
+            "limits.vx_m_s = 6, the motors reach 2.28 without load",
+        ),
+        (
+            slope,
+            "no_load_rad_s = 286.0 ",
+            "motor: 286 rad/s without load, 21.7 m/s at the rim of wheel front_left; no_load_rpm is the key for turns a minute",
+        ),
+        (
+            "com_m = [0.0, 0.0, 0.12] ",
+            "com_m = [0.0, 0.0, 12.0] ",
+            "com_m: the centre of mass is 10 m up, the wheels are 0.64 m apart: it is in m",
+        ),
+    ] {
+        edited(path, "mecanum4", &[(old, new)]);
+        let (warnings, code) = checked(path, &[]);
+        assert!(warnings.iter().any(|warning| warning == expected), "{warnings:?}");
+        assert_eq!(code, Some(0));
+    }
+}
+
+#[test]
+fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
+    let folder = tempfile::tempdir().unwrap();
+    let warned = |args: &[&str]| {
+        let said = omnistep(folder.path(), args);
+        assert!(said.status.success());
+        String::from_utf8(said.stderr).unwrap()
+    };
+    let short = warned(&["run", "square", "--set", "duration_s=2"]);
+    assert!(
+        short.contains("warning: square: duration_s = 2 ends the run on its way: the path takes "),
+        "{short}"
+    );
+    let table = "time_s,vx_m_s,vy_m_s,wz_rad_s\n0,0.3,0,90\n2000,0,0,0\n2001,0,0,0\n";
+    fs::write(folder.path().join("cmd.csv"), table).unwrap();
+    let table = warned(&[
+        "run",
+        "flat",
+        "--set",
+        "command={ file = \"cmd.csv\" }",
+        "--set",
+        "duration_s=0.1",
+    ]);
+    let [turn, late] = [
+        "warning: flat: command: 90 rad/s about at most, the vehicle's [limits] let 2 through",
+        "warning: flat: command.file: 2 rows come after the run's end at 0.1 s, the last at 2001 s",
+    ];
+    assert!(table.contains(turn) && table.contains(late), "{table}");
+}

@@ -111,6 +111,31 @@ fn schemas_are_printed_and_a_new_file_names_the_one_beside_it() {
 }
 
 #[test]
+fn in_a_new_manoeuvre_no_wheel_slips() {
+    let folder = tempfile::tempdir().unwrap();
+    for vehicle in omni_config::builtin_vehicles() {
+        let name = format!("grip_{vehicle}");
+        omnistep(folder.path(), &["new", "manoeuvre", &name, "--vehicle", vehicle]);
+        let path = folder.path().join(format!("{name}.toml"));
+        let scenario = omni_config::Scenario::load(path.to_str().unwrap(), &[]).unwrap();
+        let trace = omni_sim::run(&scenario).unwrap();
+        // Contacts creep by some ten thousandths of the speed. Slip is a hundred times as much: 0.4 m/s where a ramp asks for more than friction gives.
+        // Single periods do not count, means over ten do.
+        let top = scenario.vehicle().top_speeds().unwrap();
+        let most_m_s = 0.002 * top[0].max(top[1]);
+        for wheel in 0..scenario.vehicle().wheel.len() {
+            let [rim, along] = ["rim_m_s", "along_m_s"].map(|signal| trace.wheel(signal, wheel).unwrap());
+            let slips: Vec<_> = rim.iter().zip(along).map(|(rim, along)| rim - along).collect();
+            let worst = slips
+                .windows(10)
+                .map(|ten| (ten.iter().sum::<f64>() / 10.0).abs())
+                .fold(0.0, f64::max);
+            assert!(worst < most_m_s, "{vehicle}, wheel {wheel}: {worst} m/s");
+        }
+    }
+}
+
+#[test]
 fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
     let folder = tempfile::tempdir().unwrap();
     for vehicle in omni_config::builtin_vehicles() {
@@ -146,6 +171,55 @@ fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
     let said = refused(folder.path(), &["new", "vehicle", "a", "--vehicle", "omni3"]);
     assert_eq!(
         said,
-        "error: --vehicle = omni3, allowed: only with new manoeuvre\n"
+        "error: --vehicle = omni3, allowed: only with new manoeuvre and new map\n"
+    );
+}
+
+#[test]
+fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = omnistep(folder.path(), &["new", "map", "mine", "--vehicle", "mecanum4"]);
+    assert_eq!(
+        stdout(&said),
+        "mine.toml: a map for mecanum4; write the names of your log's columns into it, then: omnistep import LOG --map mine.toml\n"
+    );
+    let text = std::fs::read_to_string(folder.path().join("mine.toml")).unwrap();
+    let map: toml::Table = text.parse().unwrap();
+    assert_eq!(map["vehicle"].as_str(), Some("mecanum4"));
+    let wheels: Vec<_> = map["wheels"]["names"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|name| name.as_str().unwrap())
+        .collect();
+    let own: Vec<_> = omni_config::Vehicle::load("mecanum4")
+        .unwrap()
+        .wheel
+        .iter()
+        .map(|wheel| format!("encoder_{}", wheel.name))
+        .collect();
+    assert_eq!(wheels, own);
+    assert!(!text.contains("hinge"));
+    let said = refused(folder.path(), &["new", "map", "mine"]);
+    assert!(
+        said.contains("mine.toml") && said.contains("stays as it is"),
+        "{said}"
+    );
+    assert!(
+        omnistep(folder.path(), &["new", "map", "climber"])
+            .status
+            .success()
+    );
+    let climber = std::fs::read_to_string(folder.path().join("climber.toml")).unwrap();
+    assert!(
+        climber.contains("# names = [\"hinge_pitch\", \"hinge_roll\"]"),
+        "{climber}"
+    );
+    let said = refused(folder.path(), &["new", "map", "../mine"]);
+    assert!(said.contains("letters, digits"), "{said}");
+    let said = refused(folder.path(), &["new", "map", "a", "--like", "step"]);
+    assert!(
+        said.starts_with("error: --like = step, allowed: only with"),
+        "{said}"
     );
 }

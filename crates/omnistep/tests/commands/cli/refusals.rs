@@ -189,6 +189,14 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
         "control.anti_windup: \"conditional\", allowed: \"conditioned\" or \"clamp\"",
     );
     in_control(
+        "integral_zone_rad_s = -1.0",
+        "control.integral_zone_rad_s: -1, allowed: 0 to 1000000",
+    );
+    in_control(
+        "proportional_limit_n_m = 1e7",
+        "control.proportional_limit_n_m: 10000000, allowed: 0 to 1000000",
+    );
+    in_control(
         "integral = \"both\"",
         "control.integral: unknown variant `both`, expected `per_wheel` or `shared`",
     );

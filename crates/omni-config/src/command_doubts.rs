@@ -1,0 +1,57 @@
+//! What is doubtful of a scenario's command, though it is allowed.
+
+use crate::derived_gains::digits;
+use crate::{Error, Scenario};
+
+/// A speed beyond what the motors reach by less than this part is none to speak of.
+const SLACK: f64 = 1.001;
+/// Units of a twist's parts.
+const AXES: [&str; 3] = ["m/s forward", "m/s sideways", "rad/s about"];
+
+impl Scenario {
+    /// What is doubtful of the command, a line each: that it asks for more than the motors reach or the vehicle's `[limits]` let through, and that
+    /// rows of its table come when the run is over.
+    ///
+    /// # Errors
+    /// As [`Vehicle::speeds_at`](crate::Vehicle::speeds_at); a loaded scenario has been checked.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let doubts = |vx| Scenario::load("flat", &[Override::new("command.vx_m_s", vx)])?.command_doubts();
+    /// assert_eq!(doubts(0.3)?, Vec::<String>::new());
+    /// let expected = "command: 7 m/s forward at most, the vehicle's [limits] let 1 through";
+    /// assert_eq!(doubts(7.0)?, [expected]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn command_doubts(&self) -> Result<Vec<String>, Error> {
+        let mut doubts = Vec::new();
+        let vehicle = self.vehicle();
+        let motors = match vehicle.no_load_rad_s() {
+            Some(no_load) => Some(vehicle.speeds_at(no_load)?),
+            None => None,
+        };
+        let limits = vehicle
+            .limits
+            .map(|limits| [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]);
+        for (axis, asked) in self.command.largest().into_iter().enumerate() {
+            let unit = AXES[axis];
+            let beyond = |top: [f64; 3]| (asked > SLACK * top[axis]).then_some(top[axis]);
+            let why = match (limits.and_then(beyond), motors.and_then(beyond)) {
+                (Some(most), _) => format!("the vehicle's [limits] let {} through", digits(most)),
+                (None, Some(most)) => format!("its motors reach {} without load", digits(most)),
+                (None, None) => continue,
+            };
+            doubts.push(format!("command: {asked} {unit} at most, {why}"));
+        }
+        let times = self.command.file.iter().flat_map(|file| file.rows());
+        let late = times.map(|row| row[0]).filter(|time_s| *time_s > self.duration_s);
+        if let Some(last_s) = late.clone().reduce(f64::max) {
+            doubts.push(format!(
+                "command.file: {} rows come after the run's end at {} s, the last at {last_s} s",
+                late.count(),
+                self.duration_s
+            ));
+        }
+        Ok(doubts)
+    }
+}

@@ -1,0 +1,67 @@
+//! The frames of a vehicle, from the world down to its wheels.
+
+use omni_config::{Vehicle, WheelSpec};
+
+use crate::located::{Located, odometry_from_base};
+use crate::messages::{quaternion, vector};
+use crate::ros2::{Header, TfMessage, Transform, TransformStamped};
+use crate::rotation::about;
+use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, wheel_link};
+
+/// Where the parts of a vehicle are.
+pub(crate) struct Placement<'a> {
+    /// The base in the world.
+    pub base: Located,
+    /// The base by odometry.
+    pub odometry: Located,
+    /// Angle of each hinge in the vehicle's order \[rad\].
+    pub hinges_rad: &'a mut dyn Iterator<Item = f64>,
+    /// What the actuator of each wheel has turned in the vehicle's order \[rad\].
+    pub wheels_rad: &'a [f64],
+}
+
+/// World to base, base to odometry's frame, parent to child of every hinge, carrier to every wheel.
+pub(crate) fn transforms(vehicle: &Vehicle, time_ns: u64, placement: Placement<'_>) -> TfMessage {
+    let between = |parent: &str, child: &str, (at, turn): Located| TransformStamped {
+        header: Header::new(time_ns, parent),
+        child_frame_id: child.to_owned(),
+        transform: Transform {
+            translation: vector(at),
+            rotation: quaternion(turn),
+        },
+    };
+    // A link's frame is at the joint that carries it.
+    let from = |body: &str, point: [f64; 3]| {
+        let origin = link_frame_m(vehicle, body);
+        [0, 1, 2].map(|k| point[k] - origin[k])
+    };
+    let mut transforms = vec![
+        between(WORLD_LINK, BASE_LINK, placement.base),
+        between(BASE_LINK, ODOM_LINK, odometry_from_base(placement.odometry)),
+    ];
+    for (hinge, angle_rad) in vehicle.hinge.iter().zip(placement.hinges_rad) {
+        transforms.push(between(
+            link_name(vehicle, &hinge.parent),
+            link_name(vehicle, &hinge.child),
+            (from(&hinge.parent, hinge.anchor_m), about(hinge.axis, angle_rad)),
+        ));
+    }
+    for (wheel, angle_rad) in vehicle.wheel.iter().zip(placement.wheels_rad) {
+        let [x, y] = wheel.position_m;
+        transforms.push(between(
+            link_name(vehicle, &wheel.body),
+            &wheel_link(&wheel.name),
+            (
+                from(&wheel.body, [x, y, wheel.radius_m]),
+                about(axle(wheel), angle_rad * wheel.gear),
+            ),
+        ));
+    }
+    TfMessage { transforms }
+}
+
+/// The axle, to the left of the rolling direction.
+fn axle(wheel: &WheelSpec) -> [f64; 3] {
+    let [dx, dy] = wheel.rolling_direction;
+    [-dy, dx, 0.0]
+}

@@ -1,0 +1,255 @@
+//! A DC motor over arrays: torques, duties, currents.
+
+use numpy::PyArrayDyn;
+use omni_core::{DcMotorConfig, TorqueLimit};
+use pyo3::prelude::*;
+
+use crate::arrays::{Array, array};
+use crate::elements::{Elements, Pairs};
+use crate::error::of_core;
+
+/// A DC motor by its data sheet: what it gives at a speed, and what a bridge is to do for a torque.
+///
+/// Torques and velocities are at the shaft, behind no gear; positive is forwards. Arrays of any shape; a single number
+/// goes with every shape. Steady state: the winding's inductance is left out.
+///
+/// Args:
+///     torque_constant_n_m_a: torque per current, and voltage per velocity [N.m/A], above 0.
+///     resistance_ohm: of the winding and what is in series with it [ohm], above 0.
+///     no_load_current_a: current that overcomes friction [A], 0 or more and below that at rest.
+///     supply_v: voltage of the supply [V], above 0.
+///     current_limit_a: that of the driver [A], above the no-load current; none if left out.
+///
+/// Raises:
+///     ConfigError: an argument is out of range.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> motor = omnistep.DcMotor(
+///     ...     torque_constant_n_m_a=0.05, resistance_ohm=2.0, no_load_current_a=0.1, supply_v=12.0,
+///     ...     current_limit_a=3.0)
+///     >>> told = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
+///     >>> told.duty.round(6).tolist(), told.torque_n_m.round(6).tolist(), told.limited.tolist()
+///     ([0.516667, 0.5], [0.045, 0.15], [False, True])
+#[pyclass(frozen, module = "omnistep")]
+pub(crate) struct DcMotor {
+    inner: omni_core::DcMotor<f64>,
+}
+
+const TORQUE: &str = "torque_n_m";
+const VELOCITY: &str = "velocity_rad_s";
+
+impl DcMotor {
+    fn map<'py>(
+        &self,
+        torque_n_m: &Bound<'py, PyAny>,
+        velocity_rad_s: &Bound<'py, PyAny>,
+        of: impl Fn(&omni_core::DcMotor<f64>, f64, f64) -> f64,
+    ) -> PyResult<Array<'py, f64>> {
+        Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?
+            .map(torque_n_m.py(), |torque, velocity| {
+                of(&self.inner, torque, velocity)
+            })
+    }
+}
+
+#[pymethods]
+impl DcMotor {
+    #[new]
+    #[pyo3(signature = (
+        *, torque_constant_n_m_a, resistance_ohm, no_load_current_a = 0.0, supply_v, current_limit_a = None
+    ))]
+    fn new(
+        torque_constant_n_m_a: f64,
+        resistance_ohm: f64,
+        no_load_current_a: f64,
+        supply_v: f64,
+        current_limit_a: Option<f64>,
+    ) -> PyResult<Self> {
+        let config = DcMotorConfig {
+            torque_constant_n_m_a,
+            resistance_ohm,
+            no_load_current_a,
+            supply_v,
+            current_limit_a,
+        };
+        let inner = omni_core::DcMotor::new(config).map_err(|error| of_core(error.parameter, &error))?;
+        Ok(Self { inner })
+    }
+
+    /// Speed without load [rad/s].
+    #[getter]
+    fn no_load_speed_rad_s(&self) -> f64 {
+        self.inner.no_load_speed_rad_s()
+    }
+
+    /// Torque at rest [N.m], within the driver's current.
+    #[getter]
+    fn stall_torque_n_m(&self) -> f64 {
+        self.inner.torque_limit().range(0.0).upper_n_m
+    }
+
+    /// Lowest (0 or less) and highest (0 or more) torque [N.m] at velocities [rad/s], each in their shape.
+    ///
+    /// Raises:
+    ///     TypeError: not numbers.
+    fn torque_range<'py>(
+        &self,
+        velocity_rad_s: &Bound<'py, PyAny>,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let py = velocity_rad_s.py();
+        let velocities = Elements::read(VELOCITY, velocity_rad_s)?;
+        let limit = self.inner.torque_limit();
+        let each = velocities.values.iter().map(|velocity| limit.range(*velocity));
+        let (lower, upper) = each.map(|range| (range.lower_n_m, range.upper_n_m)).unzip();
+        Ok((
+            array(py, velocities.shape.clone(), lower)?,
+            array(py, velocities.shape, upper)?,
+        ))
+    }
+
+    /// What a bridge without a current loop is to do for a torque [N.m] at a velocity [rad/s].
+    ///
+    /// For what is not finite the duty is 0, which counts as limited.
+    ///
+    /// Raises:
+    ///     ConfigError: the shapes differ.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (torque_n_m, velocity_rad_s, /))]
+    fn duty(&self, torque_n_m: &Bound<'_, PyAny>, velocity_rad_s: &Bound<'_, PyAny>) -> PyResult<MotorDuty> {
+        let py = torque_n_m.py();
+        let pairs = Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?;
+        let told = pairs.each(|torque, velocity| self.inner.duty(torque, velocity));
+        let column = |of: fn(&omni_core::MotorDuty<f64>) -> f64| -> PyResult<_> {
+            Ok(array(py, pairs.shape(), told.iter().map(of).collect())?.unbind())
+        };
+        let limited = told.iter().map(|each| each.limited).collect();
+        Ok(MotorDuty {
+            duty: column(|each| each.duty)?,
+            current_a: column(|each| each.current_a)?,
+            torque_n_m: column(|each| each.torque_n_m)?,
+            limited: array(py, pairs.shape(), limited)?.unbind(),
+        })
+    }
+
+    /// Current [A] for a torque [N.m] at a velocity [rad/s], friction included.
+    ///
+    /// Raises:
+    ///     ConfigError: the shapes differ.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (torque_n_m, velocity_rad_s, /))]
+    fn current_a<'py>(
+        &self,
+        torque_n_m: &Bound<'py, PyAny>,
+        velocity_rad_s: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py, f64>> {
+        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::current_a)
+    }
+
+    /// Voltage [V] at the terminals for a torque [N.m] at a velocity [rad/s].
+    ///
+    /// Raises:
+    ///     ConfigError: the shapes differ.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (torque_n_m, velocity_rad_s, /))]
+    fn voltage_v<'py>(
+        &self,
+        torque_n_m: &Bound<'py, PyAny>,
+        velocity_rad_s: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py, f64>> {
+        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::voltage_v)
+    }
+
+    /// Electrical power [W] for a torque [N.m] at a velocity [rad/s]; negative flows back into the supply.
+    ///
+    /// Raises:
+    ///     ConfigError: the shapes differ.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (torque_n_m, velocity_rad_s, /))]
+    fn electrical_power_w<'py>(
+        &self,
+        torque_n_m: &Bound<'py, PyAny>,
+        velocity_rad_s: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py, f64>> {
+        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::electrical_power_w)
+    }
+
+    /// Heat of the winding [W] for a torque [N.m] at a velocity [rad/s]; never negative.
+    ///
+    /// Raises:
+    ///     ConfigError: the shapes differ.
+    ///     TypeError: not numbers.
+    #[pyo3(signature = (torque_n_m, velocity_rad_s, /))]
+    fn heat_w<'py>(
+        &self,
+        torque_n_m: &Bound<'py, PyAny>,
+        velocity_rad_s: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py, f64>> {
+        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::heat_w)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<omnistep.DcMotor: {:.6} N.m at rest, {:.6} rad/s without load>",
+            self.stall_torque_n_m(),
+            self.no_load_speed_rad_s()
+        )
+    }
+}
+
+/// What a bridge is to do for each torque, and what comes of it, in the shape of what was asked for.
+#[pyclass(frozen, get_all, module = "omnistep")]
+pub(crate) struct MotorDuty {
+    /// Part of the supply's voltage at the terminals, -1 to 1; 0 shorts the motor, which brakes.
+    duty: Py<PyArrayDyn<f64>>,
+    /// Current that flows with it [A], positive forwards.
+    current_a: Py<PyArrayDyn<f64>>,
+    /// Torque at the shaft with it [N.m]: what was asked for, unless limited.
+    torque_n_m: Py<PyArrayDyn<f64>>,
+    /// The supply or the driver's current limit gives no more than this.
+    limited: Py<PyArrayDyn<bool>>,
+}
+
+#[pymethods]
+impl MotorDuty {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (duty, limited) = (self.duty.bind(py).repr()?, self.limited.bind(py).repr()?);
+        Ok(format!("<omnistep.MotorDuty: duty {duty}, limited {limited}>"))
+    }
+}
+
+/// The duty of a bridge without a current loop, from a motor's torque at rest and what speed takes of it.
+///
+/// The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs no more than a data
+/// sheet's stall torque and no-load speed; :class:`DcMotor` also tells the current.
+///
+/// Args:
+///     torque_n_m: torque at the actuator [N.m], an array of any shape or a number.
+///     velocity_rad_s: its velocity [rad/s], in that shape or a number.
+///     stall_torque_n_m: torque at rest with the whole supply [N.m], above 0.
+///     slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more.
+///
+/// Returns:
+///     Duties, -1 to 1; 0 shorts the motor, which brakes with slope times velocity. 0 for NaN.
+///
+/// Raises:
+///     ConfigError: a torque or slope is out of range, or the shapes differ.
+///     TypeError: not numbers.
+///
+/// Example:
+///     >>> import omnistep
+///     >>> omnistep.torque_duty([0.5, 0.5, 2.0], [0.0, 4.0, 4.0], stall_torque_n_m=2.0, slope_n_m_s_rad=0.25).tolist()
+///     [0.25, 0.75, 1.0]
+#[pyfunction]
+#[pyo3(signature = (torque_n_m, velocity_rad_s, *, stall_torque_n_m, slope_n_m_s_rad = 0.0))]
+pub(crate) fn torque_duty<'py>(
+    torque_n_m: &Bound<'py, PyAny>,
+    velocity_rad_s: &Bound<'py, PyAny>,
+    stall_torque_n_m: f64,
+    slope_n_m_s_rad: f64,
+) -> PyResult<Array<'py, f64>> {
+    let limit = TorqueLimit::line(stall_torque_n_m, slope_n_m_s_rad)
+        .map_err(|error| of_core(error.parameter, &error))?;
+    Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?
+        .map(torque_n_m.py(), |torque, velocity| limit.duty(torque, velocity))
+}

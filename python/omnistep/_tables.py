@@ -1,0 +1,172 @@
+"""Tables of others, CSV and Parquet: the one reader of import, identify and calibrate.
+
+A CSV file is UTF-8, with or without a byte order mark. Its first line has the columns' names, in quotes or not; commas,
+semicolons or tabs part them, whichever makes most names. Numbers have a decimal point; an empty cell, NaN, null, None
+and NA are no number. Empty lines are skipped.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._omnistep import shortened
+from omnistep.errors import LogError, OmnistepError
+
+Floats = NDArray[np.float64]
+
+#: Most samples of a signal: an hour at 10 kHz.
+MOST_SAMPLES = 36_000_000
+#: Longest first line of a table [bytes].
+MOST_HEADER = 2**20
+#: Suffixes of tables.
+SUFFIXES = (".csv", ".parquet")
+#: What parts cells.
+SEPARATORS = (",", ";", "\t")
+#: Cells that are no number.
+NOTHING = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
+
+
+def needs(package: str, needed_by: str, extra: str) -> ImportError:
+    """What to raise where a reader is not installed."""
+    return ImportError(f'{needed_by} needs {package}: install omnistep with its extra "{extra}"')
+
+
+def module(name: str) -> Any:
+    """A reader, which need not be installed."""
+    return importlib.import_module(name)
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Whatever a foreign reader says of a file, in one line."""
+    try:
+        yield
+    except (OmnistepError, ImportError):
+        raise
+    except Exception as error:  # each reader has its own
+        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise LogError(f"{path}: cannot be read: {shortened(reason)}", file=str(path)) from error
+
+
+def names_of(path: Path) -> list[str]:
+    """The names of a table's columns, in their order."""
+    if path.suffix.lower() == ".parquet":
+        return list(module("pyarrow.parquet").ParquetFile(path).schema_arrow.names)
+    return _header(path)[0]
+
+
+def columns_of(path: Path, wanted: Sequence[str], *, time: str | None = None) -> dict[str, Any]:
+    """Columns of a table, each there once, as pyarrow has them: numbers all of them, but for times of any type."""
+    read = _parquet if path.suffix.lower() == ".parquet" else _csv
+    return read(path, list(wanted), time)
+
+
+def floats(path: Path, name: str, column: Any) -> Floats:
+    """A column as numbers; NaN where there is none."""
+    pyarrow = module("pyarrow")
+    _numbers(path, name, column.type)
+    return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+
+
+def _header(path: Path) -> tuple[list[str], str]:
+    with path.open("rb") as file:
+        line = file.readline(MOST_HEADER)
+    if len(line) == MOST_HEADER:
+        raise LogError(
+            f"{path}: a first line of more than {MOST_HEADER} bytes, allowed: the columns' names", file=str(path)
+        )
+    text = line.decode("utf-8-sig").rstrip("\r\n")
+    parted = [(next(csv.reader([text], delimiter=separator), []), separator) for separator in SEPARATORS]
+    names, separator = max(parted, key=lambda each: len(each[0]))
+    if not text:
+        raise LogError(f"{path}: an empty first line, allowed: the columns' names", file=str(path))
+    return [name.strip() for name in names], separator
+
+
+def _csv(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
+    pyarrow, reader = module("pyarrow"), module("pyarrow.csv")
+    names, separator = _header(path)
+    numbers = {name: pyarrow.float64() for name in wanted if name != time}
+    try:
+        table = reader.read_csv(
+            path,
+            # In one thread it knows the rows of what is wrong.
+            read_options=reader.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
+            parse_options=reader.ParseOptions(delimiter=separator),
+            convert_options=reader.ConvertOptions(include_columns=wanted, column_types=numbers, null_values=NOTHING),
+        )
+    except pyarrow.ArrowInvalid as error:
+        ragged = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", str(error))
+        if ragged is not None:
+            line = _line(path, int(ragged[1]))
+            raise LogError(
+                f"{path}: line {line}: {ragged[3]} cells, allowed: {ragged[2]}, as the first line has",
+                file=str(path),
+            ) from error
+        wrong = re.search(
+            r"In CSV column #(\d+): Row #(\d+): .*?: invalid value '([^\n]*?)'?$", str(error), re.MULTILINE
+        )
+        if wrong is None:
+            raise
+        line = _line(path, int(wrong[2]))
+        raise LogError(
+            f"{path}: line {line}, column {shortened(names[int(wrong[1])])}: {shortened(repr(wrong[3]))}, allowed:"
+            " numbers, with a decimal point",
+            file=str(path),
+        ) from error
+    _count(path, table.num_rows)
+    return {name: table.column(name) for name in wanted}
+
+
+def _line(path: Path, row: int) -> int:
+    """The line of a row, both from 1: empty lines are no rows."""
+    rows = 0
+    with path.open("rb") as file:
+        for line, text in enumerate(file, start=1):
+            rows += bool(text.rstrip(b"\r\n"))
+            if rows == row:
+                return line
+    return row
+
+
+def _parquet(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
+    batches, rows = [], 0
+    file = module("pyarrow.parquet").ParquetFile(path)
+    timestamp = module("pyarrow").types.is_timestamp
+    # Before anything is unpacked: a text of a million letters takes a few bytes of a file, as often as it is there.
+    for name in wanted:
+        kind = file.schema_arrow.field(name).type
+        if not (name == time and timestamp(kind)):
+            _numbers(path, name, kind)
+    # In pieces: a file of some bytes may unpack to anything.
+    for batch in file.iter_batches(columns=wanted):
+        rows += batch.num_rows
+        _count(path, rows)
+        batches.append(batch)
+    if not batches:
+        raise LogError(f"{path}: no rows", file=str(path))
+    table = module("pyarrow").Table.from_batches(batches)
+    return {name: table.column(name) for name in wanted}
+
+
+def _count(path: Path, rows: int) -> None:
+    if not 0 < rows <= MOST_SAMPLES:
+        found = "no rows" if rows == 0 else f"{rows} rows and more"
+        raise LogError(f"{path}: {found}, allowed: 1 to {MOST_SAMPLES}", file=str(path))
+
+
+def _numbers(path: Path, name: str, kind: Any) -> None:
+    """Refuse a column of a type that is no number."""
+    types = module("pyarrow").types
+    if not (types.is_integer(kind) or types.is_floating(kind) or types.is_null(kind)):
+        reason = shortened(f"of type {kind}")
+        raise LogError(f"{path}: column {name}: {reason}, allowed: numbers", file=str(path))

@@ -1,0 +1,214 @@
+"""What looks wrong with a log is told: signs, the order of wheels, units; and nothing where all is right."""
+
+import numpy as np
+import pytest
+
+import omnistep
+from omnistep import _doubts
+from omnistep._motion_model import Masses, Motion, cut
+from omnistep._wheel_logs import read
+
+MAP = (
+    'schema_version = 1\nvehicle = "mecanum4"\nperiod_s = 0.01\n[time]\ncolumn = "t"\n'
+    '[wheels]\nnames = ["a", "b", "c", "d"]\nunit = "rad/s"\n'
+    '[command]\nnames = ["vx", "vy", "wz"]\n[gyro]\nnames = ["g"]\n'
+)
+
+
+def imported(tmp_path, change, keys=MAP):
+    """The summary of two seconds of driving about, of which something was changed."""
+    time = 0.01 * np.arange(200)
+    twists = np.stack([0.3 * np.sin(3 * time), 0.2 * np.cos(2 * time), np.sin(5 * time)], axis=1)
+    wheels = omnistep.Kinematics(layout=omnistep.Vehicle("mecanum4").layout).inverse(twists)
+    table = {"t": time, **dict(zip("abcd", wheels.T.copy(), strict=True)), "g": twists[:, 2].copy()}
+    table |= dict(zip(("vx", "vy", "wz"), twists.T.copy(), strict=True))
+    change(table)
+    rows = [",".join(table), *(",".join(repr(float(c[k])) for c in table.values()) for k in range(len(time)))]
+    (tmp_path / "robot.csv").write_text("\n".join(rows))
+    (tmp_path / "my.toml").write_text(keys)
+    return omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "robot.mcap")
+
+
+def scaled(names, by):
+    def change(table):
+        for name in names:
+            table[name] = table[name] * by
+
+    return change
+
+
+def swapped(table):
+    table["a"], table["b"] = table["b"], table["a"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda table: None, []),
+        # Noise of a tenth of what the wheels turn is none of that.
+        (lambda table: table.update(a=table["a"] + 0.4 * np.random.default_rng(1).normal(size=200)), []),
+        (scaled("b", -1.0), ["one counts the other way", "wheel front_right turns the other way than the command"]),
+        # The redundancy of mecanum wheels has one sign for the first two: it does not tell them apart.
+        (swapped, ["wheel front_left turns as the command tells wheel front_right to", "tells wheel front_left to"]),
+        (scaled("g", 180 / np.pi), ["the gyro says 57.3 times what the wheels do"]),
+        (scaled("g", -1.0), ["the gyro turns the other way"]),
+        (scaled("abcd", -1.0), ["the gyro turns the other way", "all wheels turn the other way than the command"]),
+        (scaled("t", 1e-3), ["samples are 1e-05 s apart: is the unit of time right?"]),
+    ],
+    ids=["right", "noise", "sign", "order", "degrees", "gyro", "all signs", "time"],
+)
+def test_import_tells_what_looks_wrong(tmp_path, change, said):
+    # Of 2 ms no control periods of 10 ms are left, so these are shorter there.
+    of_time = bool(said) and "unit of time" in said[0]
+    summary = imported(tmp_path, change, MAP.replace("0.01", "0.0005") if of_time else MAP)
+    if of_time:
+        assert said[0] in summary.doubts[0]
+        return
+    assert len(summary.doubts) == len(said), summary.doubts
+    for doubt, part in zip(summary.doubts, said, strict=True):
+        assert part in doubt and f"doubtful: {doubt}" in str(summary)
+
+
+def test_a_command_that_comes_a_nanosecond_late_is_the_periods_own(tmp_path):
+    # As clocks jitter: held at the start of a period it would be the one before, in half of the periods.
+    rng = np.random.default_rng(3)
+    late = rng.choice([-1e-9, 1e-9], size=200)
+    late[0] = 0.0
+    summary = imported(tmp_path, lambda table: table.update(t=table["t"] + late))
+    log = omnistep.read_mcap(summary.path)
+    asked = 0.3 * np.sin(3 * 0.01 * np.arange(len(log.trace)))
+    # A nanosecond of 10 ms of the one before, and nanoseconds are whole.
+    assert np.abs(log.trace["asked_vx_m_s"] - asked).max() < 1e-8
+
+
+def test_pwm_comes_in_as_duty_cycles_and_is_identified_by(tmp_path):
+    keys = MAP.replace("[gyro]", '[duty]\nnames = ["p", "q", "r", "s"]\nscale = 0.003921568627450980\n[gyro]')
+
+    def pwm(table):
+        table.update(dict.fromkeys("pqrs", np.where(table["t"] < 1.0, 255.0, -300.0)))
+
+    summary = imported(tmp_path, pwm, keys)
+    log = omnistep.read_mcap(summary.path)
+    duty = log.trace["commanded_duty_front_left"]
+    assert duty[:99] == pytest.approx(1.0, abs=1e-12) and duty[101:] == pytest.approx(-300 / 255, rel=1e-12)
+    beyond = [each.beyond for each in summary.signals if each.signal == "duty"]
+    assert beyond == [100] * 4
+    with pytest.raises(omnistep.ConfigError, match=r"_duty reaches 1\.176, allowed: -1 to 1"):
+        omnistep.identify(log, vehicle="mecanum4")
+
+
+def test_a_log_without_torques_says_what_it_lacks(tmp_path):
+    log = imported(tmp_path, lambda table: None).path
+    with pytest.raises(omnistep.ConfigError, match=r"no torque in wheel_front_left_applied_n_m, allowed: .*\[duty\]"):
+        omnistep.identify(log, vehicle="mecanum4")
+
+
+def test_a_torque_beyond_the_motors_line_at_its_speed_is_counted(tmp_path):
+    keys = MAP.replace("[gyro]", '[torques]\nnames = ["p", "q", "r", "s"]\n[gyro]')
+    vehicle = omnistep.Vehicle("mecanum4")
+    stall, end = vehicle["motor.stall_torque_n_m"], vehicle.no_load_rad_s
+
+    def torques(table):
+        # Half of the line's beside it, and of one wheel all of what the motor has standing.
+        table.update({new: 0.5 * stall * (1 - abs(table[of]) / end) for new, of in zip("pqr", "abc", strict=True)})
+        table["s"] = np.full(200, stall)
+
+    summary = imported(tmp_path, torques, keys)
+    beyond = [each.beyond for each in summary.signals if each.signal == "torques"]
+    turning = int((imported_wheel(summary.path) > 1e-3 * end).sum())
+    assert beyond[:3] == [0, 0, 0] and abs(beyond[3] - turning) <= 2
+
+
+def imported_wheel(path):
+    return omnistep.read_mcap(path).trace.wheels("measured_rad_s")[:, 3]
+
+
+def test_times_in_milliseconds_are_told():
+    vehicle = omnistep.Vehicle("mecanum4")
+    log = {"time_s": 10.0 * np.arange(300)}
+    for name in vehicle.wheel_names:
+        log |= {f"wheel_{name}_measured_rad_s": np.ones(300), f"wheel_{name}_applied_n_m": np.ones(300)}
+    with pytest.raises(
+        omnistep.ConfigError, match=r"rows of time_s are 10 s apart, allowed: 5e-05 to 0\.5 s; it is in s"
+    ):
+        omnistep.identify(log, vehicle=vehicle)
+
+
+def test_calibrate_names_the_run_that_no_vehicle_makes():
+    drawn = omnistep.Vehicle("mecanum4")
+    kinematics = omnistep.Kinematics(layout=drawn.layout)
+    runs = []
+    for twist in [(0.3, 0, 0), (0, 0.3, 0), (0, 0, 1), (0.2, 0, 0.5), (0, -0.2, -0.5), (-0.3, 0.1, 0.2)]:
+        wheels = kinematics.inverse([twist] * 401)
+        x, y, yaw = omnistep.moved_by([0, 0, 0], 4.0 * np.array(twist))
+        log = {"time_s": 0.01 * np.arange(401)}
+        log |= {f"wheel_{name}_measured_rad_s": wheels[:, k] for k, name in enumerate(drawn.wheel_names)}
+        runs.append({"log": log, "end_x_m": x, "end_y_m": y, "end_yaw_rad": yaw})
+
+    def told(runs):
+        found = omnistep.calibrate([omnistep.CalibrationRun(**run) for run in runs], vehicle=drawn)
+        return [line for line in found.cannot_tell if line.startswith("run[")]
+
+    assert told(runs) == []
+    centimetres = [dict(run) for run in runs]
+    centimetres[1]["end_y_m"] *= 10
+    assert [line for line in told(centimetres) if line.startswith("run[1]: its end is ") and "is it in m" in line]
+    degrees = [dict(run, end_yaw_rad=np.degrees(run["end_yaw_rad"]) % 6.28) for run in runs]
+    assert [line for line in told(degrees) if "is it in rad" in line]
+    turned = [dict(run, log=dict(run["log"])) for run in runs]
+    for run in turned:
+        run["log"]["wheel_front_left_measured_rad_s"] = -run["log"]["wheel_front_left_measured_rad_s"]
+    assert len([line for line in told(turned) if "one counts the other way" in line]) >= 5
+
+
+def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
+    # 360 counts at 1 kHz: one count is 17 rad/s for a period, the wheels turn at 4.
+    time = 0.001 * np.arange(3000)
+    twists = np.stack([0.3 * np.sin(3 * time), 0.0 * time, 0.0 * time], axis=1)
+    vehicle = omnistep.Vehicle("chugo7")
+    kinematics = omnistep.Kinematics(layout=vehicle.layout)
+    angles = np.cumsum(kinematics.inverse(twists), axis=0) * 0.001
+    counted = np.floor(angles * 360 / (2 * np.pi)) * 2 * np.pi / 360
+    measured = np.diff(counted, axis=0, prepend=counted[:1]) / 0.001
+    assert _doubts.of_wheels(vehicle, measured, 0.001) == []
+    # Ahead, wheels 2 and 6 are told to stand; a creep aside turns them as the others.
+    creep = kinematics.inverse(twists + 0.005 * twists[:, [2, 0, 1]])
+    assert _doubts.of_command(vehicle, creep, twists) == []
+    # Told to go ahead alone a vehicle says nothing of their signs.
+    creep[:, [1, 5]] *= -1.0
+    assert _doubts.of_command(vehicle, creep, twists) == []
+    assert _doubts.of_command(vehicle, -creep, twists) != []
+
+
+def test_rows_that_are_seconds_apart_are_doubtful():
+    assert _doubts.of_steps(0.005) == _doubts.of_steps(0.5) == []
+    assert _doubts.of_steps(5.0) == ["samples are 5 s apart: is the unit of time right?"]
+
+
+def test_how_soon_motors_are_followed_does_not_change_with_the_side_of_the_gear_that_is_counted():
+    drawn = omnistep.Vehicle("mecanum4")
+    times = []
+    for gear in (1.0, 0.05):
+        keys = {f"wheel.{k}.gear": gear for k in range(4)}
+        vehicle = drawn.replace(keys)
+        masses = Masses(vehicle)
+        time = 0.01 * np.arange(300)
+        log = {"time_s": time}
+        for name in vehicle.wheel_names:
+            log |= {f"wheel_{name}_measured_rad_s": np.full(300, 5.0 / gear), f"wheel_{name}_duty": np.ones(300)}
+        read_log = read(log, vehicle)
+        for lifted in (False, True):
+            cut_log = cut(read_log, masses, read_log.duty, lifted=lifted)
+            motion = Motion(cut_log, masses, read_log.duty, 1.0)
+            # The same brake at the wheel: at an actuator that turns 20 times as fast it is 400 times as weak.
+            p = {
+                "mass_kg": 24.0,
+                "yaw_inertia_kg_m2": 1.3,
+                "wheel_inertia_kg_m2": 0.0035,
+                "viscous_n_m_s_rad": 0.01,
+                "slope_n_m_s_rad": 0.1 * gear**2,
+            }
+            times.append(motion.time_constant_s(p))
+    assert times[:2] == pytest.approx(times[2:], rel=1e-9)
+    # In the air the wheel's inertia over the brake.
+    assert times[1] == pytest.approx(0.0035 / 0.11, rel=1e-9)
