@@ -81,8 +81,8 @@ def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats) -> list[
     doubts = [f"wheel {name} turns the other way than the command tells it to" for name in other]
     return doubts + [
         f"wheel {name} turns as the command tells wheel {names[of]} to: is their order that of the file?"
-        for name, of, part in zip(names, best, own, strict=True)
-        if heard[names.index(name)] and abs(part) < ALIKE and abs(alike[names.index(name), of]) > SURELY
+        for name, of, part, most in zip(names, best, own, np.abs(alike).max(axis=1), strict=True)
+        if abs(part) < ALIKE and most > SURELY
     ]
 
 

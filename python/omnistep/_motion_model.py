@@ -68,6 +68,8 @@ class Masses:
         self.discs = 0.5 * float(self.wheel_inertias.sum())
         self.yaw_inertia = self.own + self.away + self.discs
         self.map = Kinematics(layout=vehicle.layout).inverse_matrix
+        #: From wheels back to the twist.
+        self.back = np.linalg.pinv(self.map)
         loads = vehicle.static_loads_n()
         count = len(wheels)
         # As parts of the weight.
@@ -133,7 +135,7 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
     velocity = log.measured
     if not lifted:
         # The motion of the whole: what single wheels read besides is noise or slip.
-        velocity = velocity @ np.linalg.pinv(masses.map).T @ masses.map.T
+        velocity = velocity @ masses.back.T @ masses.map.T
     smooth = _smooth(np.nan_to_num(velocity), max(1, round(SMOOTH_S / log.period_s)))
     signs = np.sign(smooth).astype(np.int64)
     fastest = float(np.quantile(np.abs(smooth).max(axis=1), 0.99))
@@ -214,7 +216,7 @@ class Motion:
         self.turned, self.since = stretches.binned(0.5 * clock**2) * signs, stretches.binned(clock) * signs
         # What all wheels together say of the motion, as angles of the wheels.
         if not stretches.lifted:
-            self.measured = self.measured @ np.linalg.pinv(self.map).T @ self.map.T
+            self.measured = self.measured @ masses.back.T @ self.map.T
         #: What makes errors of readings independent: none for errors of angles that are.
         self.noise: Noise | None = None
         self.swerve = None if stretches.lifted else self._swerve()
@@ -286,7 +288,7 @@ class Motion:
         log, vehicle = self.stretches.log, self.masses.vehicle
         doubts = _doubts.of_wheels(vehicle, log.measured, log.period_s)
         if log.yaw_rate is not None:
-            doubts += _doubts.of_yaw(log.measured @ np.linalg.pinv(self.map)[2], log.yaw_rate)
+            doubts += _doubts.of_yaw(log.measured @ self.masses.back[2], log.yaw_rate)
         return [f"{log.name}: {doubt}" for doubt in doubts]
 
     def clusters(self) -> Integers:
@@ -302,7 +304,7 @@ class Motion:
     def _swerve(self) -> Floats:
         """Integral of what a kilogram takes to go round with the vehicle, whose axes turn."""
         log = self.stretches.log
-        twist = np.nan_to_num(log.measured) @ np.linalg.pinv(self.map).T
+        twist = np.nan_to_num(log.measured) @ self.masses.back.T
         vx, vy, turn = _smooth(twist, max(1, round(SMOOTH_S / self.period))).T
         x, y = self.masses.centre
         each = [-turn * (vy + turn * x), turn * (vx - turn * y), turn * (x * vx + y * vy)]

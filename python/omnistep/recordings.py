@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -24,6 +24,13 @@ from omnistep.runs import _bar
 #: Most control periods: an hour at 1 kHz.
 _MOST_ROWS = 3_600_000
 _PLACE = ("x_m", "y_m", "yaw_rad")
+#: Columns of each wheel, by the table of the map.
+_OF_WHEELS = {
+    "wheels": "measured_rad_s",
+    "references": "reference_rad_s",
+    "torques": "torque_n_m",
+    "commanded_torques": "applied_n_m",
+}
 
 
 @dataclass(frozen=True)
@@ -182,7 +189,7 @@ def import_log(
     starts_ns, rows = _span(source, log_map, read["wheels"])
     columns = _columns(log_map, read, starts_ns, rows)
     scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
-    signals = _signals(log_map, read, columns, starts_ns, rows)
+    signals = _signals(log_map, read, columns)
     period_s = log_map.scenario.period_s
     doubts = _doubtful(log_map, columns, signals)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
@@ -229,12 +236,6 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
     columns: dict[str, Floats] = {}
     gears = [wheel.gear for wheel in vehicle.layout.wheels]
 
-    def of_wheels(table: str, signal: str, take: Callable[[Channel], Floats], power: int) -> None:
-        for name, gear, channel in zip(vehicle.wheel_names, gears, read[table], strict=True):
-            # With a gear the wheel turns as many times as fast, and pushes that much less hard.
-            factor = gear**power if log_map.signals[table].at_wheel else 1.0
-            columns[f"wheel_{name}_{signal}"] = take(channel) * factor
-
     def turned(channel: Channel) -> Floats:
         before = np.concatenate([starts[:1] - period_ns, starts])
         return np.asarray(np.diff(channel.at(before)) / (period_ns * 1e-9), dtype=np.float64)
@@ -242,39 +243,23 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
     def there(channel: Channel) -> Floats:
         return channel.over(starts, period_ns)
 
-    of_wheels("wheels", "measured_rad_s", turned if log_map.signals["wheels"].positions else there, -1)
-    if log_map.signals["wheels"].positions:
+    positions = log_map.signals["wheels"].positions
+    for table, of_table in read.items():
+        for number, (name, channel) in enumerate(zip(_names(log_map, table), of_table, strict=True)):
+            if table in ("pose", "odometry"):
+                at = channel.at(starts + period_ns)
+                columns[name] = np.arctan2(np.sin(at), np.cos(at)) if name.endswith("yaw_rad") else at
+                continue
+            columns[name] = turned(channel) if table == "wheels" and positions else there(channel)
+            if table in _OF_WHEELS and log_map.signals[table].at_wheel:
+                # With a gear the wheel turns as many times as fast, and pushes that much less hard.
+                columns[name] *= gears[number] ** (1 if table in ("torques", "commanded_torques") else -1)
+    if positions:
         # Their differences are coarse; who fits a model wants the angles themselves.
         for name, gear, channel in zip(vehicle.wheel_names, gears, read["wheels"], strict=True):
             columns[f"sensed_wheel_rad_{name}"] = there(channel) / (gear if log_map.signals["wheels"].at_wheel else 1.0)
-    for table, signal, power in (
-        ("references", "reference_rad_s", -1),
-        ("torques", "torque_n_m", 1),
-        ("commanded_torques", "applied_n_m", 1),
-    ):
-        if table in read:
-            of_wheels(table, signal, there, power)
-    for name, channel in zip(vehicle.wheel_names, read.get("duty", []), strict=False):
-        columns[f"commanded_duty_{name}"] = there(channel)
-    names = {
-        "command": [f"asked_{axis}" for axis in AXES],
-        "accelerometer": [f"sensed_specific_force_{axis}_m_s2" for axis in "xyz"],
-        "attitude": ["sensed_roll_rad", "sensed_pitch_rad"],
-        "hinges": [f"sensed_angle_rad_{hinge}" for hinge in log_map.hinge_names],
-        "hinge_rates": [f"sensed_rate_rad_s_{hinge}" for hinge in log_map.hinge_names],
-    }
-    for table, of_table in names.items():
-        for name, channel in zip(of_table, read.get(table, []), strict=False):
-            columns[name] = there(channel)
-    gyro = read.get("gyro", [])
-    for axis, channel in zip(("roll", "pitch", "yaw")[-len(gyro) :], gyro, strict=False):
-        columns[f"sensed_{axis}_rate_rad_s"] = there(channel)
-    if gyro:
-        columns["gyro_rad_s"] = there(gyro[-1])
-    for table, prefix in (("pose", "pose"), ("odometry", "odom")):
-        for name, channel in zip(_PLACE, read.get(table, []), strict=False):
-            at = channel.at(starts + period_ns)
-            columns[f"{prefix}_{name}"] = np.arctan2(np.sin(at), np.cos(at)) if name == "yaw_rad" else at
+    if "gyro" in read:
+        columns["gyro_rad_s"] = columns["sensed_yaw_rate_rad_s"]
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
     if "odometry" not in read:
         poses = reckoned(log_map, read["wheels"], read.get("pose", []), measured, starts, period_ns)
@@ -283,6 +268,26 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
     for axis, column in zip(AXES, estimated(vehicle, measured).T, strict=True):
         columns[f"estimated_{axis}"] = np.ascontiguousarray(column)
     return columns
+
+
+def _names(log_map: LogMap, table: str) -> list[str]:
+    """The columns that a table of the map becomes, in its order."""
+    wheels, hinges = log_map.scenario.vehicle.wheel_names, log_map.hinge_names
+    if table in _OF_WHEELS:
+        return [f"wheel_{name}_{_OF_WHEELS[table]}" for name in wheels]
+    if table == "gyro":
+        axes = ("roll", "pitch", "yaw")[-len(log_map.signals["gyro"].factors) :]
+        return [f"sensed_{axis}_rate_rad_s" for axis in axes]
+    return {
+        "duty": [f"commanded_duty_{name}" for name in wheels],
+        "command": [f"asked_{axis}" for axis in AXES],
+        "accelerometer": [f"sensed_specific_force_{axis}_m_s2" for axis in "xyz"],
+        "attitude": ["sensed_roll_rad", "sensed_pitch_rad"],
+        "hinges": [f"sensed_angle_rad_{hinge}" for hinge in hinges],
+        "hinge_rates": [f"sensed_rate_rad_s_{hinge}" for hinge in hinges],
+        "pose": [f"pose_{name}" for name in _PLACE],
+        "odometry": [f"odom_{name}" for name in _PLACE],
+    }[table]
 
 
 def _doubtful(log_map: LogMap, columns: Mapping[str, Floats], signals: Sequence[ImportedSignal]) -> tuple[str, ...]:
@@ -310,37 +315,29 @@ def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
 
 
 def _signals(
-    log_map: LogMap, read: Mapping[str, list[Channel]], columns: Mapping[str, Floats], starts_ns: int, rows: int
+    log_map: LogMap, read: Mapping[str, list[Channel]], columns: Mapping[str, Floats]
 ) -> tuple[ImportedSignal, ...]:
     vehicle = log_map.scenario.vehicle
     stall_n_m = float(vehicle["motor.stall_torque_n_m"])
     no_load_rad_s = vehicle.no_load_rad_s or math.inf
     limits = {
-        "wheels": ("measured_rad_s", no_load_rad_s),
-        "references": ("reference_rad_s", no_load_rad_s),
-        "torques": ("torque_n_m", stall_n_m),
-        "commanded_torques": ("applied_n_m", stall_n_m),
+        "wheels": no_load_rad_s,
+        "references": no_load_rad_s,
+        "torques": stall_n_m,
+        "commanded_torques": stall_n_m,
+        "duty": 1.0,
     }
-    period_ns = _period_ns(log_map.scenario)
-    starts: Nanoseconds = starts_ns + period_ns * np.arange(rows, dtype=np.int64)
     signals = []
     for table, of_table in read.items():
-        at = starts + period_ns if table in ("pose", "odometry") else starts
-        for number, channel in enumerate(of_table):
-            beyond = 0
-            if table in limits:
-                signal, limit = limits[table]
-                column = columns[f"wheel_{vehicle.wheel_names[number]}_{signal}"]
-                most = np.full(rows, limit)
-                if signal in ("torque_n_m", "applied_n_m"):
-                    # Along its motion a motor has less the faster it turns; what it brakes with is not less.
-                    wheel = np.nan_to_num(columns[f"wheel_{vehicle.wheel_names[number]}_measured_rad_s"])
-                    most = limit * (1.0 - np.maximum(wheel * np.sign(np.nan_to_num(column)), 0.0) / no_load_rad_s)
-                beyond = int(np.count_nonzero(np.abs(column) > np.maximum(most, 0.0) + 1e-6 * limit))
-            else:
-                column = channel.over(at, period_ns)
-                if table == "duty":
-                    beyond = int(np.count_nonzero(np.abs(column) > 1.0 + 1e-6))
+        limit = limits.get(table, math.inf)
+        for number, (name, channel) in enumerate(zip(_names(log_map, table), of_table, strict=True)):
+            column = columns[name]
+            most = np.full(len(column), limit)
+            if table in ("torques", "commanded_torques"):
+                # Along its motion a motor has less the faster it turns; what it brakes with is not less.
+                wheel = np.nan_to_num(columns[_names(log_map, "wheels")[number]])
+                most = limit * (1.0 - np.maximum(wheel * np.sign(np.nan_to_num(column)), 0.0) / no_load_rad_s)
+            beyond = int(np.count_nonzero(np.abs(column) > np.maximum(most, 0.0) + 1e-6 * limit))
             gaps_s = channel.gaps_s()
             signals.append(
                 ImportedSignal(

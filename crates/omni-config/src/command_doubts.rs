@@ -26,13 +26,8 @@ impl Scenario {
     pub fn command_doubts(&self) -> Result<Vec<String>, Error> {
         let mut doubts = Vec::new();
         let vehicle = self.vehicle();
-        let motors = match vehicle.no_load_rad_s() {
-            Some(no_load) => Some(vehicle.speeds_at(no_load)?),
-            None => None,
-        };
-        let limits = vehicle
-            .limits
-            .map(|limits| [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]);
+        let motors = vehicle.motor_speeds()?;
+        let limits = vehicle.limits.map(|limits| limits.speeds());
         for (axis, asked) in self.command.largest().into_iter().enumerate() {
             let unit = AXES[axis];
             let beyond = |top: [f64; 3]| (asked > SLACK * top[axis]).then_some(top[axis]);

@@ -142,7 +142,7 @@ impl Vehicle {
     /// The fastest that an actuator is meant to turn \[rad/s\]: where a limit of one axis is reached, but no faster than the motor.
     fn full_speed_rad_s(&self, rows: &[[f64; 3]]) -> Option<f64> {
         let commanded = self.limits.map(|limits| {
-            let limit = [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s];
+            let limit = limits.speeds();
             rows.iter()
                 .flat_map(|row| (0..3).map(move |axis| row[axis].abs() * limit[axis]))
                 .fold(0.0, f64::max)

@@ -98,8 +98,7 @@ impl PathPlan {
         if let Some(own) = vehicle.limits.filter(|_| self.wheels) {
             let none = f64::INFINITY;
             let (linear, yaw) = (own.linear_m_s2.unwrap_or(none), own.yaw_rad_s2.unwrap_or(none));
-            limits.fastest =
-                BodyTwist::from_array([own.vx_m_s, own.vy_m_s, own.wz_rad_s].map(|v| self.share * v));
+            limits.fastest = BodyTwist::from_array(own.speeds().map(|v| self.share * v));
             limits.quickest = BodyTwist::from_array([linear, linear, yaw].map(|v| self.share * v));
         }
         limits.share = self.share;

@@ -170,6 +170,11 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// The speeds forward, sideways \[m/s\] and about \[rad/s\].
+    pub(crate) fn speeds(&self) -> [f64; 3] {
+        [self.vx_m_s, self.vy_m_s, self.wz_rad_s]
+    }
+
     /// The limits in the controller's scalar, axis by axis.
     #[must_use]
     pub fn of_twist<R: omni_core::Real>(&self) -> TwistLimits<R> {

@@ -38,10 +38,8 @@ impl Vehicle {
         doubts.extend(self.mirrored_rollers()?);
         doubts.extend(self.wheel.iter().filter_map(flywheel));
         doubts.extend(self.too_high());
-        if let Some(no_load_rad_s) = self.no_load_rad_s() {
-            doubts.extend(self.too_fast(no_load_rad_s));
-            doubts.extend(self.never_reached(no_load_rad_s)?);
-        }
+        doubts.extend(self.no_load_rad_s().and_then(|no_load| self.too_fast(no_load)));
+        doubts.extend(self.never_reached()?);
         if self.gains.is_none() {
             let derived = self.derived_gains(period_s)?;
             if derived.time_constant_s > SLOW_S {
@@ -126,20 +124,12 @@ impl Vehicle {
     }
 
     /// Limits that are none: the motors are slower.
-    fn never_reached(&self, no_load_rad_s: f64) -> Result<Vec<String>, Error> {
-        let Some(limits) = self.limits else {
+    fn never_reached(&self) -> Result<Vec<String>, Error> {
+        let (Some(limits), Some(reached)) = (self.limits, self.motor_speeds()?) else {
             return Ok(Vec::new());
         };
-        let own = [
-            ("vx_m_s", limits.vx_m_s),
-            ("vy_m_s", limits.vy_m_s),
-            ("wz_rad_s", limits.wz_rad_s),
-        ];
-        let reached = self.speeds_at(no_load_rad_s)?;
-        let beyond = own
-            .into_iter()
-            .zip(reached)
-            .filter(|((_, limit), top)| *limit > BEYOND * top);
+        let own = ["vx_m_s", "vy_m_s", "wz_rad_s"].into_iter().zip(limits.speeds());
+        let beyond = own.zip(reached).filter(|((_, limit), top)| *limit > BEYOND * top);
         Ok(beyond
             .map(|((key, limit), top)| {
                 format!(

@@ -143,14 +143,16 @@ impl Vehicle {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn top_speeds(&self) -> Result<[f64; 3], Error> {
-        let of_motors = match self.no_load_rad_s() {
-            Some(no_load) => self.speeds_at(no_load)?,
-            None => [f64::INFINITY; 3],
-        };
-        let allowed = self.limits.map_or([f64::INFINITY; 3], |limits| {
-            [limits.vx_m_s, limits.vy_m_s, limits.wz_rad_s]
-        });
+        let of_motors = self.motor_speeds()?.unwrap_or([f64::INFINITY; 3]);
+        let allowed = self.limits.map_or([f64::INFINITY; 3], |limits| limits.speeds());
         Ok([0, 1, 2].map(|axis| of_motors[axis].min(allowed[axis])))
+    }
+
+    /// What its motors turn without load, ahead, aside \[m/s\] and about \[rad/s\]; none of motors whose line says nothing of that.
+    pub(crate) fn motor_speeds(&self) -> Result<Option<[f64; 3]>, Error> {
+        self.no_load_rad_s()
+            .map(|no_load| self.speeds_at(no_load))
+            .transpose()
     }
 
     /// Friction that accelerating takes of the wheel that has the least of it for its load, per m/s^2 ahead and aside and per rad/s^2 about, each alone

@@ -56,29 +56,17 @@ pub(super) fn new(
             allowed: "only with new vehicle, new scenario and new study; --vehicle says whose it is",
         });
     }
-    if let NewKind::Map = kind {
-        // A map has no name in it; it is what a scenario's may be.
-        let named = FileKind::Scenario.template("flat")?;
-        let named = named.replacen("name = \"flat\"", &format!("name = \"{name}\""), 1);
-        Scenario::from_source(&Source::text(format!("new {name}"), named), &[])?;
-        let vehicle = vehicle.unwrap_or("chugo7");
-        let path = written(name, &log_map::text(vehicle)?)?;
-        let hint =
-            format!("write the names of your log's columns into it, then: omnistep import LOG --map {path}");
-        return print(out, &format!("{path}: a map for {vehicle}; {hint}\n"));
-    }
     let kind_of_new = kind;
     let (kind, like) = match kind {
         NewKind::Vehicle => (FileKind::Vehicle, like.unwrap_or("chugo7")),
         NewKind::Scenario => (FileKind::Scenario, like.unwrap_or("step")),
         NewKind::Study => (FileKind::Study, like.unwrap_or("climb_map")),
-        NewKind::Manoeuvre | NewKind::Map => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
+        NewKind::Manoeuvre => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
+        NewKind::Map => return new_map(name, vehicle.unwrap_or("chugo7"), out),
     };
     let text = match kind_of_new {
         NewKind::Manoeuvre => manoeuvre::text(name, like)?,
-        _ => kind
-            .template(like)?
-            .replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1),
+        _ => named(kind, like, name)?,
     };
     // What would be refused when it is read is not written.
     let source = Source::text(format!("new {name}"), &*text);
@@ -102,6 +90,22 @@ pub(super) fn new(
         _ => "started from",
     };
     print(out, &format!("{path}: {started} {like}; run it with: {hint}\n"))
+}
+
+/// Writes a map for `omnistep import`. There is no name in it; the file's is what a scenario's may be.
+fn new_map(name: &str, vehicle: &str, out: &mut dyn Write) -> Result<(), Error> {
+    let scenario = named(FileKind::Scenario, "flat", name)?;
+    Scenario::from_source(&Source::text(format!("new {name}"), scenario), &[])?;
+    let path = written(name, &log_map::text(vehicle)?)?;
+    let hint =
+        format!("write the names of your log's columns into it, then: omnistep import LOG --map {path}");
+    print(out, &format!("{path}: a map for {vehicle}; {hint}\n"))
+}
+
+/// The text of a built-in file with another name in it.
+fn named(kind: FileKind, like: &str, name: &str) -> Result<String, Error> {
+    let text = kind.template(like)?;
+    Ok(text.replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1))
 }
 
 /// The name of the file `NAME.toml`, written unless there is such a file.

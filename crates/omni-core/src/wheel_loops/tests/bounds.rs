@@ -8,28 +8,7 @@ fn a_released_wheel_overshoots_no_more_with_a_limit_of_its_proportional_term() {
     let (kp, ki) = (0.3, 2.0);
     for bound in [0.3, 0.8] {
         let config = gains(kp, ki).with_proportional_limit(bound);
-        // As without: loaded with exactly the limit, 30 s are enough to settle at the reference with that torque.
-        let free = controller::<3>(config, 1e6, Saturation::Clip);
-        let friction = 0.002 * REFERENCE[0];
-        let yardstick = overshoot(&free, |k| (k < 30_000).then_some(LIMIT - friction));
-        assert!(yardstick > 0.01, "the loop as such overshoots: {yardstick}");
-        for (saturation, anti_windup) in laws(kp / ki) {
-            let limited = controller::<3>(
-                PidConfig {
-                    anti_windup,
-                    ..config
-                },
-                LIMIT,
-                saturation,
-            );
-            for overload in [1.05, f64::INFINITY] {
-                let peak = overshoot(&limited, |k| (k < 30_000).then_some(overload * LIMIT));
-                assert!(
-                    1.0 + peak <= 1.05 * (1.0 + yardstick) && peak <= 1.05 * yardstick,
-                    "{bound} {saturation:?} {anti_windup:?} overload {overload}: {peak} against {yardstick}"
-                );
-            }
-        }
+        let yardstick = overshoots_no_more(config, kp / ki, &[1.05, f64::INFINITY]);
         let wound_up = overshoot(&controller(config, LIMIT, Saturation::Clip), |k| {
             (k < 30_000).then_some(2.0 * LIMIT)
         });
