@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers docs supply-chain attack attack-long package semver study
+.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist semver study cpp workflows
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -25,8 +25,17 @@ coverage:       ## line coverage of omni-core by its own tests, at least 95 %
 firmware:       ## images, budgets, C example and processor in the loop, all in QEMU
 	scripts/firmware.sh
 
+cpp:            ## the C++ package: installed, found by CMake and pkg-config, its example and tests; needs cmake
+	scripts/cpp.sh
+
 viewers:        ## logs in foreign readers, a live run, a report in headless Chromium; needs node and chromium
 	scripts/viewers.sh
+
+web:            ## the player of report and playground, bundled with three.js into the Python package; needs node
+	scripts/web.sh
+
+ros2:           ## run --ros2 with Cyclone DDS and Fast DDS at the other end; says what it skips; for all of it libfastrtps-dev, nftables
+	scripts/ros2.sh
 
 embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 	scripts/embedded.sh
@@ -44,11 +53,20 @@ instructions:   ## instructions of a control step, at most 3 times those of as m
 docs:           ## the documentation site in out/site, warnings as errors
 	scripts/docs.sh
 
+playground:     ## the simulation in the browser, a page in out/playground; needs node, npm and a toolchain for WebAssembly
+	scripts/playground.sh
+
 supply-chain:   ## licences, sources and duplicates of Rust dependencies, known vulnerabilities where reachable
 	scripts/supply-chain.sh
 
 package:        ## what would be published of each crate, listed; nothing is uploaded
 	scripts/package.sh
+
+dist:           ## wheels and static programs for Linux on x86_64 and aarch64, compared byte by byte; says what it skips
+	scripts/dist.sh
+
+workflows:      ## lints of what only GitHub reads, and CITATION.cff; says what it skips
+	scripts/workflows.sh
 
 semver:         ## what the crates show, compared with the last release or the commit in BASELINE
 	scripts/semver.sh

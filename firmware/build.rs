@@ -90,7 +90,7 @@ fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
         let eight = Scenario::load("figure_eight", &[])?;
         let source = eight.constants(Language::Rust)?;
         let start = source
-            .find("/// Where to be when.")
+            .find("/// The planned trajectory.")
             .ok_or("no path although the command is one")?;
         return Ok(source[start..].to_owned() + &path(&eight)?);
     };

@@ -1,12 +1,11 @@
-"""Stages the site's pages in out/docs, and checks the site that was built from them.
+"""Stages the site's pages in out/docs.
 
-python scripts/docs_pages.py stage|check
+python scripts/docs_pages.py
 
 The staged pages are docs/*.md, where links to files outside docs become their paths, and the reference: the Python
 interface, the command line's own help, and the keys of every kind of file as tables, from their JSON Schemas.
 """
 
-import importlib
 import json
 import os
 import pkgutil
@@ -14,14 +13,19 @@ import re
 import shutil
 import subprocess
 import sys
-from html.parser import HTMLParser
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+import griffe
 
 import omnistep
 
 ROOT = Path(__file__).resolve().parent.parent
-DOCS, STAGED, SITE = ROOT / "docs", ROOT / "out" / "docs", ROOT / "out" / "site"
+DOCS, STAGED = ROOT / "docs", ROOT / "out" / "docs"
+# Made by scripts/playground.sh, where its tools are there; what its page says instead where they are not.
+PLAYGROUND = ROOT / "out" / "playground"
+NO_PLAYGROUND = "This copy of the site was built without the playground: `scripts/playground.sh` says what is missing."
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 # Pages of the Python reference: what each is about, and what it shows in this order. Modules are shown whole.
 PAGES = {
@@ -41,14 +45,12 @@ PAGES = {
     "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
     "measured": ("Identification, calibration", "identify Identification calibrate Calibration CalibrationRun"),
     "learning": ("Environments for learning", "gym"),
+    "mujoco": ("MuJoCo", "mujoco"),
     "pictures": ("Figures, films, reports", "plot film report meshes"),
 }
 # Modules whose names the package exports itself.
 RUNS = ("runs", "ensembles", "own_policy", "tuning")
 WHOSE_NAMES = ("errors", *RUNS, "recordings", "resimulation", "identification", "calibration")
-# Tags that make a browser fetch something, and the attribute that says from where.
-FETCHED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "object": "data"}
-FETCHING_LINKS = {"stylesheet", "icon", "preconnect", "preload", "prefetch", "modulepreload", "manifest"}
 
 
 def public() -> list[str]:
@@ -82,11 +84,19 @@ def is_module(name: str) -> bool:
     return any(found.name == name for found in pkgutil.iter_modules(omnistep.__path__))
 
 
+@cache
+def source() -> griffe.Module:
+    """The package as its files have it: nothing of its extras has to be installed."""
+    package = griffe.load("omnistep", search_paths=[str(ROOT / "python")], allow_inspection=False)
+    assert isinstance(package, griffe.Module)
+    return package
+
+
 def module_names(name: str) -> list[str]:
     """Public names of a module, in the order of their definition."""
-    module = importlib.import_module(f"omnistep.{name}")
-    made_here = [each for each, thing in vars(module).items() if getattr(thing, "__module__", "") == module.__name__]
-    return list(getattr(module, "__all__", [each for each in made_here if not each.startswith("_")]))
+    module = source()[name]
+    made_here = [each for each, thing in module.members.items() if not thing.is_alias and not thing.is_attribute]
+    return [str(each) for each in module.exports or made_here if not str(each).startswith("_")]
 
 
 def said(*arguments: str) -> str:
@@ -237,6 +247,14 @@ class Keys:
         return "\n".join(lines) + "\n"
 
 
+def entries() -> list[str]:
+    """What the reference has to have an entry for: every public name, and those in modules that are shown whole."""
+    found = []
+    for name in public():
+        found += [f"omnistep.{name}.{each}" for each in module_names(name)] if is_module(name) else [f"omnistep.{name}"]
+    return found
+
+
 def stage() -> None:
     """Write every page to out/docs."""
     shutil.rmtree(STAGED, ignore_errors=True)
@@ -244,6 +262,11 @@ def stage() -> None:
     for path in STAGED.glob("*.md"):
         text = path.read_text(encoding="utf-8")
         path.write_text(LINK.sub(outside, text), encoding="utf-8")
+    if PLAYGROUND.is_dir():
+        shutil.copytree(PLAYGROUND, STAGED / "playground")
+    else:
+        page = STAGED / "playground.md"
+        page.write_text(re.sub(r"<a href=.*</a>", NO_PLAYGROUND, page.read_text(encoding="utf-8")), encoding="utf-8")
     folder = STAGED / "reference"
     folder.mkdir()
     pages = {**python_pages(), "cli": command_page()}
@@ -258,62 +281,5 @@ def outside(match: re.Match[str]) -> str:
     return f"`{path}`" if path.endswith(text) or path.startswith(text) else f"{text} (`{path}`)"
 
 
-class Page(HTMLParser):
-    """What a page of the site loads, and its anchors."""
-
-    def __init__(self, path: Path) -> None:
-        """Reads it."""
-        super().__init__()
-        self.loads: list[str] = []
-        self.anchors: set[str] = set()
-        self.feed(path.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Notes what a tag fetches."""
-        given = {key: value or "" for key, value in attrs}
-        self.anchors.add(given.get("id", ""))
-        address = given.get(FETCHED.get(tag, ""), "")
-        if tag == "link" and FETCHING_LINKS & set(given.get("rel", "").split()):
-            address = given["href"]
-        if address:
-            self.loads.append(address)
-
-
-def findings() -> list[str]:
-    """What is wrong with the site: something from elsewhere, something that is not there, a name without its entry."""
-    found = []
-    anchors: set[str] = set()
-    for path in sorted(SITE.rglob("*.html")):
-        page = Page(path)
-        anchors |= page.anchors
-        for address in page.loads:
-            if re.match(r"(?:https?:)?//", address):
-                found.append(f"{path.relative_to(ROOT)}: a browser would fetch {address}")
-            elif not address.startswith(("data:", "/")) and not (path.parent / re.sub(r"[?#].*", "", address)).exists():
-                found.append(f"{path.relative_to(ROOT)}: {address} is not there")
-    for path in SITE.rglob("*.css"):
-        for address in re.findall(r"(?:url\(|@import )[\"']?((?:https?:)?//[^\"')]+)", path.read_text("utf-8")):
-            found.append(f"{path.relative_to(ROOT)}: a browser would fetch {address}")
-    for name in public():
-        members = [f"{name}.{each}" for each in module_names(name)] if is_module(name) else [name]
-        for entry in members:
-            if f"omnistep.{entry}" not in anchors:
-                found.append(f"the reference has no entry omnistep.{entry}")
-    return found
-
-
-def main() -> int:
-    """Stage or check; return the exit code."""
-    if sys.argv[1:] == ["stage"]:
-        stage()
-        return 0
-    if sys.argv[1:] != ["check"]:
-        print(__doc__, file=sys.stderr)
-        return 2
-    found = findings()
-    print("\n".join(found) if found else "site: all that its pages load is there, and every public name has its entry")
-    return 1 if found else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    stage()

@@ -12,6 +12,8 @@ missing=()
 command -v qemu-system-arm >/dev/null || missing+=("qemu-system-arm (apt install qemu-system-arm)")
 command -v qemu-system-riscv32 >/dev/null || missing+=("qemu-system-riscv32 (apt install qemu-system-misc)")
 command -v arm-none-eabi-gcc >/dev/null || missing+=("arm-none-eabi-gcc (apt install gcc-arm-none-eabi)")
+echo '#include <array>' | arm-none-eabi-g++ -x c++ -fsyntax-only - 2>/dev/null ||
+    missing+=("C++ for arm-none-eabi (apt install libstdc++-arm-none-eabi-newlib)")
 targets=(thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf)
 if [ "$if_possible" = --if-possible ]; then
     toolchain=$(EMBEDDED_TOOLCHAIN_CHECK=1 scripts/embedded-toolchain.sh "${targets[@]}" 2>/dev/null) ||
@@ -52,21 +54,24 @@ build m7 "$thumb -C target-cpu=cortex-m7" --bin self_test --target thumbv7em-non
 build m0plus "$thumb -C target-cpu=cortex-m0plus" --bin self_test --target thumbv6m-none-eabi
 build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test --target riscv32imac-unknown-none-elf
 
-# The C examples: the library, the constants of the same scenarios, no warning, no C library.
+# The C and C++ examples: the library, the constants of the same scenarios, no warning, no C library.
 c=target/c && mkdir -p $c
 constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- constants "$@" --language c); }
 constants step --set control.policy=synchronised >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
 mkdir -p $c/three && constants firmware/scenarios/three.toml >$c/three/constants.h
-link() { # program, its sources, where its constants are
-    arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 -Wall -Wextra -Werror -pedantic \
-        -ffreestanding -nostdlib -I"${3:-$c}" -Ic/include -Ic/example $(printf 'c/example/%s.c ' $2) c/example/startup.c \
+m4="-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -O2 -Wall -Wextra -Werror -pedantic -ffreestanding -Ic/include"
+link() { # program, its sources in C, where its constants are, other objects
+    arm-none-eabi-gcc $m4 -std=c11 -nostdlib -I"${3:-$c}" -Ic/example $(printf 'c/example/%s.c ' $2) "${@:4}" c/example/startup.c \
         target/thumbv7em-none-eabihf/release/libomnistep.a -T c/example/link.ld \
         -Wl,--gc-sections -Wl,-z,noexecstack -Wl,--fatal-warnings -o "$c/$1"
 }
 link example main
 link drive drive
 link three_wheels "three three_bench" $c/three
+# In C++ the same, with neither exceptions nor a library of C++.
+arm-none-eabi-g++ $m4 -std=c++17 -fno-exceptions -fno-rtti -I$c/three -c c/example/three_in_cpp.cpp -o $c/three_in_cpp.o
+link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
 # Every function of the library, linked: no panic; the report looks at its symbols.
 link every_function every_function
 ./qemu.sh mps2-an386 $c/every_function
@@ -81,15 +86,17 @@ same() { # program, what it says before the hash, the example that knows the has
 }
 same example "chugo7, synchronised" c_reference
 same drive "the drive of chugo7" c_drive_reference firmware/scenarios/drive.toml
-# Three wheels on computed motors, in C and in Rust: both do what they should, and the same.
+# Three wheels on computed motors, in C, C++ and Rust: all do what they should, and the same.
 in_c=$(./qemu.sh mps2-an386 $c/three_wheels 2>&1) || { echo "$in_c" >&2; exit 1; }
 in_rust=$(./qemu.sh mps2-an386 target/thumbv7em-none-eabihf/release/three 2>&1) || { echo "$in_rust" >&2; exit 1; }
-echo "$in_c, in C and in Rust"
+in_cpp=$(./qemu.sh mps2-an386 $c/three_wheels_in_cpp 2>&1) || { echo "$in_cpp" >&2; exit 1; }
+echo "$in_c, in C, C++ and Rust"
+[ "$in_c" = "$in_cpp" ] || { echo "C++ computes something else: $in_cpp" >&2; exit 1; }
 [ "$in_c" = "$in_rust" ] || { echo "Rust computes something else: $in_rust" >&2; exit 1; }
 
 cd ..
 # The processor in the loop: the whole climb, and faults of every kind in both directions.
-ran=$(cargo test --locked --quiet -p omni-sim --test links -- --ignored)
+ran=$(cargo test --locked --quiet --release --config scripts/test_profile.toml --test links -- --ignored)
 echo "$ran"
 grep -q "8 passed; 0 failed" <<<"$ran"
 [ -x .venv/bin/python ] || scripts/venv.sh

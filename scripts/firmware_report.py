@@ -1,7 +1,7 @@
 """Runs the firmware images in QEMU, prints their figures as a table, and fails where a budget or a bit is off.
 
-python scripts/firmware_report.py [--write | --self-test]: `--write` puts the tables into docs/firmware.md and
-README.md, else those there have to be true to 10 %. The images are those that scripts/firmware.sh builds.
+python scripts/firmware_report.py [--write | --self-test]: `--write` puts both tables into docs/firmware.md, else those
+there have to be true to 10 %. The images are those that scripts/firmware.sh builds.
 """
 
 import re
@@ -15,8 +15,8 @@ from elftools.elf.elffile import ELFFile
 
 ROOT = Path(__file__).resolve().parent.parent
 FIRMWARE = ROOT / "firmware"
-# Where the figures stand: all of them, and those that sum it up.
-DOCUMENTS = (ROOT / "docs" / "firmware.md", ROOT / "README.md")
+# Where the figures stand: first those that sum it up, then all of them.
+PAGE = ROOT / "docs" / "firmware.md"
 START, END = "<!-- figures: written by scripts/firmware_report.py --write -->", "<!-- end of figures -->"
 # Processor, folder of its images, machine that QEMU emulates (it has no M0+; the M0 has the same instructions).
 PROCESSORS = (
@@ -99,11 +99,11 @@ def summary(figures: dict[str, int], images: dict[str, Image], budgets: dict[str
     whole, most, image = both("step with odometry and residual, at worst"), promised["controller"], images["controller"]
     return f"""| Cortex-M4F, seven wheels, f32 | promised | measured |
 |---|---:|---:|
-| instructions of a step with velocity limits, inverse kinematics, seven PIDs, `synchronised` | {both("step, free")} |
-| with every torque at its limit | | {figures["step, saturated"]} |
-| with odometry and slip residual, at worst of 10,000 randomised steps | {whole} |
+| step: velocity limits, kinematics, seven PIDs, `synchronised` \\[instructions\\] | {both("step, free")} |
+| the same with every torque at its limit \\[instructions\\] | | {figures["step, saturated"]} |
+| with odometry and slip residual, worst of 10,000 steps \\[instructions\\] | {whole} |
 | flash of the controller with start-up code \\[bytes\\] | {most["text_bytes"]} | {image.text_bytes} |
-| its RAM \\[bytes\\] | {most["ram_bytes"]} | {image.ram_bytes} |
+| RAM of the controller \\[bytes\\] | {most["ram_bytes"]} | {image.ram_bytes} |
 | stack of a step with odometry and residual \\[bytes\\] | {both("stack of a step with odometry and residual")} |
 """
 
@@ -121,8 +121,19 @@ def drifted(old: str, new: str) -> list[str]:
     return bad
 
 
+def placed(page: str, tables: list[str]) -> tuple[str, list[str]]:
+    """The page with these tables between its markers, and the tables that were there."""
+    head, *parts = page.split(f"{START}\n")
+    cut = [part.partition(END) for part in parts]
+    written = "".join(f"{START}\n{new}{END}{tail}" for new, (_, _, tail) in zip(tables, cut, strict=True))
+    return head + written, [old for old, _, _ in cut]
+
+
 def self_test() -> None:
-    """A wrong figure and a wrong symbol are noticed."""
+    """A wrong figure and a wrong symbol are noticed, and each table finds its place."""
+    page = f"a\n{START}\n| 1 |\n{END}\nb\n{START}\n| 2 |\n{END}\nc\n"
+    assert placed(page, ["| 1 |\n", "| 2 |\n"]) == (page, ["| 1 |\n", "| 2 |\n"])
+    assert placed(page, ["| 3 |\n", "| 4 |\n"])[0] == page.replace("1", "3").replace("2", "4")
     assert forbidden(["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__extendsfdf2"]) != []
     assert forbidden(["__aeabi_fadd", "__aeabi_uidivmod", "__aeabi_idiv", "__mulsf3", "__aeabi_memcpy4"]) == []
     assert forbidden(["_ZN4core9panicking9panic_fmt17h0E"]) != []
@@ -168,13 +179,12 @@ def main() -> None:
             problems.append(over(f"{each['name']}, {what}", getattr(images[each["name"]], what), {"promised": most}))
     figures_table = table(rows, images)
     print(figures_table)
-    for document, written in zip(DOCUMENTS, (figures_table, summary(rows["Cortex-M4F"], images, budgets)), strict=True):
-        head, _, rest = document.read_text().partition(START)
-        old, _, tail = rest.partition(END)
-        if "--write" in sys.argv:
-            document.write_text(f"{head}{START}\n{written}{END}{tail}")
-        else:
-            problems += [f"{document.name}:{line}" for line in drifted(old, written)]
+    tables = [summary(rows["Cortex-M4F"], images, budgets), figures_table]
+    page, old = placed(PAGE.read_text(), tables)
+    if "--write" in sys.argv:
+        PAGE.write_text(page)
+    else:
+        problems += [f"{PAGE.name}:{line}" for pair in zip(old, tables, strict=True) for line in drifted(*pair)]
     found = [problem for problem in problems if problem]
     for problem in found:
         print(problem, file=sys.stderr)

@@ -23,15 +23,16 @@ plant = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(plant)
 
 LEAST, MOST = 0.90, 0.99
-NAMES = [
-    "mass_kg",
-    "yaw_inertia_kg_m2",
-    "gear_friction_n_m",
-    "viscous_n_m_s_rad",
-    "delay_s",
-    "lag_s",
-    "slope_n_m_s_rad",
-]
+#: What is identified, and how the table calls it.
+NAMES = {
+    "mass_kg": "mass",
+    "yaw_inertia_kg_m2": "yaw inertia",
+    "gear_friction_n_m": "gear friction",
+    "viscous_n_m_s_rad": "viscous",
+    "delay_s": "delay",
+    "lag_s": "lag",
+    "slope_n_m_s_rad": "slope",
+}
 #: Loops of the vehicle, and its top twist.
 GAINS = {"kp": 0.3, "ki": 0.8, "top": (0.8, 0.6, 1.6)}
 #: The motor of logs of duty cycles; its slope is most of the plant's viscous friction.
@@ -99,7 +100,7 @@ def table(seeds: int) -> tuple[list[str], bool]:
     with ProcessPoolExecutor() as pool:
         done = dict(zip(cases, pool.map(held, cases), strict=True))
     lines = [
-        f"| logged | counts | noise rad/s | {' | '.join(f'`{name}`' for name in NAMES)} |",
+        f"| logged | counts | noise rad/s | {' | '.join(NAMES.values())} |",
         "|---|---|---|" + "---|" * len(NAMES),
     ]
     good = True

@@ -6,9 +6,10 @@ cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
 cargo fmt --manifest-path wasm/Cargo.toml --check
 cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
-cargo clippy --locked --workspace --all-targets -- -D warnings
+# In release: macros and build scripts are those of the command and the wheel.
+cargo clippy --locked --release --workspace --all-targets -- -D warnings
 python3 scripts/one_build.py
 scripts/venv.sh
-.venv/bin/ruff check python scripts benches
-.venv/bin/ruff format --check python scripts benches
+.venv/bin/ruff check python scripts benches tests
+.venv/bin/ruff format --check python scripts benches tests
 .venv/bin/mypy

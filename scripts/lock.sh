@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Writes python/requirements-*.txt anew: the newest tools within the ranges of pyproject.toml, with hashes, for Python 3.11 on
-# Linux (x86-64, glibc 2.35 or newer), which is what scripts/venv.sh uses them on.
+# Linux (x86-64, glibc 2.35 or newer), which is what scripts/venv.sh uses them on; and what builds wheels, for every system.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -13,10 +13,20 @@ import tomllib
 with open("pyproject.toml", "rb") as file:
     print(*tomllib.load(file)["build-system"]["requires"], sep="\n")
 PYTHON
+lock() { # its name, what uv takes
+    local file=python/requirements-$1.txt
+    rm -f "$file" # else what is there is kept
+    "$work/venv/bin/uv" pip compile --quiet "${@:2}" --python-version 3.11 --generate-hashes --no-header --no-annotate --output-file "$file"
+    echo "$file: $(grep -c '^[a-z]' "$file") packages"
+}
 for extra in test docs; do
-    rm -f "python/requirements-$extra.txt" # else what is there is kept
-    "$work/venv/bin/uv" pip compile --quiet pyproject.toml "$work/build.in" --extra "$extra" --generate-hashes \
-        --python-version 3.11 --python-platform x86_64-manylinux_2_36 --no-header --no-annotate \
-        --output-file "python/requirements-$extra.txt"
-    echo "python/requirements-$extra.txt: $(grep -c '^[a-z]' "python/requirements-$extra.txt") packages"
+    lock $extra pyproject.toml "$work/build.in" --extra $extra --python-platform x86_64-manylinux_2_36
 done
+# What builds the published wheels and programs, on every system; Zig links those for Linux, auditwheel checks the wheels.
+for tool in "auditwheel>=6.8,<7" "cargo-zigbuild>=0.24,<1" "ziglang>=0.15,<1"; do
+    echo "$tool; sys_platform == 'linux'" >>"$work/build.in"
+done
+lock build "$work/build.in" --universal
+# What reads .github and CITATION.cff (scripts/workflows.sh).
+printf '%s\n' "check-jsonschema>=0.39,<1" "zizmor>=1.32,<2" >"$work/workflows.in"
+lock workflows "$work/workflows.in" --universal

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Says what the command and the Python package do not share of their release builds.
+"""Says what the command, the Python package and the tests do not share of their release builds.
 
-Both are built in CI, and a library with one more feature in one of them is compiled twice, with all that stands on it.
+All are built in CI, and a library with one more feature in one of them is compiled twice, with all that stands on it.
 Cargo.toml of the workspace names the features that keep them alike; this fails where others have come.
 """
 
@@ -13,12 +13,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 OWN = {"omni_config", "omni_log", "omnistep"}  # these differ: the package has the optional features
+ALONE = {"num_bigint", "quick_xml"}  # quick to compile, and nearly nothing stands on them
+TESTS = ("--no-run", "--config", "scripts/test_profile.toml")
 
 
-def units(*what: str) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
+def units(verb: str, *what: str) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     """What is compiled: package, target and mode, each with its sets of features."""
     # The list of units is a flag that stable cargo hides; it compiles nothing.
-    command = ["cargo", "build", "--release", "--locked", "-Zunstable-options", "--unit-graph", *what]
+    command = ["cargo", verb, "--release", "--locked", "-Zunstable-options", "--unit-graph", *what]
     environment = {**os.environ, "RUSTC_BOOTSTRAP": "1"}
     said = subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
@@ -30,14 +32,15 @@ def units(*what: str) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 def main() -> int:
     """Print a line for each unit that differs; exit code 1 if there is any."""
-    command, package = units("--bin", "omnistep"), units("-p", "omni-py")
+    package = units("build", "-p", "omni-py")
     differ = 0
-    for key, features in sorted(command.items()):
-        if key[1] in OWN or not (more := package.get(key, set())) or features <= more:
-            continue
-        differ += 1
-        only = [sorted(set(ours) ^ set(theirs)) for ours in features for theirs in more]
-        print(f"{key[0].rpartition('/')[2]}: features of one of the two alone: {only}", file=sys.stderr)
+    for others in (units("build", "--bin", "omnistep"), units("test", *TESTS)):
+        for key, features in sorted(others.items()):
+            if key[1] in OWN | ALONE or not (more := package.get(key, set())) or features <= more:
+                continue
+            differ += 1
+            only = [sorted(set(ours) ^ set(theirs)) for ours in features for theirs in more]
+            print(f"{key[0].rpartition('/')[2]}: features of one of the two alone: {only}", file=sys.stderr)
     if differ:
         print(f"{differ} parts are compiled twice: name the features in Cargo.toml, [dependencies]", file=sys.stderr)
     return min(differ, 1)

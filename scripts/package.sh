@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Packages every crate that is to be published, without uploading any, and lists each package's files and size.
+# Packages every crate that is to be published, without uploading any, and lists each package's files and size; --publish
+# uploads them, in the order in which they need one another.
 # Fails where a package lacks its README or a licence. Needs the registry's index, as any first build does.
 #
 # --verify also builds each package from nothing but what is in it, as publishing does: for a release. The first time that
@@ -10,13 +11,19 @@ cd "$(dirname "$0")/.."
 case "$*" in
     "") verify=false ;;
     --verify) verify=true ;;
-    *) echo "usage: scripts/package.sh [--verify]" >&2; exit 2 ;;
+    --publish) ;;
+    *) echo "usage: scripts/package.sh [--verify | --publish]" >&2; exit 2 ;;
 esac
 target=${CARGO_TARGET_DIR:-target}
+# The tests' package and the Python bindings stay here: publish = false.
+all=(--locked --workspace --exclude omnistep-workspace --exclude omni-py)
+if [ "$*" = --publish ]; then
+    cargo publish "${all[@]}" --no-verify # `--verify` came before
+    exit
+fi
 package_all() { # more options
-    # The tests' package and the Python bindings stay here: publish = false. Nothing is uploaded, so a change that is not
-    # committed yet does no harm.
-    cargo package --quiet --locked --allow-dirty --workspace --exclude omnistep-workspace --exclude omni-py "$@"
+    # Nothing is uploaded, so a change that is not committed yet does no harm.
+    cargo package --quiet --allow-dirty "${all[@]}" "$@"
 }
 
 rm -f "$target"/package/*.crate # of other versions

@@ -1,6 +1,6 @@
 """Runs the study of traction control, judges it, and writes docs/study.md: python scripts/study.py [--check].
 
-Some fifteen minutes on two cores, most of it rapier's rollers. Results are in out/study; runs that are there are not
+Some twenty minutes on two cores, most of it rapier's rollers. Results are in out/study; runs that are there are not
 run again, unless the package was built anew. Exit code 1 where a gate fails.
 """
 
@@ -69,7 +69,7 @@ def main() -> int:
     gates = judged(rows, dampers)
     study_runs.write(out / "gates.parquet", pd.DataFrame([vars(gate) | {"verdict": gate.verdict} for gate in gates]))
     for gate in gates:
-        print(f"{gate.verdict:6}  {gate.group}; {gate.name}; {gate.demand or 'nothing demanded'}; {gate.measured}")
+        print(f"{gate.verdict:8}  {gate.group}; {gate.name}; {gate.demand or 'no requirement'}; {gate.measured}")
     study_page.write(rows, dampers, gates)
     study_figures.draw(rows, speeds)
     failed = sum(gate.held is False for gate in gates)

@@ -46,13 +46,15 @@ def impact(rows: pd.DataFrame) -> plt.Figure:
     """What decides at wheel 4, by torque limit and policy, where friction is not what is short."""
     here = of(rows, group="grid", engine="articulated", wheels="ball")
     here = here[here["policy"].isin(POLICIES) & (here["friction"] > 0.6)]
-    names = {"torque_n_m": "torque limit", "impact_m_s": "speed at wheel 4 [m/s]"}
-    names |= {"impact_thrust": "thrust just after"}
     figure, axes = plt.subplots(3, 1, figsize=(6.4, 8.2), layout="constrained", sharex=True)
-    columns = ["policy", "torque_n_m", "climbed", "impact_m_s", "impact_thrust"]
-    records = here[columns].rename(columns=names).astype(object).where(lambda each: each.notna(), None)
-    figures = ["climbed", *list(names.values())[1:]]
-    omnistep.plot.ensemble(records.to_dict("records"), figures, x=names["torque_n_m"], lines="policy", axes=axes)
+    figures = ["climbed", "impact_m_s", "impact_thrust"]
+    records = here[["policy", "torque_n_m", *figures]].astype(object).where(lambda each: each.notna(), None)
+    omnistep.plot.ensemble(records.to_dict("records"), figures, x="torque_n_m", lines="policy", axes=axes)
+    axes[-1].set_xlabel("torque limit [N.m]")
+    labels = ["share that climbed", "vehicle speed when\nwheel 4 meets the edge [m/s]"]
+    labels.append("commanded torque / torque limit,\nmean of the 0.3 s after that")
+    for ax, label in zip(axes, labels, strict=True):
+        ax.set_ylabel(label)
     return figure
 
 

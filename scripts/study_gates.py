@@ -8,7 +8,7 @@ import pandas as pd
 from omnistep._omnistep import mean_interval, wilson
 
 CELL = ["height_m", "friction", "torque_n_m"]
-#: Figures of the grid and the largest part of independent's that they may be.
+#: Figures of the grid and their largest allowed ratio to independent's.
 PARTS = {"linkage_spread": 0.55, "heat_n2m2s": 0.9, "slip_rms": 0.85}
 NAMES = {"linkage_spread": "linkage spread", "heat_n2m2s": "heat", "slip_rms": "slip", "crossing_s": "time"}
 GRID_RUNS, PERTURBED_RUNS, GROUND_RUNS = 48, 24, 8
@@ -16,12 +16,12 @@ GRID_RUNS, PERTURBED_RUNS, GROUND_RUNS = 48, 24, 8
 ALONE = {"rapier": 34, "articulated": 44}
 #: Of 24 perturbed runs.
 CLIMB, CLIMB_WITH_LAG = 23, 21
-#: On other grounds, of independent's.
+#: On other grounds, the largest allowed ratio to independent's.
 MORE = 1.10
 #: Less is rounding: 0.15 mm/s at the rims.
 NO_SPREAD = 5e-4
 GROUND_FIGURES = ["crossing_s", "heat_n2m2s", "linkage_spread"]
-#: Told, not demanded: levelling works against a ground that leans, and plain loops hardly slip there.
+#: Reported without a requirement: levelling works against inclined ground, and plain loops hardly slip there.
 TOLD = {("half_step", "linkage_spread")}
 REACH_CELLS, REACH_RAPIER = 32, 14
 APART_RPM, FALL_RPM = 6.0, 1.0
@@ -29,7 +29,7 @@ APART_RPM, FALL_RPM = 6.0, 1.0
 
 @dataclass(frozen=True)
 class Gate:
-    """One demand; ``held`` is None where it is told and nothing is demanded."""
+    """One demand; ``held`` is None where a figure is reported without a requirement."""
 
     group: str
     name: str
@@ -39,8 +39,8 @@ class Gate:
 
     @property
     def verdict(self) -> str:
-        """In a word."""
-        return {True: "held", False: "FAILED", None: "told"}[self.held]
+        """The verdict in one word."""
+        return {True: "held", False: "FAILED", None: "reported"}[self.held]
 
 
 def counted(yes: int, runs: int) -> str:
@@ -112,9 +112,9 @@ def grid(rows: pd.DataFrame, engine: str, wheels: str) -> list[Gate]:
     pairs = paired(here, "steady", "independent")
     for figure, most in PARTS.items():
         mean, low, high = difference(pairs, figure)
-        text = f"{part(pairs, figure):.3f} of {len(pairs)} pairs; difference {mean:.3f} [{low:.3f}, {high:.3f}]"
+        text = f"{part(pairs, figure):.3f} over {len(pairs)} pairs; difference {mean:.3f} [{low:.3f}, {high:.3f}]"
         gates.append(
-            gate(f"{NAMES[figure]}, part of independent's", f"at most {most}", text, part(pairs, figure) <= most)
+            gate(f"{NAMES[figure]}, ratio to independent", f"at most {most}", text, part(pairs, figure) <= most)
         )
     if not demanded and alone.empty:  # the slowest of all
         return gates
@@ -138,7 +138,7 @@ def perturbed(rows: pd.DataFrame, cases: Iterable[str], engine: str) -> list[Gat
 
 
 def grounds(rows: pd.DataFrame, names: Iterable[str], engine: str, runs: int) -> list[Gate]:
-    """Other grounds against independent: demanded with the articulated engine, told with rapier."""
+    """Other grounds against independent: demanded with the articulated engine, reported with rapier."""
     gates = []
     for name in names:
         here = of(rows, group="grounds", case=name, engine=engine)
@@ -157,7 +157,7 @@ def grounds(rows: pd.DataFrame, names: Iterable[str], engine: str, runs: int) ->
             gates.append(
                 Gate(
                     f"grounds, {engine}",
-                    f"{name}: {NAMES[figure]}, part of independent's",
+                    f"{name}: {NAMES[figure]}, ratio to independent",
                     f"at most {MORE}",
                     text,
                     held,
@@ -194,7 +194,7 @@ def reach(rows: pd.DataFrame, possible: Sequence[tuple], hard: Sequence[tuple], 
 
 
 def bouncing(rows: pd.DataFrame) -> list[Gate]:
-    """Contacts that bounce: told."""
+    """Contacts that bounce: reported without a requirement."""
     gates = []
     for group, what in [("bouncing", "grid"), ("bouncing hard", "harder cells")]:
         here = of(rows, group=group)
@@ -216,6 +216,6 @@ def on_dampers(figures: pd.DataFrame) -> list[Gate]:
         )
         name = f"{policy}: fastest less slowest wheel"
         gates.append(Gate("section 3.3", name, f"at most {APART_RPM:g} rpm", f"{apart:.1f} rpm", apart <= APART_RPM))
-        name = f"{policy}: fall of the slowest wheel at a release"
+        name = f"{policy}: drop of the slowest wheel at a release"
         gates.append(Gate("section 3.3", name, f"at most {FALL_RPM:g} rpm", f"{fall:.2f} rpm", fall <= FALL_RPM))
     return gates

@@ -132,7 +132,7 @@ TURNED_DEG = 15.0
 
 
 def turned(rows: pd.DataFrame) -> str:
-    """How the grid's runs end that do not climb."""
+    """How those runs of the grid end that do not climb."""
     lines = []
     for engine in ("articulated", "rapier"):
         here = of(rows, group="grid", engine=engine, wheels="ball")
@@ -181,11 +181,11 @@ def claims(rows: pd.DataFrame) -> str:
     ]
     again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "steady", "independent")
     once = again[again["retries_x"] == 0]
-    text = f"{with_interval(once, 'disturbed_rms', 3)} in the {len(once)} in which it did not try again"
+    text = f"{with_interval(once, 'disturbed_rms', 3)} in the {len(once)} pairs without a retry"
     others = again[again["retries_x"] > 0]
-    text += f", {with_interval(others, 'disturbed_rms', 3)} in the other {len(others)}"
+    text += f", and by {with_interval(others, 'disturbed_rms', 3)} in the other {len(others)}"
     head = ["", *[f"{name} ({len(both)} pairs)" for name, both in columns]]
-    return f"{table(head, lines)}\n\nOf rapier's pairs with `steady` the disturbed ratio differs by {text}."
+    return f"{table(head, lines)}\n\nWith rapier, the disturbed ratio of `steady` differs by {text}."
 
 
 COMMANDED_M_S = 0.3
@@ -205,23 +205,23 @@ def losses(rows: pd.DataFrame) -> str:
         again = int((both["retries_x"] > 0).sum())
         for figure, (name, digits) in PAIRED.items():
             if figure != "peak_n" and len(both) and part(both, figure) > 1.0:
-                text = f"{part(both, figure):.2f} of `independent`'s, {with_interval(both, figure, digits)}"
-                lines.append(f"- *{name} on the grid, {place}*: {text}; it tried again in {again} of {len(both)}.")
+                text = f"{part(both, figure):.2f} times `independent`'s, {with_interval(both, figure, digits)}"
+                lines.append(f"- *{name} on the grid, {place}*: {text}; {again} of {len(both)} runs have a retry.")
     more = [
         f"{part(both, 'peak_n'):.2f} ({place})"
         for (engine, wheels), place in PLACES.items()
         if len(both := paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent"))
     ]
-    lines.append(f"- *Peak force* as a part of `independent`'s: {', '.join(more)}. Later rows are met faster.")
+    lines.append(f"- *Peak force*, divided by `independent`'s: {', '.join(more)}. Later rows meet the edge faster.")
     for ground in GROUNDS:
         both = paired(of(rows, group="grounds", engine="articulated", case=ground), "steady", "independent")
         if len(both) and (worse := part(both, "heat_n2m2s")) > 1.0:
             time = part(both, "crossing_s")
-            lines.append(f"- *Heat on `{ground}`*: {worse:.2f} of `independent`'s, in {time:.2f} of its time.")
+            lines.append(f"- *Heat on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time.")
     here = of(rows, group="grounds", engine="articulated", case="half_step")
     slow, plain = (COMMANDED_M_S * of(here, policy=p)["linkage_spread"].mean() for p in ("steady", "independent"))
     text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"
-    lines.append(f"- *Spread on `half_step`*: {text}. Slip below 4 mm/s is left alone by design (`slip_free_m_s`).")
+    lines.append(f"- *Spread on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`).")
     return "\n".join(lines)
 
 
@@ -229,8 +229,8 @@ def failures(rows: pd.DataFrame) -> str:
     """Runs that an engine gave up."""
     gone = rows[rows["error"].notna()]
     if gone.empty:
-        return "No run was given up by an engine."
-    lines = [f"Runs that an engine gave up, counted as not climbed: {len(gone)} of {len(rows)}.", ""]
+        return "No engine ended a run with an error."
+    lines = [f"Runs that an engine ended with an error, counted as not climbed: {len(gone)} of {len(rows)}.", ""]
     for _, row in gone.iterrows():
         cell = f"friction {row['friction']:g}, {row['torque_n_m']:g} N.m, seed {row['seed']}"
         place = PLACES[row["engine"], row["wheels"]]
@@ -277,8 +277,8 @@ def coarse(rows: pd.DataFrame) -> str:
     """Counts and means by how coarse the encoders are."""
     lines = []
     fine = of(rows, group="grid", engine="articulated", wheels="ball")
-    fine = fine[fine["seed"].isin(of(rows, group="coarse")["seed"])].assign(case="as fine as one likes")
-    for case in ["as fine as one likes", *COARSE]:
+    fine = fine[fine["seed"].isin(of(rows, group="coarse")["seed"])].assign(case="ideal")
+    for case in ["ideal", *COARSE]:
         line = [case]
         for policy in ("steady", "independent"):
             each = of(pd.concat([fine, of(rows, group="coarse")]), case=case, policy=policy)
@@ -370,5 +370,5 @@ def on_dampers(figures: pd.DataFrame) -> str:
         "slowest_59_rpm": 1, "fastest_rpm": 1,
     }  # fmt: skip
     lines = [[f"`{row['policy']}`", *[f"{row[n]:.{d}f}" for n, d in names.items()]] for _, row in figures.iterrows()]
-    head = ["policy", "apart, settled", "apart, ever", "largest fall at a release"]
+    head = ["policy", "difference, settled", "difference, ever", "largest drop at a release"]
     return table([*head, "slowest at 20 s", "at 30 s", "at 59 s", "fastest ever"], lines)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tests, then what takes longer: wheels of rollers, faults of the drive, intervals of identify, films, ensembles around the
+# The tests, then what takes longer: release files for Linux, wheels of rollers, faults of the drive, intervals of identify, films, ten minutes on ROS 2, ensembles around the
 # torque threshold and the benchmarks.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -9,8 +9,11 @@ scripts/package.sh --verify
 scripts/semver.sh
 scripts/wasm.sh --whole
 scripts/aarch64.sh --if-possible
+scripts/dist.sh
+ROS2_SOAK_S=600 scripts/ros2.sh # ten minutes of readers that come and go
 cargo test --release --test physics -- --ignored
 python3 scripts/drive_campaign.py --check # 300 runs with random faults, and their table in docs/drive.md
+.venv/bin/python scripts/mujoco_gate.py --map # the simulation and MuJoCo side by side: docs/mujoco.md
 # 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each number of counts and noise, as in docs/own-robot.md.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/identify_coverage.py --check
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.

@@ -3,19 +3,19 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the examples are looked for
-cargo test --locked
+cargo test --locked --release --config scripts/test_profile.toml
 # A crate outside the workspace that has a controller of its own.
 cargo test --locked --quiet --manifest-path examples/own-policy/Cargo.toml --target-dir "${CARGO_TARGET_DIR:-target}"
 # Each example asserts the number that it is about.
 for example in crates/omni-core/examples/*.rs crates/omni-sim/examples/*.rs; do
     name=$(basename "$example" .rs)
-    "${CARGO_TARGET_DIR:-target}/debug/examples/$name" >/dev/null || { echo "example $name failed" >&2; exit 1; }
+    "${CARGO_TARGET_DIR:-target}/release/examples/$name" >/dev/null || { echo "example $name failed" >&2; exit 1; }
 done
 scripts/venv.sh
 .venv/bin/python scripts/check_docs.py --self-test
 .venv/bin/python scripts/check_docs.py
 .venv/bin/python scripts/check_examples.py --self-test
 .venv/bin/python scripts/check_examples.py
-.venv/bin/python -m pytest
+.venv/bin/python -m pytest --numprocesses auto --dist worksteal
 # FIRMWARE=required: what is missing is a failure, as in .ci/run.
 if [ "${FIRMWARE:-}" = required ]; then scripts/firmware.sh; else scripts/firmware.sh --if-possible; fi

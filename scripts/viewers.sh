@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Opens a log of every scenario with foreign readers (Python's mcap and rosbags, npm's @mcap/core), serves a live run to a
-# client, and shows a report in headless Chromium. With --if-possible: skips, and says so, what a missing tool asks for.
+# client, shows reports in headless Chromium, drives a run on its page there and one in the playground, whose module's logs are compared with
+# the native ones. With --if-possible: skips, and says so, what a missing tool asks for.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 possible=${1:-}
@@ -12,6 +13,7 @@ need() { # tool, what it is for
 }
 need node "npm's readers of logs"
 need npm "npm's readers of logs"
+scripts/web.sh --check # the player that the report carries is the one in web/player
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 scripts/venv.sh
@@ -30,11 +32,22 @@ echo "logs of $(ls "$work"/logs/*.mcap | wc -l) scenarios: read by mcap and rosb
 npm --prefix tests/viewers ci --silent --no-audit --no-fund
 LOGS=$work/logs node --test --test-reporter=spec tests/viewers/mcap.test.mjs
 OMNISTEP=$PWD/$omnistep node --test --test-reporter=spec tests/viewers/live.test.mjs
+# The playground: the same messages from its module, and below its page.
+scripts/playground.sh ${possible:+"$possible"}
+playground=$PWD/out/playground
+[ ! -d "$playground" ] || MODULE=$playground/omnistep.wasm LOGS=$work/logs node --test --test-reporter=spec tests/viewers/wasm.test.mjs
 chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
 if [ -z "$chromium" ]; then
-    [ "$possible" = --if-possible ] && { echo "skipped, chromium is missing: the report in a browser"; exit 0; }
-    echo "chromium is missing: the report in a browser" >&2
+    [ "$possible" = --if-possible ] && { echo "skipped, chromium is missing: the report, the page of a live run and the playground in a browser"; exit 0; }
+    echo "chromium is missing: the report, the page of a live run and the playground in a browser" >&2
     exit 1
 fi
+CHROMIUM=$chromium node --test --test-reporter=spec tests/viewers/player.test.mjs
 .venv/bin/omnistep report "$work"/step/*.mcap -o "$work/report.html" >/dev/null
-REPORT=$work/report.html CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/report.test.mjs
+$omnistep run flat --quiet --set duration_s=2 --set vehicle=omni3 --out "$work/omni3" >/dev/null
+.venv/bin/omnistep report "$work"/logs/{bumps,height_map,step}-*.mcap "$work"/omni3/*.mcap -o "$work/mixed.html" >/dev/null
+$omnistep run flat --quiet --set duration_s=2 --set vehicle=mecanum4 --out "$work/mecanum4" >/dev/null
+.venv/bin/omnistep report "$work"/logs/flat-*.mcap "$work"/mecanum4/*.mcap -o "$work/vehicles.html" >/dev/null
+REPORT=$work/report.html VEHICLES=$work/vehicles.html MIXED=$work/mixed.html CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/report.test.mjs
+OMNISTEP=$PWD/$omnistep CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/drive.test.mjs
+[ ! -d "$playground" ] || PLAYGROUND=$playground CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/playground.test.mjs

@@ -14,27 +14,16 @@ missing() { # what is missing
     exit 1
 }
 command -v node >/dev/null || missing "node (apt install nodejs)"
-target=wasm32-unknown-unknown
-[ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
-toolchain=$(scripts/embedded-toolchain.sh $target) || missing "a toolchain for $target (rustup target add $target${possible:+, or make wasm})"
-# What is compared is what is used: no version that is not the workspace's.
-if grep '^checksum' wasm/Cargo.lock | grep -qvxFf Cargo.lock; then
-    echo "wasm/Cargo.lock has other versions than Cargo.lock: cp Cargo.lock wasm/ && cargo tree --manifest-path wasm/Cargo.toml" >&2
-    exit 1
-fi
+export PROFILE=${PROFILE:-quick} # PROFILE=release: what a page loads, and how large that is
+module=$(scripts/wasm_module.sh ${possible:+"$possible"}) || { [ $? = 3 ] && missing "$module"; exit 1; }
 output=${CARGO_TARGET_DIR:-target}
-profile=${PROFILE:-quick} # PROFILE=release: what a page loads, and how large that is
-build() { cargo "$@" --locked --quiet --profile "$profile" --manifest-path wasm/Cargo.toml --target-dir "$output"; }
-# shellcheck disable=SC2086 # an empty toolchain must vanish
-build $toolchain rustc --lib --crate-type=cdylib --target=$target
-module=$output/$target/$profile/omnistep_wasm.wasm
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 seconds=3 # the front wheels are on the step by then
 node wasm/run.mjs "$module" $seconds >"$work/wasm" || { cat "$work/wasm" >&2; exit 1; }
 if [ "$possible" = --whole ]; then
-    build build
-    "$output/$profile/omnistep-wasm" $seconds >"$work/native"
+    cargo build --locked --quiet --profile "$PROFILE" --manifest-path wasm/Cargo.toml --target-dir "$output"
+    "$output/$PROFILE/omnistep-wasm" $seconds >"$work/native"
     what="pose and trace"
 else
     [ -x .venv/bin/python ] || scripts/venv.sh

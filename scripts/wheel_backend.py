@@ -6,7 +6,6 @@ which the compiler is told to call otherwise; and the list of parts (CycloneDX) 
 
 import json
 import os
-import re
 import shlex
 import subprocess
 import sys
@@ -14,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 import maturin
-from build_places import places, remap_flags
+from build_places import named_in, remap_flags, without_places
 from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are maturin's own)
     build_editable,
     build_sdist,
@@ -57,16 +56,6 @@ def with_arguments(config_settings, arguments):
     return config_settings
 
 
-def named_in(library: bytes) -> str | None:
-    """The innermost folder of this machine that a library names."""
-    for path in reversed(places()):
-        # A folder of one name, such as /src, is also the end of others.
-        edge = rb"(?<![\w.-])" if len(Path(path).parts) == 2 else b""
-        if re.search(edge + re.escape(f"{path}{os.sep}".encode()), library):
-            return path
-    return None
-
-
 def trim(wheel: Path) -> None:
     """Rewrite the lists of parts in a wheel: no path of this machine. Refuse one whose library names any."""
     with tempfile.TemporaryDirectory() as folder:
@@ -81,10 +70,7 @@ def trim(wheel: Path) -> None:
                     "configuration has target.*.rustflags; set RUSTFLAGS to those flags instead and build again"
                 )
         for parts in unpacked.glob("*.dist-info/sboms/*.json"):
-            text = parts.read_text(encoding="utf-8")
-            for path, name in reversed(places().items()):
-                text = text.replace(path, name)
-            parts.write_text(text, encoding="utf-8")
+            parts.write_text(without_places(parts.read_text(encoding="utf-8")), encoding="utf-8")
         wheel.unlink()
         # The same name again, with new hashes in RECORD.
         subprocess.run(

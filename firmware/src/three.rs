@@ -62,7 +62,8 @@ impl Base {
                 board.set_duty(wheel, 0.0);
             } else if sample.wheels.active[wheel] {
                 let torque_n_m = sample.wheels.applied.n_m[wheel];
-                board.set_duty(wheel, MOTORS[wheel].duty(torque_n_m, measured.rad_s[wheel]));
+                let velocity_rad_s = sample.wheels.measured.rad_s[wheel];
+                board.set_duty(wheel, MOTORS[wheel].duty(torque_n_m, velocity_rad_s));
             } else {
                 board.open_bridge(wheel);
             }

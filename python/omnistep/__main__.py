@@ -23,9 +23,9 @@ def main() -> int:
     if arguments[:1] == ["resimulate"]:
         return _resimulate(arguments[1:])
     if arguments[:1] in (["identify"], ["calibrate"]):
-        from omnistep import _measured_cli
+        from omnistep import _identify_cli
 
-        command = _measured_cli.identify if arguments[0] == "identify" else _measured_cli.calibrate
+        command = _identify_cli.identify if arguments[0] == "identify" else _identify_cli.calibrate
         return command(arguments[1:])
     # As in the Rust binary: Ctrl-C ends the process at once, unless the command ends itself in order.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -69,8 +69,8 @@ def _film(arguments: list[str]) -> int:
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("climb.mp4"), help="mp4, gif or png; climb.mp4 if left out"
     )
-    parser.add_argument("--fps", type=float, default=10.0, help="pictures a second of the run; 10 if left out")
-    parser.add_argument("--at", type=float, metavar="SECONDS", help="the moment of a png; the middle if left out")
+    parser.add_argument("--fps", type=float, default=10.0, help="pictures per second of the run; 10 if left out")
+    parser.add_argument("--at", type=float, metavar="SECONDS", help="time of a png; the middle of the run if left out")
     given = parser.parse_args(arguments)
     from omnistep import film
 
@@ -80,13 +80,13 @@ def _film(arguments: list[str]) -> int:
 def _import(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="omnistep import",
-        description="Make a log of what was measured on a vehicle, and say what became of each of its columns.",
+        description="Make a log from measurements on a vehicle, and report how each column was used.",
     )
     parser.add_argument(
         "log", type=Path, metavar="LOG", help="a .csv or .parquet file, a rosbag2 (its folder, .mcap, .db3)"
     )
     parser.add_argument(
-        "--map", required=True, type=Path, metavar="MAP.toml", help="which columns or topics are which signals"
+        "--map", required=True, type=Path, metavar="MAP.toml", help="the map: which column or topic is which signal"
     )
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("robot.mcap"), help="the log to write; robot.mcap if left out"
@@ -108,13 +108,13 @@ def _resimulate(arguments: list[str]) -> int:
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
-        "--scenario", help="what is simulated, a built-in name or a .toml file; the log's own if left out"
+        "--scenario", help="scenario to simulate, a built-in name or a .toml file; that of the log if left out"
     )
     by = parser.add_mutually_exclusive_group()
-    by.add_argument("--commands", action="store_true", help="what was asked for goes to the controller; the default")
-    by.add_argument("--torques", action="store_true", help="what acted on the actuators goes to the motors")
+    by.add_argument("--commands", action="store_true", help="give the logged commands to the controller; the default")
+    by.add_argument("--torques", action="store_true", help="give the logged torques to the motors")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; repeat for more"
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; may be repeated"
     )
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("resimulated.png"), help="png, svg or pdf; resimulated.png if left out"

@@ -1,4 +1,4 @@
-"""What every figure shares: matplotlib where it is there, axes to draw on, colours that mean something, legends."""
+"""Functions that all figures share: the import of matplotlib, axes, colours and legends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnistep._given import of_kind
+from omnistep._argument_types import of_kind
 from omnistep.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def pyplot() -> Any:
 def given_or_new(
     axes: Any, shape: tuple[int, ...], *, size: tuple[float, float], share_y: bool | str = False
 ) -> NDArray[Any]:
-    """Return the axes given, in that shape, or those of a new figure of that size [inch]."""
+    """Return the given axes, in that shape, or those of a new figure of that size [inch]."""
     if axes is None:
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
         options = {"sharex": True, "sharey": share_y, "figsize": size, "layout": "constrained", "squeeze": False}
@@ -86,19 +86,19 @@ def given_or_new(
 
 
 def same_limits(axes: Sequence[Axes] | NDArray[Any]) -> None:
-    """Give axes the limits along y that hold what each of them shows."""
+    """Give all axes the y limits that contain what each of them shows."""
     limits = np.array([ax.get_ylim() for ax in axes])
     for ax in axes:
         ax.set_ylim(limits[:, 0].min(), limits[:, 1].max())
 
 
 def legend_above(ax: Axes, *, columns: int, room: float = 0.35) -> None:
-    """Make room above what is drawn, that share of its height, and put the legend there."""
+    """Make room above the lines, that share of their height, and put the legend there."""
     low, high = ax.get_ylim()
     ax.set_ylim(low, high + room * (high - low))
     ax.legend(loc="upper center", fontsize="small", ncols=columns)
 
 
 def title(trace: Trace) -> str:
-    """Return what a run is of."""
+    """Return the title of a run: its scenario and policy."""
     return f"{trace.scenario}, {trace.policy}"

@@ -1,4 +1,4 @@
-"""Runs for calibration: what was driven, and what was measured at the end."""
+"""Runs for calibration: the drive, and the pose that was measured at its end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from omnistep._omnistep import shortened
-from omnistep._toml_files import read_toml
+from omnistep._toml_files import read_toml, unknown_key
 from omnistep._wheel_logs import LogLike
 from omnistep.errors import ConfigError
 
@@ -27,17 +27,17 @@ KEYS = ("schema_version", "position_sd_m", "yaw_sd_rad", "run")
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationRun:
-    """One drive, and what was measured at its end; the start is the origin, facing +x.
+    """One drive and the pose measured at its end; the start is the origin, facing +x.
 
     Attributes:
-        log: what the encoders said: columns ``time_s`` and of every wheel ``wheel_NAME_position_rad`` or
-            ``wheel_NAME_measured_rad_s``, of its actuator.
-        end_x_m: how far ahead of its start the vehicle stands [m]; None where it was not measured.
-        end_y_m: how far to the left [m].
-        end_yaw_rad: how far it is turned counter-clockwise [rad], whole turns do not matter.
-        distance_m: distance of the end from the start [m], where only a tape was there.
-        gyro: the turn is that of the log's ``gyro_rad_s``; its zero is its mean while the vehicle stands at
-            the start, 0.5 s or more.
+        log: readings of the encoders: columns ``time_s`` and, for the actuator of every wheel,
+            ``wheel_NAME_position_rad`` or ``wheel_NAME_measured_rad_s``.
+        end_x_m: position ahead of the start [m]; None where it was not measured.
+        end_y_m: position to the left of the start [m].
+        end_yaw_rad: heading, counter-clockwise from the start [rad]; whole turns do not matter.
+        distance_m: distance of the end from the start [m], where only that was measured.
+        gyro: take the heading from the log's ``gyro_rad_s``; its bias is its mean while the vehicle is at rest at the
+            start, 0.5 s or more.
 
     >>> import omnistep
     >>> omnistep.CalibrationRun(log="ahead.csv", distance_m=2.013).end_x_m is None
@@ -53,17 +53,17 @@ class CalibrationRun:
 
 
 def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str, float]]:
-    r"""Read a TOML file that names logs and what was measured, for :func:`calibrate`.
+    r"""Read a TOML file with logs and measured poses, for :func:`calibrate`.
 
     Args:
         path: a file with ``[[run]]`` tables of the keys of :class:`CalibrationRun`; ``log`` is relative to the file.
-            ``position_sd_m`` and ``yaw_sd_rad`` may stand before them.
+            ``position_sd_m`` and ``yaw_sd_rad`` may precede them.
 
     Returns:
-        The runs, and the numbers that stand before them.
+        The runs, and the numbers that precede them.
 
     Raises:
-        ConfigError: it cannot be read, or a key or value is wrong.
+        ConfigError: the file cannot be read, or a key or value is wrong.
 
     >>> import tempfile, pathlib
     >>> from omnistep._calibration_runs import read_runs
@@ -77,7 +77,7 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
     _, keys = read_toml(Path(path))
     if unknown := sorted(set(keys) - set(KEYS)):
         key = shortened(unknown[0])
-        raise ConfigError(f"{name}: {key} is no key, allowed: {', '.join(KEYS)}", key=key, file=name)
+        raise ConfigError(f"{name}: {key}: {unknown_key(unknown[0], KEYS)}", key=key, file=name)
     if keys.get("schema_version", 1) != 1:
         raise ConfigError(
             f"{name}: schema_version = {shortened(repr(keys['schema_version']))}, allowed: 1",
@@ -86,13 +86,13 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
         )
     tables = keys.get("run", [])
     if not (isinstance(tables, list) and tables and all(isinstance(each, dict) for each in tables)):
-        raise ConfigError(f"{name}: no [[run]], allowed: one or more", key="run", file=name)
+        raise ConfigError(f"{name}: no [[run]], allowed: at least one", key="run", file=name)
     runs = []
     for index, each in enumerate(tables):
         allowed = ("log", *ENDS, "gyro")
         if unknown := sorted(set(each) - set(allowed)):
             key = f"run[{index}].{shortened(unknown[0])}"
-            raise ConfigError(f"{name}: {key} is no key, allowed: {', '.join(allowed)}", key=key, file=name)
+            raise ConfigError(f"{name}: {key}: {unknown_key(unknown[0], allowed)}", key=key, file=name)
         log = each.get("log")
         if not isinstance(log, str):
             raise ConfigError(
@@ -117,7 +117,7 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
 
 
 def number(key: str, value: Any, where: str) -> None:
-    """Refuse what is no number within a key's range."""
+    """Refuse a value that is not a number within a key's range."""
     low, high = RANGES[key]
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not low <= value <= high:
         raise ConfigError(f"{where}{key} = {shortened(repr(value))}, allowed: {low:g} to {high:g}", key=key)

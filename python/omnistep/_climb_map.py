@@ -1,4 +1,4 @@
-"""Where a vehicle climbs, over two axes of a study."""
+"""Map of the climbs of a study over two of its axes."""
 
 from __future__ import annotations
 
@@ -50,12 +50,11 @@ def climb_map(
 ) -> NDArray[Any]:
     """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
 
-    Every cell says how many climbed of how many runs, as ``omnistep study`` does, and where there are several the 95 %
-    interval of their share (Wilson's score); its colour is the share, dark for none and light for all. Runs that
-    ``duration_s`` cut off on their way are no stalls: the cell says how many are
-    unfinished, that part of it is hatched in grey, and its colour is the share of the others. Runs that failed are
-    not counted: the cell says how many there were. Runs that differ in
-    anything but x, y and panel, as in their seeds, are counted together.
+    Every cell has the number of climbs and of runs, as in ``omnistep study``, and for several runs the 95 % interval of
+    their share (Wilson's score). Its colour is the share, dark for none and light for all. Runs that ``duration_s`` cut
+    off are not stalls: the cell has the number of unfinished runs, that part of it is hatched in grey, and its colour
+    is the share of the others. Runs that failed are not counted, and the cell has their number. Runs that differ in
+    other keys than x, y and panel, such as the seed, are counted together.
 
     Args:
         rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, the folder that they or
@@ -64,15 +63,15 @@ def climb_map(
             may be unfinished. Files need pyarrow, polars or duckdb.
         x: key or column along x; numbers or names.
         y: key or column along y.
-        panel: key or column with a panel a value; None for one panel.
+        panel: key or column that has one panel for each value; None for one panel.
         axes: axes to draw on, as many as panels; a new figure by default.
 
     Returns:
         The axes, (P,), in the order of the panels' values; policies in that of :func:`omnistep.policies`.
 
     Raises:
-        ConfigError: no rows, a column is not there or has no value somewhere, or the axes are not as many as panels.
-        ImportError: matplotlib is not there, or nothing that reads Parquet.
+        ConfigError: no rows, a column is missing or has an empty cell, or the axes are not as many as panels.
+        ImportError: matplotlib or a Parquet reader is not installed.
 
     Example:
         >>> import omnistep
@@ -83,7 +82,7 @@ def climb_map(
     """
     wanted = {name.replace(".", "_"): key for key, name in {"x": x, "y": y, "panel": panel}.items() if name is not None}
     if len(wanted) != (2 if panel is None else 3):
-        raise ConfigError(f"x = {x!r}, y = {y!r}, panel = {panel!r}: allowed: each another column", key="x")
+        raise ConfigError(f"x = {x!r}, y = {y!r}, panel = {panel!r}: allowed: a different column for each", key="x")
     found = columns(rows, wanted | {"climbed": "rows"}, optional=["error", "verdict"])
     for name, argument in wanted.items():
         if None in found[name]:
@@ -166,13 +165,13 @@ def _draw(
 
 
 def _hatch(ax: Axes, row: int, column: int, part: float) -> None:
-    """Cover that part of a cell, from below: nothing is known of it."""
+    """Hatch that part of a cell, from below, for runs without a result."""
     cover = pyplot().Rectangle((column, row), 1.0, part, facecolor="0.92", edgecolor="0.6", hatch="///", linewidth=0.0)
     ax.add_patch(cover)
 
 
 def in_order(values: Sequence[Any]) -> list[Any]:
-    """Return each value once: numbers by size, policies as `omnistep.policies`, other names by the alphabet."""
+    """Return each value once: numbers by size, policies as `omnistep.policies`, other names alphabetically."""
     each = set(values)
     if all(isinstance(value, int | float) for value in each):
         return sorted(each)

@@ -1,4 +1,4 @@
-"""Columns of a study's results, whatever holds them: Parquet files, a table of some package, rows, columns."""
+"""Columns of a study's results, from Parquet files, data frames, rows or dictionaries of columns."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _ALLOWED = (
 
 
 def columns(rows: Any, wanted: Mapping[str, str], *, optional: Sequence[str] = ()) -> dict[str, list[Any]]:
-    """Read columns as lists of plain values, None where there is none.
+    """Read columns as lists of plain values, None for a missing value.
 
     Args:
-        rows: what holds them.
-        wanted: names of columns, each with the argument that named it.
-        optional: columns that need not be there.
+        rows: files, a data frame, rows or columns.
+        wanted: names of columns, each with the argument that gave it.
+        optional: columns that may be missing.
 
     Raises:
-        ConfigError: nothing that has columns, no rows, or a column is not there.
-        ImportError: a path was given and nothing here reads Parquet.
+        ConfigError: the value has no columns or no rows, or a column is missing.
+        ImportError: a path was given and no Parquet reader is installed.
     """
     table = _read(Path(rows)) if isinstance(rows, str | PathLike) else rows
     if isinstance(table, StudyResult):
@@ -53,14 +53,14 @@ def columns(rows: Any, wanted: Mapping[str, str], *, optional: Sequence[str] = (
 
 
 def _read(path: Path) -> Any:
-    """Read Parquet with whichever reader is there."""
+    """Read Parquet with the reader that is installed."""
     parts = sorted(path.glob("*.parquet")) if path.is_dir() else [path]
     if not parts or not parts[0].is_file():
         what = "no *.parquet in it" if path.is_dir() else "no such file or folder"
         raise ConfigError(f"rows = {path}: {what}, allowed: {_ALLOWED}", key="rows", file=str(path))
     for part in parts:
         if reason := damage(part):
-            allowed = "a part as it was written; the study, run again, sets this one aside and computes its runs"
+            allowed = "an intact part; run the study again: it sets this part aside and repeats its runs"
             raise ConfigError(f"rows = {part}: {reason}, allowed: {allowed}", key="rows", file=str(part))
     files = [str(part) for part in parts]
     readers: dict[str, Callable[[Any], Any]] = {
@@ -77,7 +77,7 @@ def _read(path: Path) -> Any:
             return read(module)
         except Exception as error:  # each reader has its own
             reason = (str(error).splitlines() or ["damaged"])[0]
-            raise ConfigError(f"rows = {path}: no Parquet: {reason}", key="rows", file=str(path)) from error
+            raise ConfigError(f"rows = {path}: not Parquet: {reason}", key="rows", file=str(path)) from error
     raise ImportError(f"rows = {path}: Parquet needs pyarrow, polars or duckdb: pip install pyarrow")
 
 

@@ -1,4 +1,4 @@
-"""How every command of the console script that is written in Python ends."""
+"""The end of every Python command of the console script: its last line and its exit code."""
 
 import os
 import sys
@@ -9,7 +9,7 @@ from omnistep.errors import OmnistepError, SimulationError
 
 
 def made(make: Callable[[], None], out: Path | None) -> int:
-    """Make a file, if one is wanted, and say where it is, or what is wrong in one line; return the exit code."""
+    """Make a file, if one is wanted; print its path, or the error in one line; return the exit code."""
     try:
         make()
     except KeyboardInterrupt:

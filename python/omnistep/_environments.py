@@ -1,4 +1,4 @@
-"""What the environments of omnistep.gym have in common: around `Episodes`, which computes everything."""
+"""Common parts of the environments of omnistep.gym, around `Episodes`, which computes everything."""
 
 # mypy: disallow-subclassing-any=False, warn-unused-ignores=False
 # (Gymnasium is an extra: where it is not installed, its classes have no types.)
@@ -31,7 +31,7 @@ _MODES = tuple(mode.value for mode in AutoresetMode)
 
 
 class Task:
-    """What a single and a vector environment of one task share."""
+    """Common part of a single and a vector environment of one task."""
 
     _task: ClassVar[str]
     _scenario: ClassVar[str]
@@ -75,12 +75,12 @@ class Task:
 
     @property
     def ranges(self) -> dict[str, Range]:
-        """What differs between episodes and the range that it is drawn from; the names are those of reset's options."""
+        """Values that differ between episodes and the range of each; the names are those of reset's options."""
         return dict(self._episodes.ranges)
 
     @property
     def action_s(self) -> float:
-        """Time that an action is held [s]."""
+        """Duration of one action [s]."""
         return self._episodes.action_s
 
     @property
@@ -114,15 +114,15 @@ class Single(Task, gymnasium.Env):
         """Start the next episode.
 
         Args:
-            seed: 0 to 2**63 - 1; the same seed is followed by the same episodes. None goes on with the present row of
-                random numbers, from the system's the first time.
+            seed: 0 to 2**63 - 1; the same seed gives the same sequence of episodes. None continues the present sequence
+                of random numbers, which begins with the system's.
             options: values for this episode instead of drawn ones, by the names of :attr:`ranges`.
 
         Returns:
-            The observation, float32 within -1 to 1, and figures for people.
+            The observation, float32 within -1 to 1, and ``info`` with further figures.
 
         Raises:
-            ConfigError: the seed, a name or a value is out of range; the present episode goes on then.
+            ConfigError: the seed, a name or a value is out of range; the present episode then continues.
         """
         seeds = _seeds([seed])
         if seed is None and not self._seeded:
@@ -136,10 +136,11 @@ class Single(Task, gymnasium.Env):
         """Hold an action, clipped to -1 to 1, for :attr:`action_s`.
 
         Returns:
-            The observation, the reward, whether the task is over (done or failed), whether the time is up, and figures.
+            The observation, the reward, whether the task is over (done or failed), whether the time is up, and
+            ``info``.
 
         Raises:
-            ConfigError: a number is not finite, their count is wrong, or the episode is over; nothing happened then.
+            ConfigError: a number is not finite, their count is wrong, or the episode is over; the state is unchanged.
         """
         seen, reward, terminated, truncated, infos, _ = self._episodes.step(_actions(action), "Disabled")
         return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), _single(infos)
@@ -150,7 +151,7 @@ class Single(Task, gymnasium.Env):
 
 
 class Many(Task, VectorEnv):
-    """Environments stepped by threads, outside the interpreter's lock."""
+    """Environments stepped by threads, without the interpreter's lock."""
 
     def __init__(
         self,
@@ -185,7 +186,7 @@ class Many(Task, VectorEnv):
 
         Args:
             seed: a number for the first environment, one more for each that follows; or one an environment.
-            options: as of the single environment, for all of them; ``"reset_mask"``, (num_envs,) of bools, for some.
+            options: as in the single environment, for all of them; ``"reset_mask"``, (num_envs,) of bools, for some.
 
         Returns:
             Observations, (num_envs, n) float32, and an array of each figure, with a mask ``_name``.
@@ -213,14 +214,14 @@ class Many(Task, VectorEnv):
     ) -> tuple[_Numbers, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], _Info]:
         """Hold the actions, (num_envs, n), for :attr:`action_s`.
 
-        What follows the end of an episode says ``metadata["autoreset_mode"]``.
+        ``metadata["autoreset_mode"]`` determines what follows the end of an episode.
 
         Returns:
             Observations, rewards, whether each task is over, whether each time is up, and figures. With `SAME_STEP`
             also ``final_obs`` and ``final_info`` of the episodes that ended.
 
         Raises:
-            ConfigError: as the single environment; nothing happened then.
+            ConfigError: as in the single environment; the state is unchanged.
         """
         given = np.asarray(actions)
         if given.shape != self.action_space.shape:

@@ -1,4 +1,4 @@
-"""Least squares with intervals, and what the data cannot tell: shared by identification and calibration."""
+"""Least squares with intervals, and parameters that the data do not determine: for identification and calibration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INDEPENDENT = 8.0
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """One number to be found."""
+    """One number to be estimated."""
 
     name: str
     unit: str
@@ -47,16 +47,16 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """One parameter, as it was found.
+    """One estimated parameter.
 
     Attributes:
         name: the parameter, its unit at the end.
         unit: the unit.
-        value: the estimate; what was held where the data do not tell it.
+        value: the estimate, or the value that was held where the data do not determine it.
         low: lower end of the 95 % interval; None of a parameter that was held.
         high: upper end of it.
-        before: what the vehicle file has.
-        note: why it was held; empty where it was found.
+        before: the value of the vehicle file.
+        note: why it was held; empty where it was estimated.
     """
 
     name: str
@@ -69,13 +69,13 @@ class Estimate:
 
     @property
     def told(self) -> bool:
-        """The data tell it."""
+        """Whether the data determine it."""
         return self.low is not None
 
 
 @dataclass
 class Fit:
-    """Where least squares ended."""
+    """Result of least squares."""
 
     x: Floats
     deviation: Floats
@@ -106,16 +106,16 @@ def fit(
     redundant: int = 0,
     begin: Floats | None = None,
 ) -> Fit:
-    """Find the parameters with the smallest sum of squared residuals, and hold those that the residuals do not tell.
+    """Find the parameters with the smallest sum of squared residuals; hold those that these do not determine.
 
     Args:
-        residual: weighted residuals for all parameters; their standard deviations shall be alike.
-        parameters: where the search begins, and what bounds it.
-        needed_by: what is named where SciPy is not there.
-        clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: deviations
-            heed it. Without, residuals are independent.
-        redundant: how many of the residuals are no information of their own.
-        begin: where the search begins instead of the parameters' starts, which are still what is held.
+        residual: weighted residuals for all parameters; their standard deviations must be equal.
+        parameters: their starts and their bounds.
+        needed_by: the name for the error message where SciPy is not installed.
+        clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: the
+            deviations account for it. Without groups, residuals are independent.
+        redundant: how many of the residuals carry no independent information.
+        begin: where the search begins instead of at the parameters' starts, which are still the held values.
     """
     optimize = scipy_part("optimize", needed_by)
     start = np.array([p.start for p in parameters])
@@ -195,9 +195,9 @@ def _hold(
     together: dict[int, list[int]],
     parameters: Sequence[Parameter],
 ) -> int | None:
-    """The parameter to hold, where a direction of them is not told; parameters are in units of their scales here.
+    """The parameter to hold, where a direction of parameters is not determined; here they are in units of their scales.
 
-    Without a ``sigma`` a direction is only untold where it changes nothing at all.
+    Without a ``sigma`` a direction is undetermined only where it changes no residual.
     """
     _, singular, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
     least = 1e-7 * singular[0] if sigma is None else sigma / TOLD
@@ -213,9 +213,9 @@ def _hold(
 def shifts(
     residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], found: Fit, held: int, part: float
 ) -> dict[str, float]:
-    """By which part of itself each number that was found changes where a held one is more by a part of its own.
+    """Relative change of each estimated number for a relative change of a held one.
 
-    Only those that change by more than half of their interval's half: others hold whatever it is.
+    Only numbers that change by more than a quarter of their interval are listed.
     """
     x = found.x.copy()
     x[held] += part * (x[held] or parameters[held].scale)
@@ -265,7 +265,7 @@ def _clustered(
 
 
 def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:
-    """Parameters with their intervals, each within what is possible."""
+    """Parameters with their intervals, each within its possible range."""
     halves = found.deviation * scipy_part("stats", needed_by).t.ppf(0.5 + CONFIDENCE / 2, found.freedom)
     given = []
     for k, (parameter, value, half) in enumerate(zip(parameters, found.x, halves, strict=True)):
@@ -277,7 +277,7 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
             high = float(min(value + half, parameter.upper))
         elif not parameter.known:
             others = [parameters[other].name for other in found.together.get(k, [])]
-            note = f"only together with {', '.join(others)}" if others else "not in these data"
+            note = f"only together with {', '.join(others)}" if others else "no information in these data"
         given.append(
             Estimate(
                 name=parameter.name,
@@ -293,15 +293,15 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
 
 
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
-    """Parameters that end where their range does, a line each; zero is where friction or a lag may well end."""
+    """Parameters that end at a bound of their range, a line each; zero is a plausible end for friction or a lag."""
     said = []
     for k, parameter in enumerate(parameters):
         for bound in (parameter.lower, parameter.upper):
             if found.free[k] and bound != 0.0 and abs(found.x[k] - bound) < 1e-6 * parameter.scale:
                 of = f"{bound:.4g} {parameter.unit}".rstrip()
                 said.append(
-                    f"{parameter.name} ended at the bound of its range, {of}, and others bend to it; look at units,"
-                    " signs and names in the log, and at the vehicle's file"
+                    f"{parameter.name} ended at the bound of its range, {of}, which distorts the others; check units,"
+                    " signs and names in the log, and the vehicle file"
                 )
     return tuple(said)
 

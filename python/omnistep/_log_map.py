@@ -1,17 +1,16 @@
-"""The map of a foreign log: which of its columns or topics are which of ours, in what units."""
+"""The map of a foreign log: which column or topic is which signal, in what units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from omnistep._omnistep import Scenario, shortened
-from omnistep._toml_files import read_toml
+from omnistep._toml_files import read_toml, unknown_key
 from omnistep.errors import ConfigError
 
 #: Numbers beyond are none of a robot.
@@ -31,13 +30,13 @@ TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 @dataclass(frozen=True)
 class Kind:
-    """What a table of the map may hold.
+    """Allowed contents of a table of the map.
 
     Attributes:
-        units: factors to ours, by name; the first is the default.
-        count: how many names; ``wheels`` or ``hinges`` for one each.
+        units: factors to our units, by name; the first is the default.
+        count: number of names; ``wheels`` or ``hinges`` for one for each wheel or hinge.
         held: each sample holds until the next; else values are linear between samples.
-        keys: keys that only it has.
+        keys: keys of this table only.
     """
 
     units: Mapping[str, float]
@@ -69,9 +68,9 @@ _OF_TIME = ("column", "unit", "clock", "from_s", "until_s")
 
 @dataclass(frozen=True)
 class Signal:
-    """A table of the map: where a signal is, and what to make of its numbers.
+    """A table of the map: the source of a signal and its conversion.
 
-    What becomes of a number is (number - offset) * factor, one factor and offset a name.
+    A number becomes (number - offset) * factor, with one factor and offset for each name.
     """
 
     table: str
@@ -107,7 +106,7 @@ class LogMap:
         return tuple(hinge["name"] for hinge in self.scenario.vehicle.to_dict().get("hinge", []))
 
     def refuse(self, key: str, reason: str) -> NoReturn:
-        """Raise what is wrong with a key, in one line."""
+        """Raise an error about a key, in one line."""
         _refuse(self.file, key, reason)
 
 
@@ -150,7 +149,7 @@ def read_map(path: str | PathLike[str]) -> LogMap:
         if table in keys:
             made.signals[table] = _signal(made, table, kind, _table(file, keys, table, None), gap)
     if "wheels" not in made.signals:
-        _refuse(file, "wheels", "missing, allowed: a table [wheels] that says where the encoders are")
+        _refuse(file, "wheels", "missing, allowed: a table [wheels] with the encoders")
     return made
 
 
@@ -234,9 +233,7 @@ def _signal(made: LogMap, table: str, kind: Kind, keys: dict[str, Any], gap: flo
 def _known(file: str, table: str, keys: Mapping[str, Any], known: Sequence[str]) -> None:
     for key in keys:
         if key not in known:
-            near = get_close_matches(key, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
-            _refuse(file, f"{table}.{key}" if table else shortened(key), f"unknown key, {hint}")
+            _refuse(file, f"{table}.{key}" if table else shortened(key), unknown_key(key, known))
 
 
 def _table(file: str, keys: Mapping[str, Any], table: str, default: dict[str, Any] | None) -> dict[str, Any]:
@@ -262,7 +259,7 @@ def _number(file: str, key: str, given: Any, least: float, most: float = math.in
 
 
 def _gap(file: str, key: str, given: Any) -> float:
-    """A longest gap: infinite where a signal is known between samples however far apart."""
+    """The longest gap that is bridged: infinite where a signal is known between any two samples."""
     if given == math.inf:
         return math.inf
     return _number(file, key, given, 1e-6, 1e7)

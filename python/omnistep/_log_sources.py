@@ -44,7 +44,7 @@ Nanoseconds = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Samples:
-    """A signal as it was recorded, one row a sample: times [ns] and the raw numbers, NaN where there is none."""
+    """A recorded signal, one row for each sample: times [ns] and the raw numbers, NaN for a missing one."""
 
     time_ns: Nanoseconds
     values: Floats
@@ -62,7 +62,7 @@ def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> 
     if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
         return _of_bag(path, log_map, told)
     allowed = "a regular file .csv, .parquet, .mcap or .db3, or the folder of a rosbag2"
-    raise LogError(f"{path}: not a log that is read, allowed: {allowed}", file=str(path))
+    raise LogError(f"{path}: not a log that can be read, allowed: {allowed}", file=str(path))
 
 
 # Tables
@@ -100,7 +100,7 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
 
 
 def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
-    """Times since the first one [ns]; where there is none a row is before all others, and left out with them."""
+    """Times since the first one [ns]; a row without a time gets one before all others, and is left out with them."""
     pyarrow = module("pyarrow")
     unit_s = log_map.time_unit_s
     if pyarrow.types.is_timestamp(column.type):
@@ -204,17 +204,17 @@ def _of_one_clock(
 
 def _most(path: Path, number: int) -> None:
     if number > MOST_SAMPLES:
-        raise LogError(f"{path}: more than {MOST_SAMPLES} messages of the topics that are read", file=str(path))
+        raise LogError(f"{path}: more than {MOST_SAMPLES} messages on the topics to read", file=str(path))
 
 
 def _stamp(message: Any) -> int:
-    """When a message was made [ns]; 0 where it does not say."""
+    """The time stamp of a message [ns]; 0 where it has none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec) if stamp is not None else 0
 
 
 def _getter(log_map: LogMap, signal: Signal, kind: str) -> Callable[[Any], Sequence[float]]:
-    """What takes a signal's numbers out of a message of a type."""
+    """A function that reads a signal's numbers from a message of a type."""
     key = f"{signal.table}.names"
     if kind == _JOINTS:
         if not signal.names:
@@ -229,7 +229,7 @@ def _getter(log_map: LogMap, signal: Signal, kind: str) -> Callable[[Any], Seque
         return _joints(signal.names, holds)
     names = signal.names or _PLACES.get((signal.table, kind), ())
     if not names:
-        log_map.refuse(key, f"missing, allowed: fields of {kind or 'messages of more than one type'}, as data.0")
+        log_map.refuse(key, f"missing, allowed: fields of {kind or 'messages of more than one type'}, such as data.0")
     if len(names) != len(signal.factors):
         log_map.refuse(key, f"{len(names)} fields, allowed: {len(signal.factors)}")
     fields = [_field(log_map, key, name) for name in names]
@@ -265,7 +265,7 @@ def _field(log_map: LogMap, key: str, name: str) -> Callable[[Any], float]:
         if yaw:
             return math.atan2(2.0 * (here.w * here.z + here.x * here.y), 1.0 - 2.0 * (here.y**2 + here.z**2))
         if isinstance(here, str | bytes) or not np.isscalar(here):
-            log_map.refuse(key, f"field {name!r} holds no number")
+            log_map.refuse(key, f"field {name!r} is not a number")
         return float(here)  # type: ignore[arg-type]
 
     return get

@@ -1,4 +1,4 @@
-"""Gains of the wheels' loops, and how far they are from swinging with the delay and lag that were found."""
+"""Gains of the wheel loops, and their stability margins with the identified delay and lag."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FREQUENCIES = np.geomspace(1e-1, 1e4, 2000)
 
 @dataclass(frozen=True, kw_only=True)
 class Loops:
-    """Gains, and the smallest margins that they leave.
+    """Gains, and their smallest stability margins.
 
     Attributes:
         kp_n_m_s_rad: k_p [N.m per rad/s].
@@ -64,13 +64,14 @@ def margins(
 def loops(
     vehicle: Vehicle, *, period_s: float, matrix: Floats, delay_s: float, lag_s: float, viscous_n_m_s_rad: float
 ) -> Loops:
-    """The derived gains of a vehicle, made slower where its delay and lag ask for it.
+    """The derived gains of a vehicle, reduced where its delay and lag require it.
 
     Args:
-        vehicle: the vehicle, whose own gains do not matter.
+        vehicle: the vehicle; its own gains are not used.
         period_s: control period [s].
         matrix: mass matrix, turning wheels included, (3, 3).
-        delay_s: from a torque to the angle read [s]; half a period of holding and half a period of reading come on top.
+        delay_s: from a torque to the measured angle [s]; half a period of holding and half a period of reading are
+            added.
         lag_s: time constant of the torque [s].
         viscous_n_m_s_rad: of a wheel.
     """

@@ -1,8 +1,8 @@
-"""How wheels, torques and masses move a vehicle on flat ground, in stretches in which no wheel turns round.
+"""Model of a vehicle's motion from wheels, torques and masses on flat ground, in stretches without a wheel reversal.
 
-Everything is an integral, so that nothing noisy is differentiated: the twist changes by ``M^-1 A^T`` times the integral
-of the torques less what friction takes, and the wheels turn by the integral of that. What encoders lack, whole counts,
-is then an error of its own in each reading.
+Everything is an integral, so no noisy signal is differentiated: the twist changes by ``M^-1 A^T`` times the integral
+of the torques less friction, and the wheels turn by the integral of that. The quantisation of encoders is then an
+independent error of each reading.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import _doubts
+from omnistep import _plausibility
 from omnistep._estimates import Floats, scipy_part
+from omnistep._measurement_noise import Noise
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._reading_noise import Noise
 from omnistep._wheel_logs import WheelLog
 
 Integers = NDArray[np.int64]
@@ -43,7 +43,7 @@ REMEMBERED_S = 0.15
 
 
 class Masses:
-    """What a vehicle's file says of masses, and the mass matrix for other numbers."""
+    """Masses of a vehicle's file, and the mass matrix for other numbers."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
@@ -88,7 +88,7 @@ class Masses:
 
 @dataclass(frozen=True)
 class Stretches:
-    """A log, cut into stretches; bins of all of them one after the other."""
+    """A log, cut into stretches; the bins of all stretches in sequence."""
 
     log: WheelLog
     #: Are the wheels in the air?
@@ -109,7 +109,7 @@ class Stretches:
         return np.asarray((sums[self.first + self.rows] - sums[self.first]) / self.rows)
 
     def straightened(self, bins: Floats) -> Floats:
-        """Less the straight line of each stretch: where it began, and how fast, is not known."""
+        """Less the straight line of each stretch: its start and its initial speed are not known."""
         count = np.bincount(self.stretch)
 
         def per_stretch(column: Floats) -> Floats:
@@ -181,7 +181,7 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
 
 
 def _integral(series: Floats, period: float) -> Floats:
-    """Integral up to each row of what changes steadily between rows."""
+    """Integral up to each row of a signal that is linear between rows."""
     return np.asarray((np.cumsum(series, axis=0) - 0.5 * series) * period)
 
 
@@ -229,7 +229,7 @@ class Motion:
         self.kind = self.kind_of[stretches.stretch]
 
     def residual(self, p: Mapping[str, float]) -> Floats:
-        """Angles of the wheels as measured less those that the parameters make, (B * N,) [rad]."""
+        """Measured angles of the wheels less those of the model with these parameters, (B * N,) [rad]."""
         masses, gear = self.masses, self.masses.gear
         torque, pushed = (part * p.get("stall_torque_n_m", 1.0) for part in self._torque(p["delay_s"], p["lag_s"]))
         dry = np.full(len(gear), p["gear_friction_n_m"])
@@ -253,7 +253,7 @@ class Motion:
         return np.asarray((left if self.noise is None else self.noise.whitened(left, self.stretches.stretch)).ravel())
 
     def _moves(self, force: Floats, matrix: Floats) -> Floats:
-        """How wheels move by integrals of forces, (B, N)."""
+        """Rotation of wheels by integrals of forces, (B, N)."""
         wheels = np.zeros_like(self.measured)
         for number, at_rest in enumerate(self.kinds):
             way = _null(self.map[at_rest], self.map.shape[1])
@@ -272,23 +272,23 @@ class Motion:
         return self.masses.matrix(p["mass_kg"], p["yaw_inertia_kg_m2"], p["wheel_inertia_kg_m2"])
 
     def time_constant_s(self, p: Mapping[str, float]) -> float:
-        """How soon the fastest motion follows the motors [s]; infinite where nothing brakes them."""
+        """Time constant of the fastest motion that the motors drive [s]; infinite without a brake."""
         brake = self.map.T @ np.diag(self._brake(p)) @ self.map
         rate = float(np.linalg.eigvals(np.linalg.solve(self._matrix(p), brake)).real.max())
         return 1.0 / rate if rate > 0.0 else np.inf
 
     def _brake(self, p: Mapping[str, float]) -> Floats:
-        """What takes torque by an actuator's speed [N.m.s/rad], (N,)."""
+        """Torque that friction takes per actuator speed [N.m.s/rad], (N,)."""
         return np.asarray(p["viscous_n_m_s_rad"] * self.masses.gear**2 + p.get("slope_n_m_s_rad", 0.0))
 
     def doubts(self) -> list[str]:
-        """What looks wrong with the log: signs, the order of wheels."""
+        """Implausible signs and wheel order of the log, a line each."""
         if self.stretches.lifted:
             return []
         log, vehicle = self.stretches.log, self.masses.vehicle
-        doubts = _doubts.of_wheels(vehicle, log.measured, log.period_s)
+        doubts = _plausibility.of_wheels(vehicle, log.measured, log.period_s)
         if log.yaw_rate is not None:
-            doubts += _doubts.of_yaw(log.measured @ self.masses.back[2], log.yaw_rate)
+            doubts += _plausibility.of_yaw(log.measured @ self.masses.back[2], log.yaw_rate)
         return [f"{log.name}: {doubt}" for doubt in doubts]
 
     def clusters(self) -> Integers:
@@ -296,13 +296,13 @@ class Motion:
         return np.repeat(self.stretches.stretch, self.inputs.shape[1])
 
     def redundant(self) -> int:
-        """How many of the residuals are no information of their own: stretches begin anywhere, at any speed."""
+        """How many of the residuals carry no independent information: start and speed of each stretch are free."""
         ranks = np.array([_null(self.map[kind], self.map.shape[1]).shape[1] for kind in self.kinds])
         bins = np.bincount(self.stretches.stretch)
         return int(self.measured.size - ranks[self.kind_of] @ (bins - 2))
 
     def _swerve(self) -> Floats:
-        """Integral of what a kilogram takes to go round with the vehicle, whose axes turn."""
+        """Integral of the force for a kilogram to turn with the vehicle, whose axes rotate."""
         log = self.stretches.log
         twist = np.nan_to_num(log.measured) @ self.masses.back.T
         vx, vy, turn = _smooth(twist, max(1, round(SMOOTH_S / self.period))).T
@@ -312,7 +312,7 @@ class Motion:
         return self.stretches.binned(_integral(once, self.period))
 
     def _torque(self, delay: float, lag: float) -> tuple[Floats, Floats]:
-        """Torques as they act, integrated twice and once, in bins: held over a period, then late, then lagging."""
+        """Acting torques, integrated twice and once, in bins: held over a period, then delayed, then lagged."""
         if self._delayed is not None and self._delayed[0] == (delay, lag):
             return self._delayed[1]
         rows = len(self.inputs)
@@ -339,9 +339,9 @@ class Motion:
 
 
 def _bend(period: float, rate: Floats) -> Floats:
-    """By how much the integral of an angle over a period is less than the trapezoid's, per change of the speed [s^2].
+    """Integral of an angle over a period less than the trapezoid's, per change of the speed [s^2].
 
-    Of a wheel whose speed follows with this rate [1/s]; period^2 / 12 where it is slow.
+    For a wheel whose speed follows with this rate [1/s]; period^2 / 12 where it is slow.
     """
     part = 0.5 * period * rate
     slow = part < 1e-2
@@ -350,7 +350,7 @@ def _bend(period: float, rate: Floats) -> Floats:
 
 
 def _null(rows: Floats, columns: int) -> Floats:
-    """Twists for which these wheels stand, one a column."""
+    """Twists at which these wheels do not turn, one for each column."""
     if not len(rows):
         return np.eye(columns)
     _, singular, right = np.linalg.svd(rows)

@@ -62,6 +62,7 @@ __all__ = [
     "damage",
     "discretize",
     "disturbed_ratio",
+    "figures",
     "from_point",
     "mean_interval",
     "moved_by",
@@ -70,6 +71,7 @@ __all__ = [
     "read_mcap",
     "reference_factor",
     "run",
+    "run_outside",
     "scenarios",
     "shape_error",
     "shortened",
@@ -101,11 +103,31 @@ def run(
 
     Args:
         scenario: a built-in name, a path or a :class:`Scenario`.
-        policy: as there.
-        overrides: as there.
-        seed: as there.
-        mcap: as there.
-        on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the run.
+        policy: as in :func:`omnistep.run`.
+        overrides: as in :func:`omnistep.run`.
+        seed: as in :func:`omnistep.run`.
+        mcap: as in :func:`omnistep.run`.
+        on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
+    """
+
+def run_outside(
+    physics: object,
+    scenario: str | PathLike[str] | Scenario,
+    *,
+    policy: PolicyLike | None = None,
+    on_progress: Callable[[float], object] | None = None,
+) -> Trace:
+    """Run a scenario from start to end on physics that are stepped in Python, for :func:`omnistep.mujoco.run`.
+
+    Args:
+        physics: an object with ``start(x_m, yaw_rad)``; ``step(torques_n_m, dampers_n_m_s_rad, holds_n_m)``, which
+            returns angles and rates of the axles, (2N,), and contacts, (C, 10): wheel, force, normal, position; and
+            ``observe()``, which returns (5 + 13 B + 2 H + 6 N,): kinetic and potential energy, momentum; for each body
+            position, quaternion x, y, z, w, velocity and rate; for each hinge angle and rate; for each wheel position
+            and velocity of its centre. ``FloatingPointError`` means that the state is not finite.
+        scenario: a built-in name, a path or a :class:`Scenario`.
+        policy: as in :func:`omnistep.run`.
+        on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
     """
 
 def wheels(
@@ -118,7 +140,7 @@ def wheels(
 
     Args:
         policy: ``independent``, ``paper`` or ``synchronised``.
-        overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
+        overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
         experiment: the built-in ``wheels``, the default, or the path of a .toml file.
 
     Returns:
@@ -135,11 +157,10 @@ def wheels(
     """
 
 def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None) -> Bound:
-    """What the step of a scenario takes at least, from the balance of forces: nothing is simulated.
+    """Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 
-    The torque is that of the scenario's motors at rest, the speed the fastest that it is told to drive ahead: every
-    row of wheels is taken to meet the edge at that. docs/derivations.md, What a climb takes at least, says what is
-    assumed.
+    The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
+    wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 
     Args:
         scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
@@ -147,11 +168,11 @@ def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[
         overrides: keys to replace, as in :func:`omnistep.run`.
 
     Returns:
-        Torque and run-up that each row of wheels takes, and whether the vehicle has them.
+        Torque and run-up that each row of wheels needs, and whether the vehicle has them.
 
     Raises:
-        ConfigError: a name, key or value is wrong; the ground is no plain step of one friction, met head-on; or the
-            vehicle is not two frames on one hinge across with three rows of wheels.
+        ConfigError: a name, key or value is wrong; the ground is not a plain step with one friction, met head-on; or
+            the vehicle is not two frames on one transverse hinge with three rows of wheels.
 
     Example:
         >>> import omnistep
@@ -193,10 +214,10 @@ def cli(argv: Sequence[str]) -> int:
     """Run the command line ``argv`` (the program's name first); return the exit code."""
 
 def discretize(twists: _Rows, *, dt_s: float) -> _Floats:
-    """Twists that, held for a period, end where a straight line along the twists given would.
+    """Twists that, held for a period, end where a straight line along the given twists would.
 
-    A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period are
-    straightened by this.
+    A vehicle that turns while it moves drifts off the commanded line. This function corrects commands that are held for
+    a period.
 
     Args:
         twists: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
@@ -238,12 +259,12 @@ def at_point(twists: _Rows, point_m: _Row, /) -> _Floats:
     """
 
 def from_point(twists: _Rows, point_m: _Row, /) -> _Floats:
-    """Twists of the origin that give a point of the body the twists given: commands for another centre of rotation.
+    """Twists of the origin from the twists of a point of the body: commands for another centre of rotation.
 
     Undoes :func:`at_point`.
 
     Args:
-        twists: what the point shall do, along the body's axes (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+        twists: twists of the point, along the body's axes (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
         point_m: the point (x forward, y left) from the origin [m], (2,).
 
     Returns:
@@ -280,7 +301,7 @@ def to_world(twists: _Rows, yaw_rad: float | _Row, /) -> _Floats:
     """
 
 def to_body(twists: _Rows, yaw_rad: float | _Row, /) -> _Floats:
-    """Twists along the world's axes as body twists: what a vehicle with this yaw is to be told.
+    """Twists along the world's axes as body twists: commands for a vehicle with this yaw.
 
     Undoes :func:`to_world`.
 
@@ -384,7 +405,7 @@ def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_r
     Args:
         reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
         velocity_rad_s: measured velocities [rad/s], in that shape, or (N,).
-        floor_rad_s: wheels with a smaller reference [rad/s] have no say; above 0.
+        floor_rad_s: wheels with a smaller reference [rad/s] are ignored; above 0.
 
     Returns:
         Spreads [-], () or (T,).
@@ -402,7 +423,7 @@ def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_r
 def torque_range(
     velocity_rad_s: float | _Row, *, stall_torque_n_m: float, slope_n_m_s_rad: float = 0.0
 ) -> tuple[_Floats, _Floats]:
-    """What a motor gives at a velocity, eq. (13) of the paper: a line that falls with the speed.
+    """Torque range of a motor at a velocity, eq. (13) of the paper: a line that falls with the speed.
 
     Args:
         velocity_rad_s: velocity of the actuator [rad/s], a number or (T,).
@@ -427,7 +448,7 @@ def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -
     """The common factor of eqs. (11) and (12) of the paper: the largest that brings every torque within its limits.
 
     Args:
-        requested_n_m: torques asked for [N.m], (N,) or (T, N) of 3 to 8 wheels.
+        requested_n_m: requested torques [N.m], (N,) or (T, N) of 3 to 8 wheels.
         lower_n_m: lowest torques [N.m], each 0 or less, in that shape, or (N,).
         upper_n_m: highest torques [N.m], each 0 or more, in that shape, or (N,).
 
@@ -497,9 +518,9 @@ class Wheel:
     """One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
 
     Args:
-        position_m: place of the contact point in the body frame [m] (x forward, y left), each within +-1000.
-        rolling_direction: the way the vehicle moves when this wheel alone turns positively, (x, y) of any length but
-            zero; forward by default.
+        position_m: position of the contact point in the body frame [m] (x forward, y left), each within +-1000.
+        rolling_direction: direction in which the vehicle moves when this wheel alone turns positively, (x, y) of any
+            length but zero; forward by default.
         roller_angle_rad: angle from the rolling direction to the axis of the roller on the ground [rad],
             counter-clockwise is positive: 0 for an omni wheel, +-pi/4 for a mecanum wheel, never +-pi/2.
         radius_m: rolling radius [m], 0.0001 to 100.
@@ -528,10 +549,10 @@ class Wheel:
     ) -> Wheel: ...
     @property
     def position_m(self) -> tuple[float, float]:
-        """Place of the contact point [m], x and y."""
+        """Position of the contact point [m], x and y."""
     @property
     def rolling_direction(self) -> tuple[float, float]:
-        """The way the vehicle moves when this wheel alone turns positively, as given."""
+        """Direction in which the vehicle moves when this wheel alone turns positively, as given."""
     @property
     def roller_angle_rad(self) -> float:
         """Angle from the rolling direction to the axis of the roller on the ground [rad]."""
@@ -550,7 +571,7 @@ class Wheel:
 
 @final
 class Layout:
-    """Wheels that together can move the vehicle in every direction: 3 to 8 of them, N in what follows.
+    """Wheels that together can move the vehicle in every direction: 3 to 8 wheels, N below.
 
     Args:
         wheels: the wheels; their order is that of every array over wheels.
@@ -625,15 +646,15 @@ class Layout:
 class Kinematics:
     """Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
 
-    Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). What is handed in is not changed;
-    every array handed out is new.
+    Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). Arguments are not changed, and every
+    returned array is new.
 
     Args:
         layout: the wheels.
-        forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum
-            of squared wheel errors, or the mean of what each wheel says, eq. (7) of the paper.
+        forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum of
+            squared wheel errors, or the average over the wheels, eq. (7) of the paper.
         weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
-            of what each wheel says. A wheel of weight 0 has no say.
+            of each wheel's measurement. A wheel of weight 0 is ignored.
 
     Raises:
         ConfigError: an unknown ``forward``, an average that does not undo the inverse map of this layout, or weights
@@ -677,7 +698,7 @@ class Kinematics:
             TypeError: not numbers.
         """
     def forward(self, velocities: _Rows) -> _Floats:
-        """The twists that actuator velocities amount to.
+        """The twists from actuator velocities.
 
         Args:
             velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -728,14 +749,14 @@ class Kinematics:
         """
     def __reduce__(self) -> tuple[Any, tuple[()]]: ...
     def scale_velocities(self, velocities: _Rows, *, limits_rad_s: float | _Row) -> Desaturated:
-        """Wheel velocities scaled by one factor into their limits, whatever twist they came from.
+        """Wheel velocities scaled by one factor into their limits, also where no twist gives them.
 
         Args:
             velocities: actuator velocities [rad/s], (N,) or (T, N).
             limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
 
         Returns:
-            The velocities within the limits, and the twist that they amount to; both factors are the one.
+            The velocities within the limits, and their twist; both factors are equal.
 
         Raises:
             ConfigError: a shape is wrong, a number is not finite, or a limit is out of range.
@@ -751,7 +772,7 @@ class Kinematics:
 
 @final
 class Desaturated:
-    """Twists that every wheel can follow, and what became of those asked for; made by :meth:`Kinematics.desaturate`.
+    """Twists that every wheel can follow, and their scale factors; made by :meth:`Kinematics.desaturate`.
 
     Shapes are those for (3,) and for (T, 3) twists.
     """
@@ -764,35 +785,35 @@ class Desaturated:
         """The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N)."""
     @property
     def translation_factor(self) -> _Floats:
-        """What translation was multiplied by, 0 to 1, () or (T,)."""
+        """Factor on the translation, 0 to 1, () or (T,)."""
     @property
     def yaw_factor(self) -> _Floats:
-        """What the yaw rate was multiplied by, 0 to 1, () or (T,)."""
+        """Factor on the yaw rate, 0 to 1, () or (T,)."""
     @property
     def limiting(self) -> _Integers:
         """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
 
 @final
 class Estimator:
-    """The pose from wheels, gyro and accelerometer at once, while wheels slip; and how far it may be off.
+    """The pose from wheels, gyro and accelerometer, also while wheels slip; with its covariance.
 
-    An extended Kalman filter in whose state is the slip of all wheels together, which no redundancy sees and an
-    accelerometer does. Wheels that disagree are believed less; a vehicle that is told to rest and stands has no
-    velocity, and teaches the gyro's bias. What is NaN was not heard and is left out.
+    An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
+    accelerometer can. Wheels that disagree get less weight. A vehicle at rest with a command of rest has no velocity,
+    and the filter then estimates the gyro's bias. NaN is a missing reading and is left out.
 
     Args:
-        kinematics: how wheels say how the vehicle moves.
+        kinematics: the map from wheel velocities to the vehicle's motion.
         period_s: time between two steps [s], 1e-6 to 10.
         wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
         gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
         accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
-        wander_m_s_per_sqrt_s: how far the velocity wanders where no acceleration is told [m/s per root of s]; 0.3.
+        wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
         bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
-        bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
+        bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
         slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-        slip_s: time in which a slip comes and goes [s]; 0.3.
-        still_wheel_rad_s: a vehicle told to rest stands where its wheels turn by no more, beyond noise, on average
-            over 50 ms [rad/s], 0 to 1000; 0.05.
+        slip_s: correlation time of the slip [s]; 0.3.
+        still_wheel_rad_s: with a command of rest the vehicle counts as at rest where its wheels turn no faster than
+            this, beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
         still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
             the bias as it is known [rad/s], 0 to 1000; 0.05.
         still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
@@ -835,13 +856,13 @@ class Estimator:
         """The vehicle's motion now, not that of its wheels, (3,)."""
     @property
     def slip(self) -> _Floats:
-        """What all wheels together show beyond that motion, as a twist, (3,)."""
+        """Common slip of all wheels: their twist less that motion, (3,)."""
     @property
     def covariance(self) -> _Floats:
         """Covariance of the pose, (3, 3), in x [m], y [m] and yaw [rad]."""
     @property
     def gyro_bias_rad_s(self) -> float:
-        """What the gyro says at rest [rad/s]."""
+        """Estimated reading of the gyro at rest [rad/s]."""
     @property
     def nis(self) -> _Floats:
         """Normalised squared innovation of each row of the last step, by the wheels taken in: 1 on average.
@@ -889,13 +910,13 @@ class Odometry:
     """Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 
     Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
-    counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity changes nothing; positions make up for it
-    with the next row.
+    counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; with positions the next row
+    includes its motion.
 
     Args:
-        kinematics: how wheels say how the vehicle moves.
+        kinematics: the map from wheel velocities to the vehicle's motion.
         period_s: time between two steps [s], 1e-6 to 10.
-        pose: where it starts; the origin, facing +x, by default.
+        pose: the initial pose; the origin, facing +x, by default.
 
     Raises:
         ConfigError: ``period_s`` is out of range, or the pose is not three finite numbers.
@@ -914,7 +935,7 @@ class Odometry:
     def __new__(cls, *, kinematics: Kinematics, period_s: float, pose: _Row | None = None) -> Odometry: ...
     @property
     def kinematics(self) -> Kinematics:
-        """How wheels say how the vehicle moves."""
+        """The map from wheel velocities to the vehicle's motion."""
     @property
     def period_s(self) -> float:
         """Time between two steps [s]."""
@@ -935,7 +956,7 @@ class Odometry:
             TypeError: not numbers.
         """
     def step_positions(self, positions: _Rows) -> _Floats:
-        """What the actuators turned since the row before; the first row ever only starts.
+        """Rotation of the actuators since the row before; the very first row only initialises.
 
         Args:
             positions: actuator positions [rad], unwrapped, (N,) or (T, N).
@@ -948,7 +969,7 @@ class Odometry:
             TypeError: not numbers.
         """
     def step_displacements(self, displacements: _Rows) -> _Floats:
-        """What somebody else measured: displacements along arcs in the body's frame.
+        """Displacements along arcs in the body's frame, from another source.
 
         Args:
             displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).
@@ -1034,11 +1055,11 @@ class Waypoint:
 
 @final
 class TrajectoryPlanner:
-    """Makes trajectories of waypoints, within what wheels turn and push. The code is that of firmware, in float64.
+    """Plans trajectories through waypoints, within the wheels' speeds and torques; firmware's code in float64.
 
-    No wheel turns faster than ``share`` of its speed; bends, and speeding up and slowing down, take no more than
-    ``share`` of what motors push at that speed; velocity, acceleration and jerk along the path and of the heading stay
-    within their limits. Friction of the ground is not known: ``acceleration`` is where to say it.
+    No wheel turns faster than ``share`` of its speed; curves and accelerations use no more than ``share`` of the
+    motors' torque at that speed; velocity, acceleration and jerk along the path and of the heading stay within their
+    limits. The planner does not know the ground's friction: limit ``acceleration`` for it.
 
     Args:
         kinematics: the wheels.
@@ -1046,7 +1067,7 @@ class TrajectoryPlanner:
         acceleration: change of it while it grows [m/s^2, rad/s^2], above 0 and finite.
         deceleration: the same while it shrinks; as ``acceleration`` if left out.
         jerk: change of the acceleration [m/s^3, rad/s^3], above 0; no limit if left out.
-        mass_kg: mass of everything [kg], above 0.
+        mass_kg: mass of the whole vehicle [kg], above 0.
         yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
         centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
         speeds_rad_s: fastest that actuators turn [rad/s], above 0: a number, or one a wheel, as the three that follow.
@@ -1055,8 +1076,8 @@ class TrajectoryPlanner:
         wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
         fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way; no limit if left out.
         quickest: largest change of each [m/s^2, m/s^2, rad/s^2], above 0; no limit if left out.
-        share: how much of the wheels' speeds and torques a trajectory may take, 0.05 to 1: the rest is for whoever
-            follows it.
+        share: part of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the rest is a reserve for
+            the follower.
 
     Raises:
         ConfigError: an argument is out of range, or has the wrong length.
@@ -1096,15 +1117,15 @@ class TrajectoryPlanner:
         """The trajectory through waypoints, from rest to rest.
 
         Args:
-            waypoints: 2 to 1000 of them; a pair of x and y [m] stands for one that is reached on a line.
+            waypoints: 2 to 1000 of them; a pair of x and y [m] is a waypoint that is reached on a line.
 
         Raises:
-            ConfigError: too few or too many; a value of one is out of range; there is nothing to do on the way to one;
-                or limits do not let the vehicle be there so soon.
+            ConfigError: too few or too many; a value of one is out of range; one repeats the waypoint before; or
+                the limits do not allow its time.
             TypeError: not waypoints.
         """
     def velocities(self, sample: TrajectorySample, /) -> _Floats:
-        """Actuator velocities [rad/s] of a vehicle that is where a sample says, and moves so, (N,) or (T, N)."""
+        """Actuator velocities [rad/s] of a vehicle that follows a sample exactly, (N,) or (T, N)."""
     def torques(self, sample: TrajectorySample, /) -> _Floats:
         """Actuator torques [N.m] that a sample's acceleration takes, (N,) or (T, N); friction is not in them.
 
@@ -1127,12 +1148,12 @@ class Trajectory:
         """When its end is reached [s]."""
     @property
     def starts_s(self) -> _Floats:
-        """When the way to each waypoint after the first begins [s], (K,)."""
+        """Start time of the segment to each waypoint after the first [s], (K,)."""
     @property
     def lengths_m(self) -> _Floats:
-        """How long those ways are [m], (K,); [rad] of a turn on the spot, 0 of waiting."""
+        """Length of each segment [m], (K,); [rad] for a turn on the spot, 0 for waiting."""
     def at(self, time_s: float | _Row, /) -> TrajectorySample:
-        """What it says of times.
+        """The trajectory at given times.
 
         Args:
             time_s: since its start [s], a number or (T,). Before 0, and of NaN, the first pose, at rest; from
@@ -1145,23 +1166,23 @@ class Trajectory:
 
 @final
 class TrajectorySample:
-    """What a :class:`Trajectory` says of one time, or of each of many."""
+    """A :class:`Trajectory` at one time, or at each of many."""
 
     @property
     def time_s(self) -> _Floats:
-        """The times asked for [s], () or (T,)."""
+        """The given times [s], () or (T,)."""
     @property
     def pose(self) -> _Floats:
-        """Where to be (x [m], y [m], heading [rad] in (-pi, pi]), (3,) or (T, 3)."""
+        """Reference pose (x [m], y [m], heading [rad] in (-pi, pi]), (3,) or (T, 3)."""
     @property
     def velocity(self) -> _Floats:
-        """How to move along the world's axes (x, y [m/s], yaw [rad/s]), (3,) or (T, 3)."""
+        """Reference velocity along the world's axes (x, y [m/s], yaw [rad/s]), (3,) or (T, 3)."""
     @property
     def acceleration(self) -> _Floats:
-        """How that changes (x, y [m/s^2], yaw [rad/s^2]), (3,) or (T, 3)."""
+        """Reference acceleration (x, y [m/s^2], yaw [rad/s^2]), (3,) or (T, 3)."""
     @property
     def feed_forward(self) -> _Floats:
-        """The body twist (vx, vy [m/s], wz [rad/s]) of a vehicle that is where it should be, (3,) or (T, 3)."""
+        """The body twist (vx, vy [m/s], wz [rad/s]) of a vehicle at the reference pose, (3,) or (T, 3)."""
     @property
     def speed_m_s(self) -> _Floats:
         """Speed along the path [m/s], rad/s in a turn on the spot; 0 or more, () or (T,)."""
@@ -1173,13 +1194,13 @@ class TrajectorySample:
 class HolonomicFollower:
     """Follows a trajectory: its velocity in the vehicle's axes, and a correction in proportion to the distance from it.
 
-    It remembers nothing. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter
-    turn. The code is that of firmware, in float64.
+    It has no state. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter turn.
+    The code is that of firmware, in float64.
 
     Args:
-        gain_per_s: velocity asked for per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
+        gain_per_s: commanded velocity per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
             return, should be several times that of the wheels' loops.
-        heading_gain_per_s: yaw rate asked for per heading error [rad/s per rad], 0 to 1000.
+        heading_gain_per_s: commanded yaw rate per heading error [rad/s per rad], 0 to 1000.
         limit_m_s: largest correction of the velocity [m/s], 0 to 1000.
         limit_rad_s: largest correction of the yaw rate [rad/s], 0 to 1000.
 
@@ -1199,12 +1220,12 @@ class HolonomicFollower:
         cls, *, gain_per_s: float, heading_gain_per_s: float, limit_m_s: float, limit_rad_s: float
     ) -> HolonomicFollower: ...
     def step(self, sample: TrajectorySample, pose: _Rows, /) -> Follow:
-        """The twist to command, for a vehicle at a pose that should be where a sample says.
+        """The twist to command, for a vehicle at a pose and the sample as its reference.
 
         Args:
             sample: of one time or of T.
-            pose: where the vehicle is (x [m], y [m], yaw [rad]), (3,) or (T, 3). One that is not finite corrects
-                nothing: the trajectory's own twist is driven.
+            pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). With a pose that is not finite there is
+                no correction: the result is the trajectory's own twist.
 
         Raises:
             ConfigError: a shape is wrong, or the lengths differ.
@@ -1425,7 +1446,7 @@ class DcMotor:
 
 @final
 class MotorDuty:
-    """What a bridge is to do for each torque, and what comes of it, in the shape of what was asked for."""
+    """Duty cycle of a bridge for each torque, with the resulting current and torque, in the shape of the request."""
 
     @property
     def duty(self) -> _Floats:
@@ -1435,7 +1456,7 @@ class MotorDuty:
         """Current that flows with it [A], positive forwards."""
     @property
     def torque_n_m(self) -> _Floats:
-        """Torque at the shaft with it [N.m]: what was asked for, unless limited."""
+        """Torque at the shaft with it [N.m]: the requested torque, unless limited."""
     @property
     def limited(self) -> _Bools:
         """The supply or the driver's current limit gives no more than this."""
@@ -1447,10 +1468,10 @@ def torque_duty(
     stall_torque_n_m: float,
     slope_n_m_s_rad: float = 0.0,
 ) -> _Floats:
-    """The duty of a bridge without a current loop, from a motor's torque at rest and what speed takes of it.
+    """Duty cycle of a bridge without a current loop, from a motor's stall torque and its decrease with speed.
 
-    The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs no more than a data
-    sheet's stall torque and no-load speed; :class:`DcMotor` also tells the current.
+    The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs only a data sheet's
+    stall torque and no-load speed; :class:`DcMotor` also gives the current.
 
     Args:
         torque_n_m: torque at the actuator [N.m], an array of any shape or a number.
@@ -1536,7 +1557,7 @@ class Pid:
 
         Args:
             reference_rad_s: reference [rad/s], a number or (T,); one number stays the same for every step.
-            measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, changes nothing in the state and
+            measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, leaves the state unchanged and
                 yields the integral term alone.
 
         Returns:
@@ -1549,14 +1570,14 @@ class Pid:
     def track(self, output_n_m: float, *, reference_rad_s: float, measured_rad_s: float) -> None:
         """Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
 
-        Without an integral gain, or with an error beyond the integral zone, there is nothing to set, and the output may
+        Without an integral gain, or with an error beyond the integral zone, this has no effect, and the output may
         jump.
 
         Raises:
             ConfigError: a number is not finite.
         """
     def reset(self) -> None:
-        """Be as freshly started."""
+        """Return to the initial state."""
     @property
     def integral_n_m(self) -> float:
         """What the integral holds [N.m]."""
@@ -1585,11 +1606,11 @@ class PidSample:
         """Feed-forward [N.m]."""
     @property
     def saturated(self) -> _Bools:
-        """The limits took something away."""
+        """The limits reduced the output."""
 
 @final
 class CommandShaper:
-    """What stands between whoever commands a vehicle and its controller: limits, a time-out, an emergency stop.
+    """Conditions commands before they reach a vehicle's controller: limits, a time-out, an emergency stop.
 
     The code is that of firmware, in float64. It has a state; a call with T rows is the same as T calls with one.
 
@@ -1602,8 +1623,7 @@ class CommandShaper:
         jerk: change of the acceleration, above 0, likewise [m/s^3, rad/s^3].
         keeps_direction: limits along the motion, two numbers each (linear, yaw), so that its direction is kept while it
             grows; else axis by axis, three numbers each, and the path bends where an axis lags.
-        timeout_s: how old a command may become [s], 0 or more; after that the vehicle is told to rest. For ever if left
-            out.
+        timeout_s: greatest age of a command [s], 0 or more; after that the command is rest. No time-out if left out.
         emergency_deceleration: (linear [m/s^2], yaw [rad/s^2]), above 0, of an emergency stop; at once if left out.
 
     Raises:
@@ -1641,7 +1661,7 @@ class CommandShaper:
                 left out.
 
         Returns:
-            What the vehicle is told.
+            The shaped commands.
 
         Raises:
             ConfigError: a shape is wrong, or the lengths differ.
@@ -1717,8 +1737,8 @@ class Controller:
         Args:
             commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
                 the other.
-            measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel whose encoder says
-                nothing.
+            measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel without an encoder
+                reading.
 
         Returns:
             Every signal, one row each.
@@ -1728,27 +1748,27 @@ class Controller:
             TypeError: not numbers.
         """
     def reset(self) -> None:
-        """Be as freshly started."""
+        """Return to the initial state."""
     @property
     def scenario(self) -> Scenario:
-        """What it was made for."""
+        """The scenario of the controller."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy, with what is chosen instead of its parts."""
+        """Name of the coordination policy, with its replaced parts."""
     @property
     def period_s(self) -> float:
         """Control period [s]."""
 
 @final
 class ControlSample:
-    """What one step of a :class:`Controller` did, or each of T: then every shape below begins with T."""
+    """Signals of one step of a :class:`Controller`, or of T steps: then every shape below begins with T."""
 
     @property
     def command(self) -> _Floats:
         """The command within the vehicle's limits, (3,)."""
     @property
     def estimated(self) -> _Floats:
-        """The twist that the measured velocities amount to, (3,)."""
+        """The twist from the measured velocities, (3,)."""
     @property
     def common_factor(self) -> _Floats:
         """Factor of the policy on all torques or all references, 0 to 1, ()."""
@@ -1766,7 +1786,7 @@ class ControlSample:
         """Derivative terms [N.m], (N,)."""
     @property
     def requested_n_m(self) -> _Floats:
-        """Torques asked for with the whole reference [N.m], (N,)."""
+        """Torques requested with the whole reference [N.m], (N,)."""
     @property
     def applied_n_m(self) -> _Floats:
         """Torques to apply [N.m], (N,), within the limits."""
@@ -1829,14 +1849,14 @@ class Vehicle:
             ConfigError: a key or value is wrong.
         """
     def to_toml(self) -> str:
-        """The vehicle as a file says it."""
+        """The vehicle as a file."""
     def to_dict(self) -> dict[str, Any]:
         """Every key of the file."""
     def __getitem__(self, key: str, /) -> Any:
         """The value at a dotted key; elements of lists count from 0.
 
         Raises:
-            KeyError: there is none; the message names what there is.
+            KeyError: there is none; the message names the existing keys.
         """
     @property
     def name(self) -> str:
@@ -1846,18 +1866,18 @@ class Vehicle:
         """Names of the N wheels, in the order of every array over wheels."""
     @property
     def layout(self) -> Layout:
-        """What kinematics see of it."""
+        """The wheel layout for kinematics."""
     @property
     def mass_kg(self) -> float:
-        """Mass of everything [kg]."""
+        """Mass of the whole vehicle [kg]."""
     @property
     def centre_of_mass_m(self) -> _Floats:
-        """Centre of mass as the vehicle stands on flat ground [m], (3,)."""
+        """Centre of mass of the vehicle at rest on flat ground [m], (3,)."""
     @property
     def no_load_rad_s(self) -> float | None:
         """Velocity at which the motors have no torque left [rad/s]; None where the limit is constant."""
     def static_loads_n(self, *, gravity_m_s2: float = 9.81) -> _Floats | None:
-        """What each wheel carries on flat ground [N], (N,); None where moment balance alone does not say.
+        """Load of each wheel on flat ground [N], (N,); None where moment balance alone does not determine it.
 
         Raises:
             ConfigError: gravity is not above 0.
@@ -1868,8 +1888,32 @@ class Vehicle:
         Raises:
             ConfigError: not a finite number.
         """
-    def urdf(self) -> str:
-        """The vehicle as URDF, for RViz, Rerun and other simulators."""
+    def urdf(self, *, ros2_control: Literal["velocity", "effort"] | None = None) -> str:
+        """The vehicle as URDF, for RViz, Rerun and other simulators.
+
+        Args:
+            ros2_control: adds a block for ros2_control, whose controllers command each wheel by its ``velocity``
+                [rad/s] or ``effort`` [N.m]; None for none.
+
+        Raises:
+            ConfigError: ``ros2_control`` is none of these.
+
+        Example:
+            >>> import omnistep
+            >>> omnistep.Vehicle("mecanum4").urdf(ros2_control="velocity").count("<command_interface ")
+            4
+        """
+    def ros2_controllers(self) -> str:
+        """The yaml of ros2_control, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
+
+        Raises:
+            ConfigError: neither controller would drive the vehicle as its kinematics do; the message names the wheel.
+
+        Example:
+            >>> import omnistep
+            >>> print(omnistep.Vehicle("mecanum4").ros2_controllers().splitlines()[0])
+            # ros2_control's controllers for the vehicle mecanum4. Units are m, rad and s.
+        """
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -1877,7 +1921,7 @@ class Vehicle:
 
 @final
 class Scenario:
-    """A vehicle on a ground and what it is told to do, checked. It does not change; it pickles.
+    """A vehicle, its ground and its commands, checked. It is immutable, and it pickles.
 
     ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 
@@ -1939,21 +1983,27 @@ class Scenario:
             ConfigError: a name, key or value is wrong.
         """
     def to_toml(self) -> str:
-        """The scenario as a file says it, its vehicle inside; gains that were derived are left out."""
+        """The scenario as a file, with its vehicle; derived gains are left out."""
+    def mjcf(self) -> str:
+        """Vehicle and ground as MJCF, for MuJoCo: every roller a body of its own.
+
+        Raises:
+            ConfigError: a wheel without rollers, or patches of friction on ground that is not level.
+        """
     def to_dict(self) -> dict[str, Any]:
         """Every key of that file, the vehicle's under ``vehicle``."""
     def __getitem__(self, key: str, /) -> Any:
         """The value at a dotted key; elements of lists count from 0.
 
         Raises:
-            KeyError: there is none; the message names what there is.
+            KeyError: there is none; the message names the existing keys.
         """
     @property
     def name(self) -> str:
         """Its name."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy, with what is chosen instead of its parts."""
+        """Name of the coordination policy, with its replaced parts."""
     @property
     def seed(self) -> int:
         """Seed of perturbation and noise."""
@@ -1994,13 +2044,13 @@ def write_recording(
     facts: Mapping[str, str],
     map: str,
 ) -> None:
-    """Write what was measured on a vehicle as a log.
+    """Write measurements on a vehicle as a log.
 
     Args:
         path: the log.
-        scenario: vehicle and control period, and what a simulation would be told.
-        columns: a number a control period each, NaN where nothing is known, by the names that columns of a trace have.
-        facts: what the log shall say of itself, by name.
+        scenario: vehicle, control period, and the commands for a simulation.
+        columns: one number for each control period, NaN where unknown, by the column names of a trace.
+        facts: metadata of the log, by name.
         map: how it was read, a text in TOML.
 
     Raises:
@@ -2033,24 +2083,23 @@ class Log:
         """Was it finished? Else its last chunk, at most a simulated second, may be missing."""
     @property
     def recorded(self) -> bool:
-        """Was it measured on a vehicle (:func:`omnistep.import_log`)? What nobody measured is NaN then.
+        """Was it measured on a vehicle (:func:`omnistep.import_log`)? Unmeasured values are NaN then.
 
-        There is no outcome, and the scenario is what a simulation of it would be told.
+        There is no outcome, and the scenario holds the recorded commands for a simulation.
         """
     @property
     def scenario_toml(self) -> str:
         """The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out."""
     @property
     def trace(self) -> Trace:
-        """Every control period: the columns of the run's own trace that its log has, and what was asked for.
+        """Every control period: the columns of the run's trace that its log has, and the commands before limits.
 
-        These are what the controller was told, estimated and did, and the torques and forces at the wheels;
-        ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
-        ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
-        energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
-        ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
-        that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
-        every column again.
+        These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
+        and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+        ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
+        ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
+        and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
+        log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
         """
     @property
     def outcome(self) -> Outcome | None:
@@ -2168,7 +2217,7 @@ class Trace:
 class Outcome:
     """Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
 
-    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where it says so.
+    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
     """
 
     @property
@@ -2185,25 +2234,25 @@ class Outcome:
         "gained_energy",
         "diverged",
     ]:
-        """How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+        """Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
 
-        docs/conventions.md says what each of them means.
+        docs/conventions.md defines each of them.
         """
     @property
     def climbed(self) -> bool:
         """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
     @property
-    def engine(self) -> Literal["rapier", "articulated"]:
-        """What simulated it: `rapier` or `articulated`."""
+    def engine(self) -> Literal["rapier", "articulated", "mujoco"]:
+        """Physics engine: `rapier`, `articulated`, or `mujoco` in :func:`omnistep.mujoco.run`."""
     @property
     def wheel_model_valid(self) -> bool:
-        """The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
+        """The wheel model is valid on this ground: rollers, or balls that represent them there.
 
         docs/physics.md, Where a ball is the wheel.
         """
     @property
     def crossing_s(self) -> float | None:
-        """From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed."""
+        """From the foremost wheel's contact to the last wheel beyond the obstacle [s]; None unless climbed."""
     @property
     def stalled_at_m(self) -> float | None:
         """World x of the base where it stalled [m]; None unless stalled."""
@@ -2233,7 +2282,7 @@ class Outcome:
         """Root mean square of the spread of velocity over reference."""
     @property
     def linkage_spread(self) -> float:
-        """How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too."""
+        """Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
@@ -2242,37 +2291,37 @@ class Outcome:
         """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     @property
     def relative_speed_error_rms(self) -> float:
-        """``disturbed_rms`` by the name that control engineers have for it."""
+        """``disturbed_rms`` under its name in control engineering."""
     @property
     def speed_ratio_spread_rms(self) -> float:
-        """``spread_rms`` with what is spread."""
+        """``spread_rms`` under the name of its quantity."""
     @property
     def torque_squared_n2m2s(self) -> float:
-        """``heat_n2m2s`` by what it is: heat is proportional to it."""
+        """``heat_n2m2s`` under its exact name: heat is proportional to it."""
     @property
     def work_j(self) -> float:
         """Work of the motors [J]."""
     @property
     def cost_of_transport(self) -> float | None:
-        """That work over weight times way; None where it went less than 1 cm."""
+        """That work over weight times distance; None for less than 1 cm."""
     @property
     def e_over_mgh(self) -> float | None:
         """That work over weight times height gained; None unless climbed to a higher place."""
     @property
     def required_friction(self) -> float:
-        """Friction that the wheels called for in 95 of 100 averages of 10 ms."""
+        """Friction that the wheels needed in 95 of 100 averages of 10 ms."""
     @property
     def energy_residual(self) -> float:
-        """Energy that the balance cannot place, over all that went through the motors."""
+        """Energy that the balance does not explain, over all that went through the motors."""
     @property
     def path_error_rms_m(self) -> float | None:
-        """Root mean square over time of the distance from where the path wants the base [m]; None without a path."""
+        """Root mean square over time of the distance of the base from its reference pose [m]; None without a path."""
     @property
     def path_error_peak_m(self) -> float | None:
         """Largest such distance [m]; None without a path."""
     @property
     def odometry_error_m(self) -> float:
-        """Distance of the base's origin from where odometry has it [m], at the end of the crossing or run."""
+        """Distance of the base's origin from its position by odometry [m], at the end of the crossing or run."""
     @property
     def final_x_m(self) -> float:
         """True x of the base's origin then [m], world."""
@@ -2289,29 +2338,30 @@ class Outcome:
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
     @staticmethod
     def _of_state(state: str) -> Outcome: ...
+    def _rows(self) -> dict[str, tuple[str | None, bool]]:
+        """Each figure's value as tables write it, and whether the command's tables have it of this run, by key."""
 
 @final
 class Simulation:
     """A scenario being simulated, one control period at a time.
 
-    Several threads may use one: their calls wait for each other, outside the interpreter's lock. It pickles, a
-    controller of your own and what was recorded included: what comes out goes on bit for bit.
+    Several threads may use one: their calls wait for each other, without the interpreter's lock. It pickles, with a
+    controller of your own and the recorded periods: the copy continues bit for bit.
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
-        policy: coordination policy instead of the scenario's, or a controller of your own, as :func:`omnistep.run`
-            takes it.
+        policy: coordination policy instead of the scenario's, or a controller of your own, as in :func:`omnistep.run`.
         overrides: keys to replace, as in :func:`omnistep.run`.
         seed: seed of the scenario's perturbation.
         record: keep every period, some 4 kB each, for ``trace``, ``outcome`` and ``finish``.
 
     Raises:
         ConfigError: a name, key or value is wrong.
-        TypeError: a policy is none.
+        TypeError: the policy is not a policy.
 
     Warns:
-        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
-            ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
+        UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
+            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
 
     Example:
         >>> import omnistep
@@ -2340,29 +2390,30 @@ class Simulation:
             command: body twist (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise).
 
         Raises:
-            ConfigError: not three components, or one is not finite; nothing happened then.
-            TypeError: not a sequence of numbers; nothing happened then.
-            SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that
-                raises itself is raised as it is. There was a period without torque then, which is not recorded.
+            ConfigError: not three components, or one is not finite; the state is unchanged.
+            TypeError: not a sequence of numbers; the state is unchanged.
+            SimulationError: the physics diverged (a value is not finite), or a policy of your own returned no valid
+                torques. An exception of the policy itself is raised unchanged. That period had no torque and is not
+                recorded.
         """
     def step_torques(self, torques_n_m: Sequence[float] | _Floats) -> Sample:
-        """Hold actuator torques for one control period, past the controller.
+        """Hold actuator torques for one control period, without the controller.
 
-        The sample's ``applied_n_m`` and all that is observed are as ever; the controller's other signals are NaN
-        (``saturated`` is False). The controller's integrals stay as they are.
+        The sample's ``applied_n_m`` and all observations are as usual; the controller's other signals are NaN
+        (``saturated`` is False). The controller's integrals do not change.
 
         Args:
             torques_n_m: torque of every actuator [N.m], (N,).
 
         Raises:
-            ConfigError: not one finite torque a wheel; nothing happened then.
-            TypeError: not a sequence of numbers; nothing happened then.
-            SimulationError: the physics left the finite numbers.
+            ConfigError: not one finite torque for each wheel; the state is unchanged.
+            TypeError: not a sequence of numbers; the state is unchanged.
+            SimulationError: the physics diverged (a value is not finite).
         """
     def save(self) -> bytes:
-        """Everything that :meth:`resume` needs to go on from here, bit for bit.
+        """All data that :meth:`resume` needs to continue from here, bit for bit.
 
-        What was recorded, and what a policy of your own remembers, is not in it: pickle holds these too.
+        It does not include recorded periods and the state of a policy of your own: a pickle includes both.
 
         Raises:
             SimulationError: the controller's state cannot be read.
@@ -2387,11 +2438,11 @@ class Simulation:
         """A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
 
         Args:
-            scenario: as it was: a built-in name, the path of a .toml file or a :class:`Scenario`.
-            state: what :meth:`save` gave.
-            policy: as it was; a controller of your own goes on from what the object remembers, it is not reset.
-            overrides: as they were.
-            seed: as it was.
+            scenario: the same scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
+            state: the result of :meth:`save`.
+            policy: the same policy; a controller of your own continues from the object's state and is not reset.
+            overrides: the same overrides.
+            seed: the same seed.
 
         Raises:
             SimulationError: the state is damaged, or of another scenario or version.
@@ -2406,7 +2457,7 @@ class Simulation:
         """The scenario's own command at a time [s], as a body twist for the present heading."""
     @property
     def trace(self) -> Trace:
-        """Every signal of every period so far, those past the controller too.
+        """Every signal of every period so far, including periods without the controller.
 
         Raises:
             ConfigError: nothing was recorded.
@@ -2419,7 +2470,7 @@ class Simulation:
             ConfigError: nothing was recorded.
         """
     def finish(self, *, mcap: str | PathLike[str] | None = None) -> Trace:
-        """What was run so far, as a trace and as a log; the simulation can go on.
+        """The run so far, as a trace and as a log; the simulation can continue.
 
         Args:
             mcap: path of an MCAP log to write.
@@ -2436,13 +2487,13 @@ class Simulation:
         """Control period [s]."""
     @property
     def measured_rad_s(self) -> _Floats:
-        """Actuator velocities as the encoders see them now [rad/s], (N,): what a loop on `step_torques` measures."""
+        """Present encoder readings of the actuator velocities [rad/s], (N,), for a loop on `step_torques`."""
     @property
     def wheel_names(self) -> list[str]:
         """Names of the N wheels."""
     @property
     def scenario(self) -> Scenario:
-        """What is being simulated."""
+        """The simulated scenario."""
     @property
     def policy(self) -> str:
         """Name of the coordination policy, or of a controller of your own."""
@@ -2452,15 +2503,13 @@ class Simulation:
 
 @final
 class Episodes:
-    """Environments of one task, stepped together: what :mod:`omnistep.gym` wraps for Gymnasium.
+    """Environments of one task, stepped together, which :mod:`omnistep.gym` wraps for Gymnasium.
 
     Args:
         task: ``"step_climb"`` or ``"drive"``.
-        scenario, policy, overrides: as of :class:`Simulation`.
-        ranges: what replaces the ranges that episodes' differences are drawn from, by name.
-        frame_skip: control periods that an action is held for, 1 to 1000.
-        num_envs: number of environments, 1 to 65536.
-        threads: threads; 0 for one a core.
+        scenario, policy, overrides: as in :class:`Simulation`. ranges: new ranges of the random values of episodes, by
+        name. frame_skip: number of control periods for which an action is held, 1 to 1000. num_envs: number of
+        environments, 1 to 65536. threads: threads; 0 for one a core.
 
     Raises:
         ConfigError: a name, key or value is wrong.
@@ -2484,21 +2533,21 @@ class Episodes:
         """Start the next episode of those in `mask`.
 
         Args:
-            seeds: one an environment; None goes on with its row of random numbers.
+            seeds: one for each environment; None continues its sequence of random numbers.
             fixed: values that are not drawn.
-            mask: one flag an environment.
+            mask: one flag for each environment.
 
         Returns:
-            Observations, (num_envs, observations), and figures by name: an array of each, and one ``_name`` that says
-            which of its values count. What no environment knows is left out.
+            Observations, (num_envs, observations), and figures by name: an array of each, and one mask ``_name`` of its
+            valid values. A figure without any valid value is left out.
 
         Raises:
-            ConfigError: a name or value is wrong; the present episodes go on then.
+            ConfigError: a name or value is wrong; the present episodes then continue.
         """
     def step(
         self, actions: NDArray[np.float32], autoreset: str
     ) -> tuple[NDArray[np.float32], _Floats, _Bools, _Bools, dict[str, Any], tuple[list[Any], dict[str, Any]] | None]:
-        """Step all environments, outside the interpreter's lock.
+        """Step all environments, without the interpreter's lock.
 
         Args:
             actions: num_envs x actions numbers, clipped to -1 to 1.
@@ -2509,7 +2558,7 @@ class Episodes:
             last observation of each (None for the others) and their figures.
 
         Raises:
-            ConfigError: the actions are wrong, or an episode is over; nothing happened then.
+            ConfigError: the actions are wrong, or an episode is over; the state is unchanged.
         """
     @property
     def actions(self) -> int:
@@ -2525,7 +2574,7 @@ class Episodes:
         """The physics engine."""
     @property
     def ranges(self) -> list[tuple[str, tuple[float, float]]]:
-        """What differs between episodes, and its range."""
+        """Values that differ between episodes, and their ranges."""
     def wheels_m(self, index: int) -> tuple[_Floats, _Floats]:
         """Centres of one environment's wheels in the world [m], (N, 3), and their radii [m], (N,).
 
@@ -2541,10 +2590,10 @@ class Episodes:
 
 @final
 class Observation:
-    """What a controller of your own sees in a control period: sensors, its own torques, its command. Nothing else.
+    """Inputs of a controller of your own in a control period: sensors, its own torques, its command.
 
-    There is one a run. It and its arrays are written anew before every step: copy what you keep. Arrays cannot be
-    written to. N wheels and H hinges are in the order of :class:`omnistep.PolicyInfo`.
+    There is one object for each run. It and its arrays are overwritten before every step: copy the values that you
+    keep. The arrays are read-only. N wheels and H hinges are in the order of :class:`omnistep.PolicyInfo`.
 
     Example:
         >>> import omnistep
@@ -2567,7 +2616,7 @@ class Observation:
     def command(self) -> _Floats:
         """The last command that arrived, (3,): vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise.
 
-        Behind the scenario's heading hold, before any limit of the vehicle.
+        It is the output of the scenario's heading hold, before any limit of the vehicle.
         """
     @property
     def new_command(self) -> bool:
@@ -2599,7 +2648,7 @@ class Observation:
 
 @final
 class Sample:
-    """What one control period did and what came of it. Arrays over wheels are (N,)."""
+    """Signals and results of one control period. Arrays over wheels are (N,)."""
 
     @property
     def time_s(self) -> float:
@@ -2609,7 +2658,7 @@ class Sample:
         """The command: vx [m/s], vy [m/s], wz [rad/s]."""
     @property
     def estimated(self) -> tuple[float, float, float]:
-        """The twist that the encoders amount to, at the start of the period."""
+        """The twist from the encoders, at the start of the period."""
     @property
     def twist(self) -> tuple[float, float, float]:
         """The true twist along the vehicle's heading, at the end of the period."""
@@ -2651,7 +2700,7 @@ class Sample:
         """Derivative term [N.m]."""
     @property
     def requested_n_m(self) -> _Floats:
-        """Torque asked for with the whole reference [N.m]."""
+        """Torque requested with the whole reference [N.m]."""
     @property
     def applied_n_m(self) -> _Floats:
         """Torque applied [N.m], within the limits."""
@@ -2675,7 +2724,7 @@ class Sample:
         """Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air."""
     @property
     def rim_m_s(self) -> _Floats:
-        """Speed that the wheel asks of its centre [m/s], from how it turns against the world."""
+        """Speed of the rim [m/s], from the wheel's rotation against the world."""
     @property
     def along_m_s(self) -> _Floats:
         """Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s]."""
@@ -2715,7 +2764,7 @@ class WheelsTrace:
 
 @final
 class Bound:
-    """What a step takes of a vehicle, beside what it has. Arrays over rows are (3,), the front row first."""
+    """Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first."""
 
     @property
     def vehicle(self) -> str:
@@ -2728,10 +2777,10 @@ class Bound:
         """Coulomb coefficient between wheels and ground."""
     @property
     def torque_n_m(self) -> float:
-        """Torque that each actuator has [N.m]."""
+        """Torque of each actuator [N.m]."""
     @property
     def speed_m_s(self) -> float:
-        """Speed at which each row is taken to meet the edge [m/s]."""
+        """Speed at which each row is assumed to meet the edge [m/s]."""
     @property
     def possible(self) -> bool:
         """The climb is not excluded: no verdict is `impossible`."""
@@ -2746,9 +2795,9 @@ class Bound:
         """Names of the wheels of each row."""
     @property
     def verdicts(self) -> list[Literal["torque", "run_up", "open", "impossible"]]:
-        """Of each row: `torque` suffices at any speed; the `run_up` makes up for it; it is `open`; or `impossible`.
+        """For each row: `torque` suffices at any speed; the `run_up` compensates for it; it is `open`; or `impossible`.
 
-        Open is what depends on how much of the run-up the impact on the edge leaves.
+        Open means that the result depends on the part of the run-up that the impact on the edge leaves.
         """
     @property
     def least_torque_n_m(self) -> _Floats:
@@ -2764,7 +2813,7 @@ class Bound:
         """Part of the run-up's kinetic energy that the impact leaves at most, 0 to 1."""
     @property
     def kept_on_path(self) -> _Floats:
-        """The part that it leaves where all of it has to go along the path, 0 to ``kept_at_most``."""
+        """The part that it leaves if all motion must follow the path, 0 to ``kept_at_most``."""
     @property
     def run_up_m_s(self) -> _Floats:
         """Below this run-up each row does not climb, whatever the impact leaves [m/s]."""
@@ -2777,7 +2826,7 @@ class Bound:
 
 @final
 class Plan:
-    """The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of."""
+    """The runs of a study or a sweep, every scenario checked, for :mod:`omnistep.ensembles`."""
 
     #: Points of a study or a sweep at most.
     MOST_POINTS: Final[int]
@@ -2812,7 +2861,7 @@ class Plan:
             policy: a coordination policy instead of the scenario's.
             overrides: keys to replace in every run.
             seeds: how many, or which.
-            own: a controller of your own instead: its name, what tells it from others, its pickle.
+            own: a controller of your own instead: its name, the identifier of its law, its pickle.
 
         Raises:
             ConfigError: a name, key or value is wrong; the message names the point.
@@ -2822,25 +2871,25 @@ class Plan:
         """Name of the study, or ``sweep``."""
     @property
     def axes(self) -> list[str]:
-        """Keys that vary."""
+        """Varied keys."""
     @property
     def figures(self) -> list[str]:
         """Names of the figures of a row that are numbers, or yes and no."""
     def traction_notes(self) -> str | None:
-        """What traction control does without in some runs, in a line; None where there is nothing."""
+        """Sensors that traction control lacks in some runs, in a line; None if it lacks none."""
     def __len__(self) -> int: ...
 
 @final
 class Store:
-    """A folder of results, held against other programs until it is closed."""
+    """A folder of results, locked against other programs until it is closed."""
 
     def __new__(cls, folder: str | PathLike[str], plan: Plan) -> Store: ...
     def close(self) -> None:
-        """Let other programs have the folder."""
+        """Unlock the folder."""
     def forget_errors(self) -> int:
-        """Take the rows with an error out, so that their runs are missing again; return how many."""
+        """Remove the rows with an error, so that their runs are missing again; return how many."""
     def read(self) -> Rows:
-        """Every row of the plan that is there.
+        """Every existing row of the plan.
 
         Raises:
             ConfigError: the folder holds results of another study or version.
@@ -2852,7 +2901,7 @@ class Store:
         """Compute the rows that ``rows`` lacks and write each as soon as it is done.
 
         Args:
-            rows: what is there.
+            rows: the existing rows.
             jobs: threads; as many as there are cores by default.
             watch: called some times a second with how many rows are done and how many of them failed.
 
@@ -2861,7 +2910,7 @@ class Store:
 
         Raises:
             StudyError: the folder cannot be written.
-            KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+            KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
         """
 
 @final
@@ -2870,7 +2919,7 @@ class Rows:
 
     @property
     def missing(self) -> int:
-        """How many runs have no row."""
+        """Number of runs without a row."""
     @property
     def damaged(self) -> list[tuple[Path, str]]:
         """Files that could not be read and were set aside, and why."""
@@ -2888,38 +2937,41 @@ class Rows:
             figures: names of figures; the map's by default.
 
         Raises:
-            ConfigError: a figure is none.
+            ConfigError: a name is not a figure.
         """
     def paired(self, key: str, against: object, figure: str) -> list[dict[str, Any]]:
-        """One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
+        """One dictionary for each combination with another value: its figure less the given value's, seed by seed.
 
         Raises:
-            ConfigError: the key does not vary, no run has the value, or the figure is none.
+            ConfigError: the key does not vary, no run has the value, or the name is not a figure.
         """
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
 
+def figures() -> list[tuple[str, str, str, str, str]]:
+    """Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every figure, in the order of tables."""
+
 def policy_name(policy: PolicyLike) -> str:
-    """What tables and traces call a policy."""
+    """Name of a policy in tables and traces."""
 
 def shortened(message: str) -> str:
-    """A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept."""
+    """A message with its values cut at 200 characters; the allowed values are kept."""
 
 def wilson(yes: int, runs: int) -> tuple[float, float] | None:
     """Return the 95 % interval of a rate by Wilson's score; None without a run."""
 
 def mean_interval(measured: Sequence[float]) -> tuple[float, tuple[float, float] | None] | None:
-    """Return the mean and its 95 % interval by Student's t; no interval of one measurement, None of none."""
+    """Return the mean and its 95 % interval by Student's t; no interval for one measurement, None for none."""
 
 def damage(path: str | PathLike[str]) -> str | None:
-    """Say what is wrong with the bytes of a Parquet file of results.
+    """Check the bytes of a Parquet file of results.
 
     Args:
         path: the file; any Parquet file.
 
     Returns:
-        Why it is not as it was written, or None; None for a file that omnistep has not written.
+        The damage, or None; None for a file that omnistep has not written.
 
     Raises:
         StudyError: it cannot be read.
@@ -2928,19 +2980,19 @@ def damage(path: str | PathLike[str]) -> str | None:
 def compute_batch(
     batch: str, folder: str | PathLike[str], *, jobs: int | None = None, own: Packed | None = None
 ) -> tuple[int, int]:
-    """Compute what a batch's part in the folder lacks, each row written as soon as it is done.
+    """Compute the missing rows of a batch in the folder, each row written as soon as it is done.
 
     Args:
         batch: of :meth:`Rows.batches`.
-        folder: the folder of results, which some :class:`Store` holds.
+        folder: the folder of results, which a :class:`Store` holds open.
         jobs: threads; as many as there are cores by default.
-        own: the controller of your own that its plan had.
+        own: the controller of your own of its plan.
 
     Returns:
-        How many rows were computed, and how many of them failed.
+        Number of computed rows, and number of these that failed.
 
     Raises:
         ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
         StudyError: the folder cannot be written.
-        KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+        KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
     """

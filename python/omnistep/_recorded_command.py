@@ -1,4 +1,4 @@
-"""The scenario inside a recording: its vehicle, told what the robot was told."""
+"""The scenario inside a recording: its vehicle, with the commands that the robot received."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
 
 
 def recorded_scenario(log_map: LogMap, source: Path, columns: Mapping[str, Floats], rows: int) -> tuple[Scenario, int]:
-    """What a simulation would be told: the recorded command, held where it is not known, for as long as the log is.
+    """The scenario with the recorded command, held where it is unknown, over the length of the log.
 
-    And how many of its changes there is no room for.
+    Also returns how many of its changes exceed the table's limit.
     """
     keys = log_map.scenario.to_dict()
     duration_s = min(max(rows * log_map.scenario.period_s, 0.01), MOST_S)
@@ -42,7 +42,7 @@ def recorded_scenario(log_map: LogMap, source: Path, columns: Mapping[str, Float
 
 
 def held(asked: Floats) -> tuple[Floats, int]:
-    """Rows of which each unknown one is as the last known one, rest before the first; and how many were unknown."""
+    """Rows with each unknown one replaced by the last known one, rest before the first; and how many were unknown."""
     known = np.isfinite(asked).all(axis=1)
     last = np.maximum.accumulate(np.where(known, np.arange(len(asked)), -1))
     filled = np.where((last >= 0)[:, None], asked[np.maximum(last, 0)], 0.0)
@@ -50,19 +50,19 @@ def held(asked: Floats) -> tuple[Floats, int]:
 
 
 def _beyond(log_map: LogMap, asked: Floats, said: str) -> str:
-    """What is wrong with a command, by the log's own names and times."""
+    """Report an invalid command, with the log's own names and times."""
     names = log_map.signals["command"].names or AXES
     for axis, name, column in zip(AXES, names, asked.T, strict=True):
         if f" {axis}: " in said:
             row = int(np.argmax(np.abs(column)))
             at_s, allowed = row * log_map.scenario.period_s, said.rpartition("allowed: ")[2]
             unit = "rad/s" if axis == "wz_rad_s" else "m/s"
-            return f"command, {name}: {column[row]:g} {unit} at {at_s:g} s of the log that is made, allowed: {allowed}"
+            return f"command, {name}: {column[row]:g} {unit} at {at_s:g} s of the new log, allowed: {allowed}"
     return f"command: {said}"
 
 
 def _command(log_map: LogMap, asked: Floats) -> tuple[dict[str, object], int]:
-    """The table of a command, and how many of its changes there is no room for."""
+    """The table of a command, and how many of its changes exceed the table's limit."""
     changed = np.ones(len(asked), dtype=bool)
     changed[1:] = (asked[1:] != asked[:-1]).any(axis=1)
     at = np.flatnonzero(changed)

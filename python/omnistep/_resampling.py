@@ -1,4 +1,4 @@
-"""Samples at any times to one number a control period: gaps stay gaps, and nothing is smoothed."""
+"""Resampling of samples at any times to one number for each control period: gaps stay gaps, and nothing is smoothed."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _BACK_NS = 1_000_000_000
 
 @dataclass(frozen=True)
 class Channel:
-    """One column of a signal, cleaned: times that ascend, finite numbers in our units.
+    """One column of a signal, cleaned: ascending times, finite numbers in our units.
 
     Attributes:
         name: the table of the map and the column's number in it.
         time_ns: times [ns].
         value: the numbers.
-        max_gap_ns: farther apart nothing is known in between [ns]; infinite for never.
+        max_gap_ns: samples farther apart than this leave a gap [ns]; infinite for no gaps.
         held: a sample holds until the next one.
         missing: cells that were empty or not finite, left out.
-        unordered: samples that were left out so that times ascend, as few as that takes.
+        unordered: samples that were left out so that times ascend, as few as possible.
     """
 
     name: str
@@ -44,10 +44,11 @@ class Channel:
     unordered: int
 
     def over(self, starts_ns: Nanoseconds, period_ns: int) -> Floats:
-        """What the signal is in the periods that start at these times, one behind the other; NaN where it is not known.
+        """The signal in the periods that start at these times, in sequence; NaN where it is unknown.
 
-        Of one that holds, the mean over the period, as far as it is known in half of it or more: a sample that comes a
-        little after the start, as clocks jitter, is the period's own. Of another, the value at the start.
+        For a held signal this is the mean over the period, if it is known in half of the period or more: a sample that
+        comes a little after the start, because clocks jitter, belongs to the period. For other signals it is the value
+        at the start.
         """
         if not self.held:
             return self.at(starts_ns)
@@ -90,12 +91,12 @@ class Channel:
         return np.where(exact, self.value[here], np.where(between, linear, found))
 
     def gaps_s(self) -> Floats:
-        """How long each gap is [s]."""
+        """Length of each gap [s]."""
         apart = np.diff(self.time_ns)
         return np.asarray(apart[apart > self.max_gap_ns] * 1e-9, dtype=np.float64)
 
     def rate_hz(self) -> float:
-        """Samples a second, by the median distance; NaN of fewer than two."""
+        """Samples a second, by the median distance; NaN for fewer than two."""
         return 1e9 / float(np.median(np.diff(self.time_ns))) if self.time_ns.size > 1 else float("nan")
 
 
@@ -142,7 +143,7 @@ def channels(path: Path, signal: Signal, samples: Samples, *, turning: Sequence[
 
 
 def _ascending(time_ns: Nanoseconds) -> NDArray[np.bool_]:
-    """Which samples to keep so that times ascend: as many as can be, of two that exclude each other the first one."""
+    """Samples to keep so that times ascend: as many as possible, of two that exclude each other the first one."""
     kept = np.ones(time_ns.shape, dtype=bool)
     if time_ns.size < 2:
         return kept

@@ -1,8 +1,8 @@
-"""Tables of others, CSV and Parquet: the one reader of import, identify and calibrate.
+"""CSV and Parquet tables from other programs: the one reader of import, identify and calibrate.
 
-A CSV file is UTF-8, with or without a byte order mark. Its first line has the columns' names, in quotes or not; commas,
-semicolons or tabs part them, whichever makes most names. Numbers have a decimal point; an empty cell, NaN, null, None
-and NA are no number. Empty lines are skipped.
+A CSV file is UTF-8, with or without a byte order mark. Its first line has the columns' names, quoted or not, separated
+by commas, semicolons or tabs, whichever gives most names. Numbers have a decimal point. An empty cell, NaN, null, None
+and NA are missing values. Empty lines are skipped.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ NOTHING = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
 
 
 def needs(package: str, needed_by: str, extra: str) -> ImportError:
-    """What to raise where a reader is not installed."""
+    """The error to raise where a reader is not installed."""
     return ImportError(f'{needed_by} needs {package}: install omnistep with its extra "{extra}"')
 
 
 def module(name: str) -> Any:
-    """A reader, which need not be installed."""
+    """Import a reader, which may be missing."""
     return importlib.import_module(name)
 
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Whatever a foreign reader says of a file, in one line."""
+    """Turn any error of a foreign reader into one line."""
     try:
         yield
     except (OmnistepError, ImportError):
@@ -65,13 +65,13 @@ def names_of(path: Path) -> list[str]:
 
 
 def columns_of(path: Path, wanted: Sequence[str], *, time: str | None = None) -> dict[str, Any]:
-    """Columns of a table, each there once, as pyarrow has them: numbers all of them, but for times of any type."""
+    """Columns of a table, each present once, as pyarrow has them: all numbers, except times of any type."""
     read = _parquet if path.suffix.lower() == ".parquet" else _csv
     return read(path, list(wanted), time)
 
 
 def floats(path: Path, name: str, column: Any) -> Floats:
-    """A column as numbers; NaN where there is none."""
+    """A column as numbers; NaN for a missing one."""
     pyarrow = module("pyarrow")
     _numbers(path, name, column.type)
     return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
@@ -109,7 +109,7 @@ def _csv(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
         if ragged is not None:
             line = _line(path, int(ragged[1]))
             raise LogError(
-                f"{path}: line {line}: {ragged[3]} cells, allowed: {ragged[2]}, as the first line has",
+                f"{path}: line {line}: {ragged[3]} cells, allowed: {ragged[2]}, as in the first line",
                 file=str(path),
             ) from error
         wrong = re.search(
@@ -128,7 +128,7 @@ def _csv(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
 
 
 def _line(path: Path, row: int) -> int:
-    """The line of a row, both from 1: empty lines are no rows."""
+    """The line of a row, both from 1: empty lines are not rows."""
     rows = 0
     with path.open("rb") as file:
         for line, text in enumerate(file, start=1):
@@ -165,7 +165,7 @@ def _count(path: Path, rows: int) -> None:
 
 
 def _numbers(path: Path, name: str, kind: Any) -> None:
-    """Refuse a column of a type that is no number."""
+    """Refuse a column of a type that is not numeric."""
     types = module("pyarrow").types
     if not (types.is_integer(kind) or types.is_floating(kind) or types.is_null(kind)):
         reason = shortened(f"of type {kind}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +22,26 @@ STRINGS = re.compile(r'"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 MOST_BITS = 8192
 
 
+def unknown_key(key: str, known: Sequence[str]) -> str:
+    """Message for an unknown key: the nearest existing key, if one is near, and all existing keys.
+
+    >>> from omnistep._toml_files import unknown_key
+    >>> unknown_key("distance", ["log", "distance_m"])
+    'unknown key (did you mean distance_m?), allowed: log, distance_m'
+    >>> unknown_key("colour", ["log", "distance_m"])
+    'unknown key, allowed: log, distance_m'
+    """
+    near = get_close_matches(key, known, n=1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    return f"unknown key{meant}, allowed: {', '.join(known)}"
+
+
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """Read a TOML file: its text, and its keys.
 
     Raises:
-        ConfigError: it is no regular file, too large, no TOML, or has a whole number of absurd length.
+        ConfigError: the path is not a regular file, or the file is too large, is not TOML, or has an integer that is
+            too long.
     """
     file = str(path)
     try:
@@ -37,21 +54,21 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror or error}", file=file) from error
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{file}: no TOML: {error}, allowed: a TOML file", file=file) from error
+        raise ConfigError(f"{file}: not TOML: {error}, allowed: a TOML file", file=file) from error
     _check_dots(file, text)
     try:
         keys = tomllib.loads(text)
     except ValueError as error:  # of TOML, too large numbers included
         why = shortened(str(error).splitlines()[0])
-        raise ConfigError(f"{file}: no TOML: {why}, allowed: a TOML file", file=file) from error
+        raise ConfigError(f"{file}: not TOML: {why}, allowed: a TOML file", file=file) from error
     except RecursionError as error:
-        raise ConfigError(f"{file}: no TOML: nested too deeply, allowed: a TOML file", file=file) from error
+        raise ConfigError(f"{file}: not TOML: nested too deeply, allowed: a TOML file", file=file) from error
     _check_whole(file, keys)
     return text, keys
 
 
 def _check_dots(file: str, text: str) -> None:
-    """Refuse keys of absurdly many parts, before anything reads them."""
+    """Refuse keys of too many parts, before anything reads them."""
     before = 0
     # Without the dots of strings and comments.
     text = re.sub(STRINGS, lambda found: found[0].replace(".", " "), text)
@@ -65,7 +82,7 @@ def _check_dots(file: str, text: str) -> None:
 
 
 def _check_whole(file: str, keys: dict[str, Any]) -> None:
-    """Refuse whole numbers that Python reads where they are hexadecimal, and then cannot print."""
+    """Refuse hexadecimal integers that Python reads but cannot print."""
     left: list[tuple[str, Any]] = list(keys.items())
     while left:
         key, value = left.pop()

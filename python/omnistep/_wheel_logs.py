@@ -1,4 +1,4 @@
-"""What a log says of wheels, whatever it comes in: a trace, an MCAP log, a CSV file, arrays by name."""
+"""Wheel signals of a log of any kind: a trace, an MCAP log, a CSV file, arrays by name."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ OTHERS = ("time_s", "gyro_rad_s", "sensed_yaw_rate_rad_s")
 
 @dataclass(frozen=True)
 class WheelLog:
-    """Rows at equal distances. What a row commands is held until the next one; what is missing is NaN."""
+    """Rows at equal distances. The command of a row is held until the next one; missing values are NaN."""
 
     name: str
     period_s: float
@@ -65,7 +65,7 @@ class WheelLog:
 
 
 def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
-    """Read what a log has for a vehicle.
+    """Read the wheel signals of a log for a vehicle.
 
     Raises:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
@@ -79,7 +79,7 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         steps = np.diff(time)
     if not (np.isfinite(steps).all() and (steps > 0.0).all()):
         raise ConfigError(
-            f"{name}: time_s does not grow, allowed: finite times in their order", key="time_s", file=name
+            f"{name}: time_s does not increase, allowed: finite, increasing times", key="time_s", file=name
         )
     period, kept, slots = _grid(name, time)
 
@@ -136,9 +136,9 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
 
 
 def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np.int64]]:
-    """The period, which rows are kept, and in which period, from 0, each of them is.
+    """The period, the rows that are kept, and the number of the period of each, from 0.
 
-    Times may be rounded to a fraction of the period: it follows from all of them, not from steps one by one.
+    Times may be rounded to a fraction of the period, so it is estimated from all of them and not from single steps.
     """
     steps = np.diff(time)
     median, span = float(np.median(steps)), float(time[-1]) - float(time[0])
@@ -152,7 +152,7 @@ def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np
         raise ConfigError(f"{name}: time_s reaches {most:.3g}, allowed: up to {LARGEST:g}", key="time_s", file=name)
     if not CLOSEST_S <= median <= FARTHEST_S:
         raise ConfigError(
-            f"{name}: rows of time_s are {median:.4g} s apart, allowed: {CLOSEST_S:g} to {FARTHEST_S:g} s; it is in s",
+            f"{name}: rows of time_s are {median:.4g} s apart, allowed: {CLOSEST_S:g} to {FARTHEST_S:g} s; log it in s",
             key="time_s",
             file=name,
         )
@@ -173,7 +173,7 @@ def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np
     if (~near).mean() > MOST_OFF:
         raise ConfigError(
             f"{name}: {(~near).sum()} of {len(time)} times of time_s are more than {JITTER} periods of {period:.4g} s"
-            f" early or late, allowed: up to {100 * MOST_OFF:.0f} %; log at equal distances",
+            f" early or late, allowed: up to {100 * MOST_OFF:.0f} %; log at equal intervals",
             key="time_s",
             file=name,
         )
@@ -181,14 +181,14 @@ def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np
     if (twice := np.flatnonzero(np.diff(slots) < 1)).size:
         at = time[kept[twice[0] + 1]]
         raise ConfigError(
-            f"{name}: time_s has two rows in one period of {period:.4g} s, at {at:.6g} s, allowed: one a period",
+            f"{name}: time_s has two rows in one period of {period:.4g} s, at {at:.6g} s, allowed: one in each period",
             key="time_s",
             file=name,
         )
     if (lost := (np.diff(slots) == 2).mean()) > MOST_LOST:
         raise ConfigError(
             f"{name}: {100 * lost:.0f} % of the steps of time_s are two periods of {period:.4g} s, allowed: up to"
-            f" {100 * MOST_LOST:.0f} %; log every period, and its time to half of a period or finer",
+            f" {100 * MOST_LOST:.0f} %; log every period, with times to half a period or finer",
             key="time_s",
             file=name,
         )
@@ -196,7 +196,7 @@ def _grid(name: str, time: Floats) -> tuple[float, NDArray[np.int64], NDArray[np
 
 
 def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats]:
-    """The nearest period of each time, in periods, and how far off it is; the phase follows, and is new after gaps."""
+    """The nearest period of each time, in periods, and its distance; the phase is tracked, and restarts after gaps."""
     slots, off = np.empty(len(times), dtype=np.int64), np.empty(len(times))
     slot, phase, before = 0, 0.0, 0
     for row, (time, number) in enumerate(zip(times.tolist(), part.tolist(), strict=True)):
@@ -226,7 +226,7 @@ def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any]]:
 
 
 def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
-    """What is of use of a table's columns; others may hold anything."""
+    """The columns of a table that are needed; others may have any content."""
     if not path.is_file():
         raise LogError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}", file=fspath(path))
     try:

@@ -1,4 +1,4 @@
-"""Radii, places and directions of wheels from runs whose ends were measured: UMBmark for any number of wheels."""
+"""Radii, positions and directions of wheels from runs with measured ends: UMBmark for any number of wheels."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from omnistep import _doubts
+from omnistep import _plausibility
 from omnistep._calibration_runs import ENDS, CalibrationRun, number
 from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, table
 from omnistep._omnistep import Kinematics, Layout, Odometry, Vehicle, Wheel
@@ -36,15 +36,15 @@ OFF_M, OFF_RAD = 0.1, 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What :func:`calibrate` found.
+    """Result of :func:`calibrate`.
 
     Attributes:
-        estimates: of every wheel ``NAME.radius_m``, ``NAME.shift_m`` (how far its place moves across its push, to the
-            right of it) and ``NAME.turn_rad`` (how far its rolling direction turns, counter-clockwise).
-        cannot_tell: what the runs cannot tell, and which would; a line each.
-        vehicle: the vehicle with the numbers found.
-        position_rms_m: what is left of the measured places, root mean square [m]; NaN where none was measured.
-        yaw_rms_rad: what is left of the measured turns [rad]; NaN where none was measured.
+        estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
+            to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
+        cannot_tell: parameters that the runs do not determine, and runs that would; a line each.
+        vehicle: the vehicle with the estimates.
+        position_rms_m: residual of the measured positions, root mean square [m]; NaN where none was measured.
+        yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
     """
 
     estimates: tuple[Estimate, ...]
@@ -60,9 +60,9 @@ class Calibration:
         raise KeyError(f"{name}, there is: {', '.join(each.name for each in self.estimates)}")
 
     def table(self) -> str:
-        """The estimates and what cannot be told, as text."""
+        """The estimates and the undetermined parameters, as text."""
         left = [
-            f"{what} left over: {rms:.3g} {unit} (root mean square)"
+            f"{what} remaining: {rms:.3g} {unit} (root mean square)"
             for what, rms, unit in (
                 ("places", self.position_rms_m, "m"),
                 ("turns", self.yaw_rms_rad, "rad"),
@@ -79,24 +79,24 @@ def calibrate(
     position_sd_m: float = 0.002,
     yaw_sd_rad: float = 0.005,
 ) -> Calibration:
-    """Find wheel radii, places and directions from runs whose ends were measured.
+    """Find wheel radii, positions and directions from runs with measured ends.
 
-    Odometry of every run is compared with what was measured at its end, by least squares over all runs. With more than
-    three wheels they are compared with each other too. What the runs do not tell stays as the file has it and is named.
-    A wheel tells no more than how far it rolls, which way it pushes, and the lever of its push: a place along its push,
-    and a roller's angle apart from the radius, stay as they are.
+    Odometry of every run is compared with the measurement at its end, by least squares over all runs. With more than
+    three wheels the wheels are compared with each other too. Parameters that the runs do not determine keep the values
+    of the file and are named. A wheel determines only its rolling distance, its push direction, and the lever arm of
+    its push: its position along the push, and a roller angle separate from the radius, keep their values.
 
     Args:
         runs: squares both ways, straight lines forward and sideways, turns on the spot.
-        vehicle: the vehicle as drawn: a built-in name, the path of a .toml file or a :class:`Vehicle`.
-        position_sd_m: standard deviation of measured places and distances [m]: how they weigh against turns. With runs
-            enough, intervals follow from what is left over instead.
-        yaw_sd_rad: the same of measured turns [rad].
+        vehicle: the vehicle as designed: a built-in name, the path of a .toml file or a :class:`Vehicle`.
+        position_sd_m: standard deviation of measured positions and distances [m]: their weight against headings. With
+            enough runs, intervals follow from the residuals instead.
+        yaw_sd_rad: the same for measured headings [rad].
 
     Raises:
-        ConfigError: a run measured nothing, a column is missing, there are too few runs, or a number is out of range.
+        ConfigError: a run has no measurement, a column is missing, there are too few runs, or a number is out of range.
         LogError: a log cannot be read.
-        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not there; they come with the extra ``identify``.
+        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not installed; install the extra ``identify``.
 
     >>> import numpy as np, omnistep
     >>> drawn = omnistep.Vehicle("omni3")
@@ -117,7 +117,7 @@ def calibrate(
         number(name, value, "")
     drives = [_Drive(run, index, drawn) for index, run in enumerate(runs)]
     if not drives:
-        raise ConfigError("runs: empty, allowed: one run or more", key="runs")
+        raise ConfigError("runs: empty, allowed: at least one run", key="runs")
     problem = _Problem(drawn, drives, position_sd_m, yaw_sd_rad)
     found = problem.solve()
     parts = estimates(problem.parameters, found, needed_by=NEEDED_BY)
@@ -136,23 +136,25 @@ def calibrate(
 
 
 def _doubtful(vehicle: Vehicle, drives: Sequence[_Drive], ends: Sequence[tuple[list[float], list[float]]]) -> list[str]:
-    """Runs that no vehicle near the drawn one makes: signs, units, the order of wheels or of places."""
+    """Report runs that fit no vehicle near the designed one: signs, units, the order of wheels or of positions."""
     doubts = []
     for drive in drives:
-        doubts += [f"{drive.where}: {doubt}" for doubt in _doubts.of_parts(vehicle, drive.parts)]
+        doubts += [f"{drive.where}: {doubt}" for doubt in _plausibility.of_parts(vehicle, drive.parts)]
     for kind, unit, most, why in (
-        (0, "m", OFF_M, "is it in m, has x its sign, are x and y swapped?"),
-        (1, "rad", OFF_RAD, "is it in rad, is a turn to the left positive?"),
+        (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),
+        (1, "rad", OFF_RAD, "check that it is in rad and that a turn to the left is positive"),
     ):
         off = [max((abs(each) for each in end[kind]), default=0.0) for end in ends]
         worst = int(np.argmax(off))
         if off[worst] > most:
-            doubts.append(f"{drives[worst].where}: its end is {off[worst]:.3g} {unit} off, the most of all runs: {why}")
+            doubts.append(
+                f"{drives[worst].where}: its end is {off[worst]:.3g} {unit} off, the largest of all runs: {why}"
+            )
     return doubts
 
 
 class _Drive:
-    """One run, ready for odometry."""
+    """One run, prepared for odometry."""
 
     def __init__(self, run: CalibrationRun, index: int, vehicle: Vehicle) -> None:
         self.run = run
@@ -167,7 +169,7 @@ class _Drive:
                 raise ConfigError(f"{where}: gyro and end_yaw_rad, allowed: one of the two", key="gyro")
         elif self.yaw is None and all(getattr(run, key) is None for key in ENDS):
             raise ConfigError(
-                f"{where}: nothing was measured, allowed: one or more of {', '.join(ENDS)}, gyro", key="end_x_m"
+                f"{where}: no measurement, allowed: at least one of {', '.join(ENDS)}, gyro", key="end_x_m"
             )
         positions = _positions(log, where)
         if run.gyro:
@@ -179,7 +181,7 @@ class _Drive:
         self.parts = np.diff(self.positions[ends], axis=0)
 
     def errors(self, kinematics: Kinematics) -> tuple[list[float], list[float]]:
-        """Odometry less what was measured: of places [m], of turns [rad]."""
+        """Odometry less the measurement: positions [m], headings [rad]."""
         odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
         odometry.step_positions(self.positions)
         x, y, yaw = odometry.pose
@@ -242,7 +244,7 @@ class _Problem:
         return Layout(wheels=wheels)
 
     def groups(self, x: Floats) -> list[Floats]:
-        """Errors of places, of turns, and of wheels against each other."""
+        """Errors of positions, of headings, and of wheels against each other."""
         kinematics = Kinematics(layout=self.layout(x))
         ends = [drive.errors(kinematics) for drive in self.drives]
         places, turns = ([e for end in ends for e in end[kind]] for kind in (0, 1))
@@ -252,7 +254,7 @@ class _Problem:
         return [np.array(places), np.array(turns), spread]
 
     def solve(self) -> Fit:
-        """Least squares, each group weighted by what is left of it: a few rounds settle that."""
+        """Least squares, each group weighted by its residuals; a few iterations converge."""
         parts = len(self.drives) * PARTS if len(self.wheels) > 3 else 0
         sizes = [len(group) for group in self.groups(np.array([p.start for p in self.parameters]))]
         independent = np.array(sizes) - np.array([0, 0, 3 * parts])
@@ -300,7 +302,7 @@ class _Problem:
 
 
 def _moved(wheel: Wheel, shift: float, turn: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Place and rolling direction of a wheel that is shifted across its push and turned."""
+    """Position and rolling direction of a wheel that is shifted across its push and rotated."""
     dx, dy = wheel.rolling_direction
     angle = atan2(dy, dx)
     push = angle + wheel.roller_angle_rad
@@ -332,7 +334,7 @@ def _longest_gap(missing: Any) -> int:
 
 
 def _turned(log: WheelLog, positions: Floats, where: str) -> float:
-    """Turn by the gyro [rad]; its zero is its mean while the wheels stand at the start."""
+    """Rotation by the gyro [rad]; its bias is its mean while the wheels are at rest at the start."""
     if log.yaw_rate is None:
         raise ConfigError(f"{where}: no column gyro_rad_s, allowed: a column of yaw rates [rad/s]", key="gyro")
     rate = log.yaw_rate
@@ -346,7 +348,7 @@ def _turned(log: WheelLog, positions: Floats, where: str) -> float:
     rest = _rest(positions, max(1, round(STANDS_OVER_S / log.period_s)))
     if rest * log.period_s < REST_S:
         raise ConfigError(
-            f"{where}: the wheels stand {rest * log.period_s:.2g} s at its start, allowed: {REST_S} s or more, for the"
+            f"{where}: the wheels stand {rest * log.period_s:.2g} s at its start, allowed: at least {REST_S} s, for the"
             " zero of gyro_rad_s",
             key="gyro",
         )
@@ -354,7 +356,7 @@ def _turned(log: WheelLog, positions: Floats, where: str) -> float:
 
 
 def _rest(positions: Floats, rows: int) -> int:
-    """How many rows there are before a wheel turns."""
+    """Number of rows before a wheel turns."""
     turned = np.abs(positions[rows:] - positions[:-rows]).max(axis=1, initial=0.0)
     moves = np.flatnonzero(turned > STANDS * np.max(turned, initial=0.0))
     return int(moves[0]) if len(moves) else len(positions)
@@ -371,9 +373,9 @@ def _cannot_tell(parts: Sequence[Estimate], vehicle: Vehicle) -> tuple[str, ...]
         held = [each for each in parts if not each.told and each.name.endswith(f".{kind}")]
         if held:
             names = ", ".join(each.name for each in held)
-            said.append(f"these runs cannot tell {names} ({held[0].note}); held at the file's; drive {drive}")
+            said.append(f"these runs cannot tell {names} ({held[0].note}); held at those of the file; drive {drive}")
     said.append(
-        "no run can tell the place of a wheel along its push, nor a roller's angle apart from its wheel's radius"
+        "no run can tell the position of a wheel along its force, or separate a roller's angle from its wheel's radius"
     )
     return tuple(said)
 

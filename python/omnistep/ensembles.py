@@ -1,4 +1,4 @@
-"""Many runs, one row each: studies and sweeps, on the cores of this machine or on workers elsewhere."""
+"""Many runs, one row each: studies and sweeps, on the cores of this machine or on remote workers."""
 
 import importlib
 import itertools
@@ -33,15 +33,15 @@ _PANDAS = {"bool": "boolean", "int": "Int64", "float": "float64", "str": "str"}
 
 
 class StudyResult:
-    """Rows of a study or a sweep, one a run, in the order of its runs.
+    """Rows of a study or a sweep, one for each run, in the order of the runs.
 
-    Data frames take it as it is (``polars.DataFrame(result)``, ``pyarrow.table(result)``, DuckDB), by the Arrow
-    PyCapsule interface. Columns are ``key``, ``seed``, one a key that varies (with ``_`` for each dot), the figures of
-    :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
+    Data frame libraries read it directly (``polars.DataFrame(result)``, ``pyarrow.table(result)``, DuckDB), by the
+    Arrow PyCapsule interface. Columns are ``key``, ``seed``, one for each varied key (with ``_`` for each dot), the
+    figures of :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
 
     Attributes:
-        folder: where the Parquet files are.
-        computed: how many of the runs were computed by this call; the others were there.
+        folder: the folder of the Parquet files.
+        computed: number of runs that this call computed; the others existed already.
 
     >>> import omnistep, tempfile
     >>> with tempfile.TemporaryDirectory() as out:
@@ -65,18 +65,18 @@ class StudyResult:
 
     @property
     def failed(self) -> int:
-        """How many runs failed: their rows have an ``error``."""
+        """Number of runs that failed: their rows have an ``error``."""
         return sum(cell["errors"] for cell in self.cells)
 
     @property
     def cells(self) -> list[dict[str, Any]]:
         """The map: a dictionary for each combination of values with counts and means over the seeds.
 
-        ``runs`` is how many there are, ``errors`` how many of them failed, ``unfinished`` how many of the others
-        ``duration_s`` cut off on their way, ``beyond_balls`` how many had ``wheel_model_valid`` false.
-        Means are of the figures that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not
-        fail; yes counts 1; None where nothing was measured. Beside each, as ``climbed_low`` and ``climbed_high``, are
-        the ends of its 95 % interval: Wilson's score for yes and no, Student's t for a mean of two runs or more.
+        ``runs`` is their number, ``errors`` the number that failed, ``unfinished`` the number of the others that
+        ``duration_s`` cut off, ``beyond_balls`` the number with ``wheel_model_valid`` false. Means are of the figures
+        that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not fail; yes counts 1; None
+        where nothing was measured. ``climbed_low`` and ``climbed_high`` (likewise for other figures) are the ends of
+        the 95 % interval: Wilson's score for yes and no, Student's t for a mean of two runs or more.
         """
         return self._rows.cells()
 
@@ -90,7 +90,7 @@ class StudyResult:
             A dictionary for each combination of values, with ``FIGURE``, ``FIGURE_low`` and ``FIGURE_high``.
 
         Raises:
-            ConfigError: a figure is none.
+            ConfigError: a name is not a figure.
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
@@ -102,21 +102,21 @@ class StudyResult:
         return self._rows.cells(list(figures) or None)
 
     def paired(self, key: str, against: Any, figure: str = "climbed") -> list[dict[str, Any]]:
-        """Compare runs that differ in one key alone, seed by seed: what both have of a start is not in the difference.
+        """Compare runs that differ in one key alone, seed by seed: the effect of the common start cancels.
 
         Args:
-            key: a key that varies, as ``control.policy``.
-            against: its value that the others are compared with.
+            key: a varied key, such as ``control.policy``.
+            against: the value with which the others are compared.
             figure: a column of a row that is a number, or yes and no.
 
         Returns:
             A dictionary for each combination of values that has another value of the key: each key by its column,
             ``pairs`` of runs that both have the figure, the mean ``difference``, its 95 % interval ``low`` to ``high``
-            by Student's t (None of less than two pairs). Of yes and no in addition at how many seeds it was yes with
-            this value alone, ``only_here``, and with ``against`` alone, ``only_there``.
+            by Student's t (None for fewer than two pairs). For yes and no there are two counts of seeds in addition:
+            yes with this value alone, ``only_here``, and with ``against`` alone, ``only_there``.
 
         Raises:
-            ConfigError: the key does not vary, no run has that value, or the figure is none.
+            ConfigError: the key does not vary, no run has that value, or the name is not a figure.
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
@@ -139,7 +139,7 @@ class StudyResult:
         """Return a ``pyarrow.Table``.
 
         Raises:
-            ImportError: pyarrow is not there: ``pip install pyarrow``.
+            ImportError: pyarrow is not installed: ``pip install pyarrow``.
         """
         return extra("pyarrow", "pyarrow").table(self)
 
@@ -147,7 +147,7 @@ class StudyResult:
         """Return a polars data frame.
 
         Raises:
-            ImportError: polars is not there: ``pip install polars``.
+            ImportError: polars is not installed: ``pip install polars``.
         """
         return extra("polars", "polars").DataFrame(self)
 
@@ -155,7 +155,7 @@ class StudyResult:
         """Return a pandas data frame, of pandas' nullable types where yes and no or an integer may be missing.
 
         Raises:
-            ImportError: pandas is not there: ``pip install pandas``.
+            ImportError: pandas is not installed: ``pip install pandas``.
         """
         pandas = extra("pandas", "pandas")
         rows = self.rows()
@@ -186,27 +186,26 @@ def study(
     retry_errors: bool = False,
     progress: bool = True,
 ) -> StudyResult:
-    """Run what is missing of a study, on all cores.
+    """Run the missing runs of a study, on all cores.
 
-    Ctrl-C loses nothing that is done, and the same call goes on from there; so does ``omnistep study``, whose folder of
-    results this is. Other Python threads go on meanwhile.
+    Ctrl-C loses no finished run, and the same call continues from there. ``omnistep study`` uses the same folder of
+    results. Other Python threads continue to run.
 
     Args:
         study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``reach``) or the path of a
             .toml file.
-        overrides: keys to replace in every run, as in :func:`omnistep.run`; none that is an axis of the study, and no
-            seed.
+        overrides: keys to replace in every run, as in :func:`omnistep.run`; not an axis of the study, and not the seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.
         jobs: threads, 1 or more; as many as there are cores by default.
-        retry_errors: run those again that failed.
+        retry_errors: run failed runs again.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
         A row for each run of the study; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: ``steady`` or ``reach`` is in some runs without sensors or motor speed that it makes use of.
+        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong; or the folder holds results of another study, or of another
@@ -239,33 +238,33 @@ def sweep(
     retry_errors: bool = False,
     progress: bool = True,
 ) -> StudyResult:
-    """Run what is missing of a scenario at many points, each with every seed.
+    """Run the missing runs of a scenario at many points, each with every seed.
 
     Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text:
-    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
-    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a worker that
-    is killed loses no row: the same call computes what is missing, and nothing else.
+    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is done.
+    So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed worker
+    loses no row: the same call computes only the missing rows.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
     ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.
 
     Args:
-        points: a dictionary of keys to replace for each point; or one dictionary of a list of values for each key:
-            then every combination is a point, the last key fastest. Keys and values as in ``overrides`` of
-            :func:`omnistep.run`. At most 100000.
+        points: a dictionary of keys to replace for each point; or one dictionary of a list of values for each key: then
+            every combination is a point, the last key fastest. Keys and values as in ``overrides`` of
+            :func:`omnistep.run`. At most 100000 points.
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
         policy: coordination policy instead of the scenario's, or a controller of your own (see :class:`Policy`). Every
-            run gets its own out of a pickle; rows then have the column ``control_policy`` with its name. Rows of
-            another law are never taken for its own: where it has a string ``version``, that tells laws apart, else its
-            pickle and the source of its class. Threads share one interpreter: processes are quicker.
-        overrides: keys to replace in every run; none that a point replaces, and no seed.
+            run gets its own copy from a pickle; rows then have the column ``control_policy`` with its name. Rows of
+            different laws are never mixed: a string ``version`` of the controller distinguishes laws, else its pickle
+            and the source of its class. Threads share one interpreter, so processes are faster.
+        overrides: keys to replace in every run; not one that a point replaces, and not the seed.
         seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
             noise.
         out: the folder of results.
-        executor: who computes; by default this process, on all cores and without others.
+        executor: the executor that computes; by default this process, on all cores.
         batch: runs of a task, 1 or more; by default 16 for each of its threads, or fewer where there are few.
         jobs: threads; by default all cores without an executor, and one a task with one.
-        retry_errors: run those again that failed.
+        retry_errors: run failed runs again.
         progress: show a bar on standard error when it takes more than a second; with an executor it moves
             by batches.
 
@@ -273,14 +272,14 @@ def sweep(
         A row for each point and seed; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: ``steady`` or ``reach`` is in some runs without sensors or motor speed that it makes use of.
+        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or a policy cannot be
             pickled; or the folder is another study's.
         StudyError: the folder cannot be read or written, or workers do not share it.
-        TypeError: points are neither, or a policy is none.
-        KeyboardInterrupt: Ctrl-C was pressed. Batches under way on an executor are computed to their end.
+        TypeError: points are neither dictionary nor list, or the policy is not a policy.
+        KeyboardInterrupt: Ctrl-C was pressed. Batches that an executor has begun are computed to their end.
 
     >>> import omnistep, tempfile
     >>> with tempfile.TemporaryDirectory() as out:
@@ -292,7 +291,7 @@ def sweep(
     every = points_of(points)
     for given, where in [(overrides or {}, "overrides"), ({"control.policy": policy} if policy else {}, "policy")]:
         if twice := sorted({key for point in every for key in point} & set(given)):
-            raise ConfigError(f"{where}: {twice[0]} is replaced by points too, allowed: one of the two", key=twice[0])
+            raise ConfigError(f"{where}: {twice[0]} is also replaced by points, allowed: one of the two", key=twice[0])
     batch = positive("batch", batch)
     preset, own = (policy, None) if policy is None or isinstance(policy, str) else (None, packed(policy))
     plan = Plan.of_points(every, scenario=scenario, policy=preset, overrides=overrides, seeds=listed(seeds), own=own)
@@ -319,7 +318,7 @@ def complete(
     batch: int | None = None,
     own: Packed | None = None,
 ) -> StudyResult:
-    """Compute what a folder lacks of a plan. See :func:`sweep`."""
+    """Compute the rows of a plan that a folder lacks. See :func:`sweep`."""
     jobs = positive("jobs", jobs)
     if without := plan.traction_notes():
         warnings.warn(without, stacklevel=3)
@@ -328,7 +327,7 @@ def complete(
             store.forget_errors()
         found = store.read()
         for path, reason in found.damaged:
-            message = f"{path}: cannot be read ({reason}): set aside as .damaged, its runs are run again"
+            message = f"{path}: cannot be read ({reason}); renamed to .damaged, its runs are repeated"
             warnings.warn(message, stacklevel=3)
         missing = found.missing
         if missing == 0:
@@ -343,7 +342,7 @@ def complete(
         rows = store.read()
     if rows.missing:
         raise StudyError(
-            f"{folder}: {rows.missing} rows that were computed are not there; every worker must see the same folder",
+            f"{folder}: {rows.missing} computed rows are missing; every worker must see the same folder",
             key="out",
             file=str(folder),
         )
@@ -351,7 +350,7 @@ def complete(
 
 
 def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return the points of a grid, or those given."""
+    """Return the points of a grid, or the given points."""
     if isinstance(points, Mapping):
         for key, values in points.items():
             if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
@@ -385,7 +384,7 @@ def positive(name: str, value: int | None) -> int | None:
 
 
 def extra(module: str, package: str) -> Any:
-    """Import a package that is not ours to require."""
+    """Import an optional package."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -414,7 +413,7 @@ def _bar(runs: int, shown: bool) -> Iterator[_Bar]:
 
 
 def _work(batch: str, folder: str, jobs: int, own: Packed | None) -> tuple[int, int]:
-    """Compute a batch where a worker is."""
+    """Compute a batch on a worker."""
     return compute_batch(batch, folder, jobs=jobs, own=own)
 
 
@@ -434,7 +433,7 @@ def _compute_on(executor: Executor, batches: list[str], folder: Path, jobs: int,
     except BaseException as error:
         for future in futures:
             future.cancel()
-        error.add_note(f"what is done of the sweep is kept in {folder}; the same call goes on from there")
+        error.add_note(f"the finished runs of the sweep are kept in {folder}; the same call continues from there")
         raise
 
 

@@ -1,4 +1,4 @@
-"""The exceptions of omnistep. Each message is one line that names what is wrong, where, and what is allowed."""
+"""The exceptions of omnistep. Each message is one line that names the error, its place, and the allowed values."""
 
 from omnistep._omnistep import shortened
 
@@ -7,10 +7,10 @@ _MOST = 400
 
 
 class OmnistepError(Exception):
-    """Whatever omnistep raises of its own.
+    """Base class of all exceptions of omnistep.
 
     Attributes:
-        key: the key or argument concerned, as ``wheel[2].radius_m``; None where there is none.
+        key: the key or argument concerned, such as ``wheel[2].radius_m``; None where there is none.
         file: the file concerned, or ``built-in NAME``; None where there is none.
     """
 
@@ -25,16 +25,16 @@ class ConfigError(OmnistepError, ValueError):
 
 
 class SimulationError(OmnistepError):
-    """The physics left the finite numbers, or a controller of your own gave no torques."""
+    """The physics diverged (a value is not finite), or a user's controller returned no valid torques."""
 
 
 class LogError(OmnistepError, OSError):
-    """A log could not be written, or read: it is not there, damaged, or no log of omnistep."""
+    """A log could not be written or read: it is missing, damaged, or not a log of omnistep."""
 
 
 class StudyError(OmnistepError, OSError):
-    """A folder of results could not be read or written, workers do not share it, or a search found nothing."""
+    """A folder of results could not be read or written, workers do not share it, or a search found no result."""
 
 
 class FilmError(OmnistepError, RuntimeError):
-    """The viewer that makes films did not start, or ended."""
+    """The viewer that makes films did not start, or ended early."""

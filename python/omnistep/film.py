@@ -39,12 +39,12 @@ def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float
     Args:
         path: an MCAP log.
         out: the picture: png, svg or pdf.
-        every_s: time between two points of the middle joint's way [s].
+        every_s: time between two points of the middle joint's path [s].
 
     Raises:
         LogError: the log cannot be read.
-        ValueError: the time is not positive, or no picture has that ending.
-        ImportError: matplotlib is not there; the extra ``plot`` brings it.
+        ValueError: the time is not positive, or the file name extension is not that of a picture.
+        ImportError: matplotlib is not installed; install the extra ``plot``.
     """
     ax = plot.strip(read_mcap(path), every_s=every_s)
     figure: Any = ax.figure
@@ -54,21 +54,21 @@ def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float
 def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10.0, at_s: float | None = None) -> None:
     """Make a film or a picture of a logged run with Rerun, without a window.
 
-    Rerun reads the log itself; on a machine without a graphics card it needs a software renderer of Vulkan
-    (Debian's ``mesa-vulkan-drivers``), and then takes some half a second a picture. A picture is of the vehicle, a film
-    of its whole way.
+    Rerun reads the log itself. On a machine without a graphics card it needs a software renderer of Vulkan (Debian's
+    ``mesa-vulkan-drivers``), and then takes some half a second for each picture. A picture shows the vehicle, a film
+    its whole path.
 
     Args:
         path: an MCAP log.
         out: the film: mp4 or gif, or one picture: png.
-        fps: pictures a second of the run, and of the film; up to 50, as the log has poses.
-        at_s: the moment of a png [s]; the middle of the run by default.
+        fps: pictures a second of the run, and of the film; up to 50, the rate of the poses in the log.
+        at_s: the time of a png [s]; the middle of the run by default.
 
     Raises:
         LogError: the log cannot be read.
-        ValueError: another ending, a rate that is not within 0 to 50, or a moment outside the run.
-        FilmError: the viewer did not start, or ended.
-        ImportError: Rerun is not there; the extra ``view`` brings it.
+        ValueError: another file name extension, a rate outside 0 to 50, or a time outside the run.
+        FilmError: the viewer did not start, or ended early.
+        ImportError: Rerun is not installed; install the extra ``view``.
     """
     out = Path(out)
     if out.suffix not in (".mp4", ".gif", ".png"):
@@ -94,7 +94,7 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
 
 
 def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
-    """Yield a picture a moment."""
+    """Yield one picture for each time."""
     rr, rrb = _extra("rerun"), _extra("rerun.blueprint")
     position, target = _eye(log, moments)
     eye = rrb.EyeControls3D(position=position.tolist(), look_target=target.tolist(), eye_up=[0.0, 0.0, 1.0])
@@ -127,7 +127,7 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
 
 
 def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the eye is and what it looks at [m]: the vehicle at these moments fills the picture."""
+    """Return the camera's position and target [m]: the vehicle at these times fills the picture."""
     times, reach = log.frame_time_s, float(log.trace.wheel_radius_m.max())
     rows = np.unique(np.clip(np.searchsorted(times, moments), 0, len(times) - 1))
     places = np.concatenate([poses[rows, :3] for poses in log.frames.values()])
@@ -148,7 +148,7 @@ def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArr
 
 
 def _extra(module: str) -> Any:
-    """Import what the extra ``view`` brings."""
+    """Import a package of the extra ``view``."""
     # Rerun's own lines on standard error are about its connection; what went wrong is said once, by us. It reads this
     # when it is imported.
     own = "RUST_LOG" in os.environ
@@ -163,7 +163,7 @@ def _extra(module: str) -> Any:
 
 
 def _loaded(client: Any, until_s: float) -> Any:
-    """Wait until the viewer has all of a log, and return what names its view of the vehicle."""
+    """Wait until the viewer has the whole log, and return the name of its view of the vehicle."""
     late = time.monotonic() + _START_S
     while time.monotonic() < late:
         state = client.get_state()
@@ -211,13 +211,13 @@ def _viewer() -> Iterator[Any]:
 
 
 def _why_ended(said: Any) -> str:
-    """Return what to say of a viewer that has ended, by what it said."""
+    """Return the message for a viewer that has ended, from its output."""
     said.seek(0)
     text = said.read()
     if any(sign in text for sign in _NO_RENDERER):
         return (
-            "Rerun's viewer has nothing to draw with: it needs a graphics card with Vulkan, or a software renderer of "
-            "Vulkan (Debian: apt install mesa-vulkan-drivers)"
+            "Rerun's viewer cannot draw: it needs a graphics card with Vulkan, or a software renderer "
+            "of Vulkan (Debian: apt install mesa-vulkan-drivers)"
         )
     reasons = [line.strip() for line in text.splitlines() if "panicked" in line or "rror" in line]
     reason = reasons[0] if reasons else "no reason given"
@@ -225,7 +225,7 @@ def _why_ended(said: Any) -> str:
 
 
 def _answering(process: subprocess.Popen[str], client_of: Any, address: str) -> Any:
-    """Return a client of the viewer as soon as it answers."""
+    """Return a client of the viewer as soon as it responds."""
     late = time.monotonic() + _START_S
     while True:
         if process.poll() is not None:
@@ -241,7 +241,7 @@ def _answering(process: subprocess.Popen[str], client_of: Any, address: str) -> 
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """End the viewer: the program is a script that starts another one, so both."""
+    """End the viewer: the program is a script that starts another one, so end both."""
     with contextlib.suppress(ProcessLookupError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGTERM)

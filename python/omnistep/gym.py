@@ -1,6 +1,6 @@
-"""Environments for reinforcement learning, as Gymnasium has them.
+"""Environments for reinforcement learning, for Gymnasium.
 
-Needs Gymnasium, which the extra ``learn`` brings. Importing this module registers ``omnistep/StepClimb-v0`` and
+They need Gymnasium (extra ``learn``). Importing this module registers ``omnistep/StepClimb-v0`` and
 ``omnistep/Drive-v0``; ``gymnasium.make("omnistep.gym:omnistep/StepClimb-v0")`` does both at once. docs/learning.md has
 actions, observations and rewards in tables.
 
@@ -48,20 +48,20 @@ class _Drive(Task):
 
 
 class StepClimbEnv(_StepClimb, Single):
-    """Get the vehicle over a step whose height and friction differ from episode to episode and are not observed.
+    """Climb a step; its height and friction differ from episode to episode and are not observed.
 
     An action is the forward command, the yaw command and a torque added to each row of wheels, on top of the
     controller. docs/learning.md has the tables.
 
     Args:
-        height_m: range that the height of the step is drawn from [m]; (0.02, 0.06) by default.
-        friction: range of the friction coefficient; (0.5, 0.9) by default.
+        height_m: range of the random height of the step [m]; (0.02, 0.06) by default.
+        friction: range of the random friction coefficient; (0.5, 0.9) by default.
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`, with
             ``terrain.kind = "step"``. By default ``"step"`` on the articulated engine with physics steps of 1 ms,
             headings within 0.03 rad and starts within 2 cm.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace, as in :func:`omnistep.run`.
-        frame_skip: control periods that an action is held for; 50 by default.
+        frame_skip: number of control periods for which an action is held; 50 by default.
         render_mode: None or ``"rgb_array"``.
 
     Raises:
@@ -91,19 +91,19 @@ class StepClimbEnv(_StepClimb, Single):
 
 
 class StepClimbVectorEnv(_StepClimb, Many):
-    """Many of :class:`StepClimbEnv`, stepped by threads: environment k computes what a single one does, bit for bit.
+    """Many :class:`StepClimbEnv`, stepped by threads: environment k gives the bits of a single one.
 
     Args:
         num_envs: number of environments.
-        height_m: as there.
-        friction: as there.
-        scenario: as there.
-        policy: as there.
-        overrides: as there.
-        frame_skip: as there.
-        render_mode: as there.
+        height_m: as in :class:`StepClimbEnv`.
+        friction: as in :class:`StepClimbEnv`.
+        scenario: as in :class:`StepClimbEnv`.
+        policy: as in :class:`StepClimbEnv`.
+        overrides: as in :class:`StepClimbEnv`.
+        frame_skip: as in :class:`StepClimbEnv`.
+        render_mode: as in :class:`StepClimbEnv`.
         autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
-        threads: threads; one a core by default.
+        threads: threads; one for each core by default.
 
     Raises:
         ConfigError: a name, key or value is wrong.
@@ -138,16 +138,16 @@ class StepClimbVectorEnv(_StepClimb, Many):
 
 
 class DriveEnv(_Drive, Single):
-    """Make the vehicle follow a twist on flat ground by the torques of its wheels, past the controller.
+    """Make the vehicle follow a twist on flat ground by the torques of its wheels, without the controller.
 
     Args:
-        vx_m_s: range that the speed forward is drawn from [m/s]; (-0.4, 0.4) by default.
-        vy_m_s: range of the speed to the left [m/s]; (-0.4, 0.4) by default.
-        wz_rad_s: range of the yaw rate [rad/s]; (-0.8, 0.8) by default.
+        vx_m_s: range of the random forward speed [m/s]; (-0.4, 0.4) by default.
+        vy_m_s: range of the random speed to the left [m/s]; (-0.4, 0.4) by default.
+        wz_rad_s: range of the random yaw rate [rad/s]; (-0.8, 0.8) by default.
         scenario: a built-in name or the path of a .toml file; by default ``"flat"`` on the articulated engine with
             physics steps of 1 ms.
         overrides: keys to replace, as in :func:`omnistep.run`.
-        frame_skip: control periods that an action is held for; 20 by default.
+        frame_skip: number of control periods for which an action is held; 20 by default.
         render_mode: None or ``"rgb_array"``.
 
     Raises:
@@ -178,19 +178,19 @@ class DriveEnv(_Drive, Single):
 
 
 class DriveVectorEnv(_Drive, Many):
-    """Many of :class:`DriveEnv`, stepped by threads: environment k computes what a single one does, bit for bit.
+    """Many :class:`DriveEnv`, stepped by threads: environment k gives the bits of a single one.
 
     Args:
         num_envs: number of environments.
-        vx_m_s: as there.
-        vy_m_s: as there.
-        wz_rad_s: as there.
-        scenario: as there.
-        overrides: as there.
-        frame_skip: as there.
-        render_mode: as there.
+        vx_m_s: as in :class:`DriveEnv`.
+        vy_m_s: as in :class:`DriveEnv`.
+        wz_rad_s: as in :class:`DriveEnv`.
+        scenario: as in :class:`DriveEnv`.
+        overrides: as in :class:`DriveEnv`.
+        frame_skip: as in :class:`DriveEnv`.
+        render_mode: as in :class:`DriveEnv`.
         autoreset_mode: when the next episode begins, of ``gymnasium.vector.AutoresetMode``.
-        threads: threads; one a core by default.
+        threads: threads; one for each core by default.
 
     Raises:
         ConfigError: a name, key or value is wrong.

@@ -11,9 +11,10 @@ import numpy as np
 
 from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, shifts, table
 from omnistep._margins import Loops, loops
+from omnistep._measurement_noise import likely
 from omnistep._motion_model import SHORTEST_S, Masses, Motion, cut
 from omnistep._omnistep import Log, Trace, Vehicle
-from omnistep._reading_noise import likely
+from omnistep._toml_files import unknown_key
 from omnistep._wheel_logs import LogLike, read
 from omnistep.errors import ConfigError
 
@@ -27,35 +28,35 @@ OFF = 0.1
 FEW = 10.0
 #: What would tell each parameter.
 MANOEUVRES = {
-    "mass_kg": "speed up and brake, forward and sideways, or weigh the vehicle: known mass_kg",
-    "yaw_inertia_kg_m2": "turn on the spot, speeding up and braking",
-    "wheel_inertia_kg_m2": "speed wheels up and brake them in the air (lifted), or weigh the vehicle: known mass_kg",
+    "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: known mass_kg",
+    "yaw_inertia_kg_m2": "turn on the spot, accelerating and braking",
+    "wheel_inertia_kg_m2": "accelerate and brake the wheels in the air (lifted), or weigh the vehicle: known mass_kg",
     "gear_friction_n_m": "coast down, or drive steadily",
     "viscous_n_m_s_rad": "drive steadily at several speeds",
-    "rolling_resistance": "turn the wheels in the air as well (lifted): only there the gears are alone",
-    "delay_s": "change torques in steps, or by a chirp",
-    "lag_s": "change torques in steps, or by a chirp of up to 10 Hz",
-    "stall_torque_n_m": "weigh the vehicle: known mass_kg; duty cycles alone only tell torques over masses",
+    "rolling_resistance": "also turn the wheels in the air (lifted): only there gear friction acts alone",
+    "delay_s": "change torques in steps or as a chirp",
+    "lag_s": "change torques in steps or as a chirp of up to 10 Hz",
+    "stall_torque_n_m": "weigh the vehicle: known mass_kg; duty cycles alone give only ratios of torque to mass",
     "slope_n_m_s_rad": "drive at several speeds up to the fastest, at full duty",
 }
 NO_DUTY = (
-    "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are as commanded, so the motor's line is"
-    " not in it; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
+    "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are commanded ones, which do not show"
+    " the motor's line; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
 )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Identification:
-    """What :func:`identify` found.
+    """Result of :func:`identify`.
 
     Attributes:
         estimates: the parameters.
-        cannot_tell: what the logs cannot tell, and which manoeuvre would; a line each.
-        vehicle: the vehicle with the numbers found, and gains for them. Its file has no rolling resistance, so
-            ``motor.gear_friction_n_m`` holds that as well.
+        cannot_tell: parameters that the logs do not determine, and the manoeuvre that would; a line each.
+        vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
+            ``motor.gear_friction_n_m`` includes it.
         loops: the gains, with their margins.
-        overrides: delay and lag as keys of a scenario, to simulate what was found.
-        residual_rad: what is left of the wheels' angles, root mean square [rad].
+        overrides: delay and lag as keys of a scenario, for a simulation with the estimates.
+        residual_rad: residual of the wheels' angles, root mean square [rad].
         used: part of the logs' rows that could be used.
     """
 
@@ -74,9 +75,9 @@ class Identification:
         raise KeyError(f"{name}, there is: {', '.join(each.name for each in self.estimates)}")
 
     def table(self) -> str:
-        """The estimates, the gains and what cannot be told, as text."""
+        """The estimates, the gains and the undetermined parameters, as text."""
         left = (
-            f"angles left over: {self.residual_rad:.3g} rad (root mean square), of {100 * self.used:.0f} % of the rows"
+            f"angles remaining: {self.residual_rad:.3g} rad (root mean square), of {100 * self.used:.0f} % of the rows"
         )
         return "\n".join([table(self.estimates), left, f"gains: {self.loops}", *self.cannot_tell])
 
@@ -90,29 +91,30 @@ def identify(
 ) -> Identification:
     """Find masses, friction, delay and lag from logs of torques and velocities on flat ground, with intervals.
 
-    The wheels roll without slipping, and the vehicle moves as its file's geometry says. Where the vehicle drives, the
-    twist changes by what the torques do, late and lagging, less what friction takes; that is integrated over stretches
-    of 0.15 to 1.2 s in which no wheel turns round, and compared with the readings by least squares. Errors of readings
-    are whole counts and a walk, which is what noise on velocities adds up to; what is left shows how much of each
-    (restricted maximum likelihood). A controller answers such errors, but later: with the right weights of past
-    readings they put nothing off. Intervals are those of least squares, weighed with what whole stretches say of them.
-    What the logs do not tell stays as the file has it, and is named.
+    The model assumes that the wheels roll without slip, and that the vehicle moves by its file's geometry. The twist
+    changes by the torques, with delay and lag, less friction. This is integrated over stretches of 0.15 to 1.2 s
+    without a wheel reversal, and compared with the readings by least squares. Errors of readings are whole counts and a
+    random walk, the sum of noise on velocities; the residuals show the share of each (restricted maximum likelihood). A
+    controller reacts to such errors, but later: with the right weights of past readings they cause no bias. Intervals
+    are those of least squares, combined with the scatter between whole stretches. Parameters that the logs do not
+    determine keep the values of the file, and are named.
 
-    A delay of readings and one of torques look alike: ``delay_s`` is both together, for readings that are whole counts
-    of the period that ends with their row. Of readings of that moment alone it is half a period less.
+    A delay of readings and a delay of torques have the same effect: ``delay_s`` is their sum, for readings that are
+    counts over the period that ends with their row. For instantaneous readings it is half a period less.
 
     Args:
-        data: logs of drives on flat ground: traces, logs, paths, or arrays by name, with columns ``time_s`` and of
-            every wheel ``wheel_NAME_position_rad`` or ``wheel_NAME_measured_rad_s``, and ``wheel_NAME_applied_n_m`` (as
-            commanded) or ``wheel_NAME_duty`` (-1 to 1), of its actuator. A row's torque is held until the next row.
+        data: logs of drives on flat ground: traces, logs, paths, or arrays by name, with columns ``time_s`` and, for
+            the actuator of every wheel, ``wheel_NAME_position_rad`` or ``wheel_NAME_measured_rad_s``, and
+            ``wheel_NAME_applied_n_m`` (as commanded) or ``wheel_NAME_duty`` (-1 to 1). A row's torque is held until the
+            next row.
         vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         lifted: logs with all wheels in the air.
-        known: what was measured otherwise, ``{"mass_kg": 3.2}``.
+        known: values that were measured otherwise, ``{"mass_kg": 3.2}``.
 
     Raises:
-        ConfigError: a column is missing, the logs are too short or do not move, or a number is out of range.
+        ConfigError: a column is missing, the logs are too short or have no motion, or a number is out of range.
         LogError: a log cannot be read.
-        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not there; they come with the extra ``identify``.
+        ImportError: SciPy, or pyarrow for a CSV or Parquet file, is not installed; install the extra ``identify``.
 
     >>> import omnistep
     >>> truth = omnistep.Vehicle("mecanum4", overrides={"body.0.mass_kg": 26.0})
@@ -127,7 +129,7 @@ def identify(
     masses = Masses(guess)
     logs = [(each, False) for each in _listed(data)] + [(each, True) for each in _listed(lifted)]
     if not logs:
-        raise ConfigError("data: empty, allowed: one log or more", key="data")
+        raise ConfigError("data: empty, allowed: at least one log", key="data")
     motions, kinds = [], set()
     for log, in_air in logs:
         rows = read(log, guess)
@@ -144,7 +146,7 @@ def identify(
         stretches = cut(rows, masses, inputs, lifted=in_air)
         if stretches is None:
             raise ConfigError(
-                f"{rows.name}: no {SHORTEST_S} s in which the wheels keep turning one way, allowed: a log that drives",
+                f"{rows.name}: no {SHORTEST_S} s in which the wheels keep turning one way, allowed: a log of a drive",
                 key="data",
                 file=rows.name,
             )
@@ -226,7 +228,7 @@ def _search(
 
 
 def _hear(motions: Sequence[Motion], residual: Floats) -> None:
-    """What errors of readings do along stretches, by what is left of them: of logs of one kind together."""
+    """Estimate the measurement noise along stretches from the residuals: logs of one kind together."""
     ends = np.cumsum([0, *(motion.measured.size for motion in motions)])
     kinds: dict[tuple[int, float, bool], list[tuple[Motion, Floats]]] = {}
     for motion, begin, end in zip(motions, ends[:-1], ends[1:], strict=True):
@@ -293,8 +295,8 @@ def _parameters(
             of("slope_n_m_s_rad", "N.m.s/rad", slope, slope or friction / speed, 20 * (slope or stall / speed), 1),
         ]
     if unknown := sorted(set(known) - {p.name for p in parameters}):
-        names = ", ".join(p.name for p in parameters)
-        raise ConfigError(f"known: {unknown[0]}, allowed: {names}", key=unknown[0])
+        hint = unknown_key(unknown[0], [p.name for p in parameters])
+        raise ConfigError(f"known: {unknown[0]}: {hint}", key=unknown[0])
     in_air = any(motion.stretches.lifted for motion in motions)
     if not in_air and not {"rolling_resistance", "gear_friction_n_m"} & set(known):
         parameters = [
@@ -320,13 +322,13 @@ def _cannot_tell(residual: Callable[[Floats], Floats], parameters: Sequence[Para
         moved = shifts(residual, parameters, found, k, OFF)
         if moved and parameter.start:
             which = ", ".join(f"{name} by {100 * part:+.2g} %" for name, part in moved.items())
-            held += f", which the intervals take as right: {100 * OFF:.0f} % more of it changes {which}"
+            held += f", which the intervals assume to be exact: {100 * OFF:.0f} % more of it changes {which}"
         said.append(f"this log cannot tell {parameter.name}{with_others}; {held}; {MANOEUVRES[parameter.name]}")
     return tuple(said)
 
 
 def _too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, ...]:
-    """Where motors are followed within few periods of the log, whose counts blur how."""
+    """Report where the motion follows the motors within few periods of the log, so that counts hide it."""
     for motion in motions:
         constant_s = motion.time_constant_s(p)
         if constant_s < FEW * motion.period:
@@ -334,7 +336,7 @@ def _too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, .
                 "a wheel in the air follows its motor" if motion.stretches.lifted else "the vehicle follows its motors"
             )
             return (
-                f"numbers may be off by some of their intervals, delay_s, lag_s and inertias most: {what} within"
+                f"results may be off by several of their intervals, delay_s, lag_s and inertias most: {what} within"
                 f" {constant_s:.2g} s, and the log has a row every {motion.period:.2g} s; log every"
                 f" {constant_s / FEW:.1g} s, or torques instead of duty cycles",
             )
@@ -342,12 +344,12 @@ def _too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, .
 
 
 def _built(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool) -> tuple[Vehicle, tuple[str, ...]]:
-    """The vehicle with these numbers, and what its file cannot say."""
+    """The vehicle with these numbers, and the values that its file cannot hold."""
     keys = vehicle.to_dict()
     notes: list[str] = []
     bodies = p["mass_kg"] - float(masses.wheel_mass.sum())
     if bodies <= 0.0:
-        notes.append(f"masses of the file are kept: its wheels alone weigh more than the {p['mass_kg']:.4g} kg found")
+        notes.append(f"the file's masses are kept: its wheels alone weigh more than the {p['mass_kg']:.4g} kg found")
     else:
         part = bodies / float(masses.body_mass.sum())
         for body in keys["body"]:
@@ -357,7 +359,7 @@ def _built(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bo
         own = p["yaw_inertia_kg_m2"] - discs - (masses.away + (part - 1.0) * on_bodies)
         if own <= 0.0:
             notes.append(
-                "boxes of the file are kept: with these masses in their places the yaw inertia is more than the"
+                "the file's boxes are kept: with these masses at their positions the yaw inertia is more than the"
                 f" {p['yaw_inertia_kg_m2']:.4g} kg.m2 found"
             )
         else:

@@ -1,4 +1,4 @@
-"""Triangles of the shapes in a URDF, for players that know nothing else."""
+"""Triangles of the shapes in a URDF, for simple players."""
 
 import math
 import re
@@ -35,6 +35,26 @@ class Mesh(NamedTuple):
     colours: _Integers
 
 
+class Shape(NamedTuple):
+    """A visual of one URDF.
+
+    Attributes:
+        link: its link.
+        kind: ``box`` or ``cylinder``; this program writes no other.
+        size_m: three edges, or radius and length.
+        place_m: its middle in the link's frame, (3,).
+        turn: turns its own vectors into the link's, (3, 3); a cylinder's axis is its own z.
+        colour: red, green, blue from 0 to 255, (3,).
+    """
+
+    link: str
+    kind: str
+    size_m: tuple[float, ...]
+    place_m: _Floats
+    turn: _Floats
+    colour: _Integers
+
+
 def of_urdf(text: str) -> Mesh:
     """Turn the visuals of a URDF into triangles.
 
@@ -47,22 +67,9 @@ def of_urdf(text: str) -> Mesh:
     Raises:
         ValueError: the text is no URDF.
     """
-    # Logs are files from elsewhere: nothing in them may name other files or grow when it is read.
-    if re.search(r"<!(DOCTYPE|ENTITY)", text):
-        raise ValueError("the URDF declares entities, allowed: plain elements")
-    try:
-        robot = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ValueError(f"not a URDF: {error}") from error
-    links: list[str] = []
-    parts: list[tuple[int, _Floats, _Integers, _Integers]] = []
-    for number, link in enumerate(robot.iter("link")):
-        links.append(link.get("name", ""))
-        for visual in link.iter("visual"):
-            try:
-                parts.extend((number, *part) for part in _shape(visual))
-            except (AttributeError, TypeError, ValueError) as error:
-                raise ValueError(f"not a URDF: link {links[-1]!r} has a shape without its numbers") from error
+    links = [link.get("name", "") for link in _parsed(text).iter("link")]
+    found = shapes(text)
+    parts = [(links.index(shape.link), *_triangles(shape)) for shape in found]
     offsets = np.cumsum([0, *(len(vertices) for _, vertices, _, _ in parts)])
     return Mesh(
         links=links,
@@ -75,7 +82,73 @@ def of_urdf(text: str) -> Mesh:
     )
 
 
-def _shape(visual: Any) -> list[tuple[_Floats, _Integers, _Integers]]:
+def shapes(text: str) -> list[Shape]:
+    """Return the visuals of a URDF, link by link.
+
+    Args:
+        text: the URDF.
+
+    Returns:
+        Boxes and cylinders.
+
+    Raises:
+        ValueError: the text is no URDF.
+    """
+    found: list[Shape] = []
+    for link in _parsed(text).iter("link"):
+        name = link.get("name", "")
+        for visual in link.iter("visual"):
+            try:
+                found.extend(_shape(name, visual))
+            except (AttributeError, TypeError, ValueError) as error:
+                wanted = "finite numbers, sizes above 0"
+                found_instead = error if isinstance(error, ValueError) else "no geometry"
+                raise ValueError(
+                    f"not a URDF: link {name!r} has a shape of {found_instead}, allowed: {wanted}"
+                ) from error
+    return found
+
+
+def axles(text: str) -> dict[str, _Floats]:
+    """Return the axle of each wheel of a URDF.
+
+    Args:
+        text: the URDF.
+
+    Returns:
+        By the wheel's link, the direction about which it turns forwards, in the link's frame, (3,): the axis of its
+        continuous joint.
+
+    Raises:
+        ValueError: the text is no URDF.
+    """
+    found: dict[str, _Floats] = {}
+    for joint in _parsed(text).iter("joint"):
+        if joint.get("type") != "continuous":
+            continue
+        child = joint.find("child")
+        name = "" if child is None else child.get("link", "")
+        try:
+            axis = _numbers(joint.find("axis"), "xyz", "1 0 0")
+        except ValueError as error:
+            raise ValueError(f"not a URDF: the axis of {name!r} is not three numbers") from error
+        if not np.any(axis):
+            raise ValueError(f"not a URDF: the axis of {name!r} is not three numbers")
+        found[name] = axis / np.linalg.norm(axis)
+    return found
+
+
+def _parsed(text: str) -> ElementTree.Element:
+    # Logs are files from elsewhere: nothing in them may name other files or grow when it is read.
+    if re.search(r"<!(DOCTYPE|ENTITY)", text):
+        raise ValueError("the URDF declares entities, allowed: plain elements")
+    try:
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"not a URDF: {error}") from error
+
+
+def _shape(link: str, visual: Any) -> list[Shape]:
     origin = visual.find("origin")
     place = _numbers(origin, "xyz", "0 0 0")
     turn = _turned(_numbers(origin, "rpy", "0 0 0"))
@@ -83,21 +156,43 @@ def _shape(visual: Any) -> list[tuple[_Floats, _Integers, _Integers]]:
     colour = np.round(255 * _numbers(rgba, "rgba", "0.6 0.6 0.6 1")[:3]).astype(np.int64)
     geometry = visual.find("geometry")
     if (box := geometry.find("box")) is not None:
-        vertices, triangles = _box(_numbers(box, "size", "1 1 1"))
-        colours = np.tile(colour, (len(triangles), 1))
-    elif (cylinder := geometry.find("cylinder")) is not None:
-        vertices, triangles = _cylinder(float(cylinder.get("radius")), float(cylinder.get("length")))
+        return [Shape(link, "box", tuple(_sizes(box, "size", "1 1 1").tolist()), place, turn, colour)]
+    if (cylinder := geometry.find("cylinder")) is not None:
+        size = (float(_sizes(cylinder, "radius", "1")[0]), float(_sizes(cylinder, "length", "1")[0]))
+        return [Shape(link, "cylinder", size, place, turn, colour)]
+    return []  # this program writes no other shape
+
+
+def _triangles(shape: Shape) -> tuple[_Floats, _Integers, _Integers]:
+    if shape.kind == "box":
+        vertices, triangles = _box(np.array(shape.size_m))
+        colours = np.tile(shape.colour, (len(triangles), 1))
+    else:
+        vertices, triangles = _cylinder(*shape.size_m)
         sector = (np.arange(len(triangles)) % _SEGMENTS) * 6 // _SEGMENTS
         shade = np.where(sector % 2 == 0, 1.0, _SPOKE)
-        colours = np.round(shade[:, None] * colour).astype(np.int64)
-    else:
-        return []  # this program writes no other shape
-    return [(vertices @ turn.T + place, triangles, colours)]
+        colours = np.round(shade[:, None] * shape.colour).astype(np.int64)
+    return vertices @ shape.turn.T + shape.place_m, triangles, colours
 
 
 def _numbers(element: Any, name: str, default: str) -> _Floats:
+    """Return an attribute's numbers, as many as its default has; a ValueError where they are others or not finite."""
     text = default if element is None else element.get(name, default)
-    return np.array([float(word) for word in text.split()])
+    try:
+        found = np.array([float(word) for word in text.split()])
+    except ValueError:
+        found = np.array([])
+    if found.shape != (len(default.split()),) or not np.isfinite(found).all():
+        raise ValueError(f"{name} = {text!r}")
+    return found
+
+
+def _sizes(element: Any, name: str, default: str) -> _Floats:
+    """Return an attribute's numbers, as :func:`_numbers`; a ValueError where one is not above 0."""
+    found = _numbers(element, name, default)
+    if not (found > 0.0).all():
+        raise ValueError(f"{name} = {element.get(name)!r}")
+    return found
 
 
 def _turned(rpy: _Floats) -> _Floats:

@@ -1,4 +1,4 @@
-"""Controllers of your own: what they are told, and how they go to other processes."""
+"""Controllers of your own: their inputs, and their transfer to other processes."""
 
 import hashlib
 import inspect
@@ -18,18 +18,18 @@ Torques: TypeAlias = NDArray[np.floating[Any]] | Sequence[float]
 
 @dataclass(frozen=True, eq=False)
 class PolicyInfo:
-    """What a controller of your own is told once, in ``reset(info)``.
+    """Information that a controller of your own gets once, in ``reset(info)``.
 
     Attributes:
-        scenario: what is going to be run.
+        scenario: the scenario of the run.
         vehicle: its vehicle.
         kinematics: the maps between body twist and actuator velocities of that vehicle.
         wheel_names: names of the N wheels, in the order of every array over wheels.
         hinge_names: names of the H hinges, in the order of every array over hinges.
         period_s: control period [s].
-        stall_torque_n_m: torque that every motor has at rest [N.m].
-        slope_n_m_s_rad: torque that a motor loses per speed while it drives [N.m per rad/s]; 0 for a constant limit.
-        seed: seed of perturbation and noise, for what your law draws itself.
+        stall_torque_n_m: torque of every motor at rest [N.m].
+        slope_n_m_s_rad: decrease of the driving torque per speed [N.m per rad/s]; 0 for a constant limit.
+        seed: seed of perturbation and noise, for random numbers of your law.
 
     Example:
         >>> import omnistep
@@ -52,7 +52,7 @@ class PolicyInfo:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "PolicyInfo":
-        """Return what a policy is told of a scenario."""
+        """Return the information of a scenario for a policy."""
         vehicle = scenario.vehicle
         keys = vehicle.to_dict()
         motor = keys["motor"]
@@ -73,16 +73,16 @@ class PolicyInfo:
 
     @property
     def wheel_count(self) -> int:
-        """N."""
+        """Number of wheels, N."""
         return len(self.wheel_names)
 
 
 class Policy(Protocol):
-    """A controller of your own: any object with these two; a function of the observation does too.
+    """A controller of your own: any object with these two methods; a function of the observation works too.
 
-    Three attributes may be there: ``name`` (a string; else the class's), ``signals`` (names of numeric attributes that
-    are read after every step: columns of traces and logs), ``version`` (a string for :func:`omnistep.sweep`, to be
-    changed with the law).
+    Three attributes are optional: ``name`` (a string; else the class's), ``signals`` (names of numeric attributes that
+    are read after every step: columns of traces and logs), ``version`` (a string for :func:`omnistep.sweep`; change it
+    with the law).
 
     Example:
         >>> import omnistep
@@ -99,10 +99,10 @@ class Policy(Protocol):
     """
 
     def reset(self, info: PolicyInfo, /) -> object:
-        """Be as freshly started, for this vehicle: called once before a run."""
+        """Return to the initial state, for this vehicle: called once before a run."""
 
     def step(self, observation: Observation, /) -> Torques:
-        """Return a torque for every actuator [N.m], (N,), finite; they are brought within what the motors have."""
+        """Return a torque for every actuator [N.m], (N,), finite; the torques are limited to those of the motors."""
 
 
 #: What ``policy`` may be: the name of a coordination policy, or a controller of your own.
@@ -113,16 +113,16 @@ Packed: TypeAlias = tuple[str, str, bytes]
 
 
 def packed(policy: Policy | Callable[[Observation], Torques]) -> Packed:
-    """Return a policy as workers get it, with what tells it from every other law.
+    """Return a policy as workers get it, with an identifier of its law.
 
-    That is its ``version`` where it has one, else a digest of its pickle and of the source of its class.
+    The identifier is its ``version`` where it has one, else a digest of its pickle and of the source of its class.
     """
     name = policy_name(policy)
     try:
         data = pickle.dumps(policy, protocol=5)
     except Exception as error:
         message = (
-            f"policy {name}: every run of a sweep gets its own by pickle, and it cannot be pickled "
+            f"policy {name}: it cannot be pickled, but every run of a sweep needs its own copy "
             f"({type(error).__name__}: {error}), allowed: a function or an object of a class at the top of a module"
         )
         raise ConfigError(shortened(message), key="policy") from error
@@ -137,7 +137,7 @@ def packed(policy: Policy | Callable[[Observation], Torques]) -> Packed:
 
 
 def _source(policy: object) -> str:
-    """Return the text of a policy's function or class; nothing where there is none."""
+    """Return the source text of a policy's function or class; empty where there is none."""
     thing = policy if inspect.isroutine(policy) else type(policy)
     try:
         return inspect.getsource(thing)

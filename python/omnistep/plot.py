@@ -1,11 +1,11 @@
-"""The paper's figures from runs, and maps of where a vehicle climbs.
+"""The paper's figures from runs, and maps of climbs.
 
 Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them. :func:`path`
-is a run from above, with its odometry.
+is the top view of a run, with its odometry.
 
-Needs matplotlib, which the extra ``plot`` brings. Every function draws on the axes given, or on a new figure, and
-returns the axes it drew on. A policy has the same colour in every figure.
+The figures need matplotlib (extra ``plot``). Every function draws on the given axes, or on a new figure, and returns
+the axes. A policy has the same colour in every figure.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnistep import _omnistep, _path, _side
+from omnistep import _omnistep, _side_view, _top_view
+from omnistep._argument_types import names, of_kind, several, trace_of, with_places
 from omnistep._axes import (
     dashes,
     given_or_new,
@@ -28,8 +29,7 @@ from omnistep._axes import (
     wheel_style,
 )
 from omnistep._climb_map import climb_map
-from omnistep._ensemble import ensemble
-from omnistep._given import names, of_kind, several, trace_of, with_places
+from omnistep._ensemble_plot import ensemble
 from omnistep._omnistep import Log, Scenario, Trace, WheelsTrace
 from omnistep.errors import ConfigError
 
@@ -68,7 +68,7 @@ class Sheet(dict[str, "NDArray[Any]"]):
         self.figure = figure
 
     def savefig(self, *args: Any, **kwargs: Any) -> None:
-        """Write the sheet to a file; what may be given is matplotlib's, as for ``Figure.savefig``."""
+        """Write the sheet to a file; arguments are those of matplotlib's ``Figure.savefig``."""
         self.figure.savefig(*args, **kwargs)
 
 
@@ -77,23 +77,23 @@ def climb(
 ) -> NDArray[Any]:
     """Draw disturbed ratio, slip ratio and wheel velocity over time: figure 10 (a-c) of the paper, or 11.
 
-    Where traction control backed off for another try there is a dotted line across all three.
+    A dotted line across all three marks each retry of traction control.
 
     Args:
         trace: a run, or its log.
-        wheels: names of the wheels to draw; by default a front, a middle and a rear one of those that are driven:
-            of two rows a front and a rear one, of one row a right and a left one.
-            The ``trace`` of a log does not say where they are: hand in the log.
+        wheels: names of the wheels to draw; by default a driven wheel at the front, in the middle and at the rear: with
+            two rows a front and a rear one, with one row a right and a left one. The ``trace`` of a log has no wheel
+            positions: pass the log.
         axes: three axes to draw on; a new figure by default.
 
     Returns:
         The three axes, (3,): disturbed ratio, slip ratio, velocity [rad/s].
 
     Raises:
-        KeyError: a wheel of that name does not exist.
-        ConfigError: not three axes were given, no wheel, or a run without a row.
+        KeyError: there is no wheel of that name.
+        ConfigError: the number of axes is not three, no wheel was given, or the run has no row.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -152,13 +152,13 @@ def climbs(
         axes: axes to draw on, (3, P); a new figure by default.
 
     Returns:
-        The axes, (3, P): a row for disturbed ratio, slip ratio and velocity [rad/s], a column a run.
+        The axes, (3, P): a row each for disturbed ratio, slip ratio and velocity [rad/s], a column for each run.
 
     Raises:
-        KeyError: a wheel of that name does not exist.
-        ConfigError: there is no run, one is without a row, or the axes are not as many.
+        KeyError: there is no wheel of that name.
+        ConfigError: there is no run, one has no row, or the number of axes does not match.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -184,9 +184,9 @@ def climbs(
 def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes:
     """Draw the climb from the side: figure 9 (a) of the paper, or (b).
 
-    White points are the joint point on the middle wheel at every interval, with a rim in the policy's colour; the
-    vehicle is drawn at every third, from its right, the later the lighter: it moves to the right. One wheel of each
-    row is shown, and the frames as lines between their axles.
+    White points with a rim in the policy's colour are the joint point on the middle wheel at every interval. The
+    vehicle is drawn at every third point, seen from its right, and lighter with time; it moves to the right. One wheel
+    of each row is shown, and the frames as lines between their axles.
 
     Args:
         run: a run, or its log.
@@ -197,10 +197,10 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         The axes.
 
     Raises:
-        ConfigError: the time is not positive, the log has no poses, or the run no row; or it is the ``trace`` of a
-            log, which does not say where the wheels are: hand in the log.
+        ConfigError: the time is not positive, the log has no poses, or the run has no row; or it is the ``trace`` of a
+            log, which has no wheel positions: pass the log.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -209,7 +209,7 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
         6
     """
     of_kind(run, "run", Trace, Log)
-    return _side.draw(run, every_s=every_s, ax=ax, span=_side.span(run))
+    return _side_view.draw(run, every_s=every_s, ax=ax, span=_side_view.span(run))
 
 
 def strips(
@@ -231,9 +231,9 @@ def strips(
         The axes, (P,).
 
     Raises:
-        ConfigError: there is no run, the axes are not as many, or as :func:`strip`.
+        ConfigError: there is no run, the number of axes does not match, or as in :func:`strip`.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -242,11 +242,11 @@ def strips(
         '(b) flat, synchronised'
     """
     given: list[Trace | Log] = several(runs, "runs", Trace, Log)
-    spans = [_side.span(run) for run in given]
+    spans = [_side_view.span(run) for run in given]
     span = (min(left for left, _ in spans), max(right for _, right in spans))
     drawn = given_or_new(axes, (len(given),), size=(11.0, 0.4 + 1.75 * len(given)))
     for k, (run, ax) in enumerate(zip(given, drawn, strict=True)):
-        _side.draw(run, every_s=every_s, ax=ax, span=span)
+        _side_view.draw(run, every_s=every_s, ax=ax, span=span)
         ax.set_title(f"({_letter(k)}) {ax.get_title()}")
     same_limits(drawn)
     for ax in drawn[:-1]:
@@ -255,27 +255,27 @@ def strips(
 
 
 def path(trace: Trace | Log, *, every_s: float | None = None, sigmas: float = 2.0, ax: Axes | None = None) -> Axes:
-    """Draw a run from above: where the vehicle was, where its odometry has it, and the path that it was to follow.
+    """Draw a run from above: the true positions, the positions by odometry, and the reference path.
 
-    Ellipses around the places by odometry are two standard deviations wide to each side, along their own axes: of a
-    normal distribution they hold 86 %. They know nothing of slip that all wheels share. A thin line joins each of them
-    to where the vehicle was at that time. Of a recording whose robot told no variances there are no ellipses.
+    Ellipses around the positions by odometry reach two standard deviations to each side, along their own axes: they
+    contain 86 % of a normal distribution. They do not include slip that all wheels share. A thin line joins each of
+    them to the true position at that time. A recording without variances has no ellipses.
 
     Args:
         trace: a run, or its log.
         every_s: time between two ellipses [s], above 0; a tenth of the run by default.
         sigmas: standard deviations from the middle of an ellipse to its rim, above 0; on good ground they are
-            millimetres, and ten times as many show their shape.
+            millimetres, and a ten times larger value shows their shape.
         ax: axes to draw on; a new figure by default.
 
     Returns:
         The axes, of equal scales.
 
     Raises:
-        ConfigError: a number is not positive, the log has no ``/odom``, or the run no row; or it is the ``trace`` of a
-            log, which does not say where the vehicle was: hand in the log.
+        ConfigError: a number is not positive, the log has no ``/odom``, or the run has no row; or it is the ``trace``
+            of a log, which has no vehicle positions: pass the log.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -284,7 +284,7 @@ def path(trace: Trace | Log, *, every_s: float | None = None, sigmas: float = 2.
         >>> [line.get_label().split(",")[0] for line in ax.lines[:3]]
         ['command', 'truth', 'odometry']
     """
-    return _path.draw(trace, every_s=every_s, sigmas=sigmas, ax=ax)
+    return _top_view.draw(trace, every_s=every_s, sigmas=sigmas, ax=ax)
 
 
 def wheels(
@@ -301,9 +301,9 @@ def wheels(
         The four axes, (4,): velocities [rpm] of A, B and C, loads [N.m.s/rad].
 
     Raises:
-        ConfigError: not four axes were given, no run, or runs under different loads.
+        ConfigError: the number of axes is not four, there is no run, or runs have different loads.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -362,9 +362,9 @@ def paper(
         ``savefig`` writes the sheet to a file.
 
     Raises:
-        ConfigError: as :func:`wheels`, :func:`strips` and :func:`climbs`.
+        ConfigError: as in :func:`wheels`, :func:`strips` and :func:`climbs`.
         TypeError: an argument of another type.
-        ImportError: matplotlib is not there.
+        ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
@@ -374,7 +374,7 @@ def paper(
     """
     for name, run in {"proposed": proposed, "general": general}.items():
         if run is not None:
-            _side.span(of_kind(run, name, Trace, Log))
+            _side_view.span(of_kind(run, name, Trace, Log))
     if wheel_runs is not None:
         wheel_runs = several(wheel_runs, "wheel_runs", WheelsTrace)
     else:
@@ -418,19 +418,19 @@ def _index(names: list[str], name: str) -> int:
 
 
 def _tries_s(trace: Trace) -> NDArray[Any]:
-    """Return when traction control backed off for another try [s]; none where there is no traction control."""
+    """Return the times of the retries of traction control [s]; empty without traction control."""
     if "traction_retries" not in trace:
         return np.empty(0)
     return trace["time_s"][np.flatnonzero(np.diff(trace["traction_retries"]) > 0) + 1]
 
 
 def _direction(trace: Trace, wheel: int) -> float:
-    """Return -1.0 for a wheel whose reference is negative on the whole, else 1.0."""
+    """Return -1.0 for a wheel whose mean reference is negative, else 1.0."""
     return -1.0 if trace.wheels("reference_rad_s")[:, wheel].sum() < 0.0 else 1.0
 
 
 def _front_middle_rear(run: Trace | Log) -> list[tuple[str, int]]:
-    """Choose one driven wheel at the front, in the middle and at the rear; of two side by side the right one.
+    """Choose one driven wheel at the front, in the middle and at the rear; of two in one row the right one.
 
     No wheel is chosen twice: two rows have no middle, and of one row a right and a left wheel are chosen.
     """

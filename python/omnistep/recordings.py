@@ -1,4 +1,4 @@
-"""Real logs in: what was measured on a vehicle, as a log like that of a run."""
+"""Import of real logs: measurements on a vehicle become a log like that of a run."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from omnistep import _doubts
+from omnistep import _plausibility
 from omnistep._log_map import LogMap, read_map
 from omnistep._log_sources import Nanoseconds, read_samples
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
-from omnistep._reckoning import reckoned
 from omnistep._recorded_command import AXES, MOST_COMMANDS, MOST_S, recorded_scenario
 from omnistep._resampling import Channel, channels
 from omnistep._tables import Floats
+from omnistep._wheel_odometry import reckoned
 from omnistep.errors import LogError
-from omnistep.runs import _bar
+from omnistep.runs import bar
 
 #: Most control periods: an hour at 1 kHz.
 _MOST_ROWS = 3_600_000
@@ -35,21 +35,21 @@ _OF_WHEELS = {
 
 @dataclass(frozen=True)
 class ImportedSignal:
-    """What became of one column of a foreign log.
+    """Import result of one column of a foreign log.
 
     Attributes:
         signal: the table of the map.
         name: column, joint or field.
-        samples: how many were used, over the whole log.
+        samples: number of samples that were used, over the whole log.
         rate_hz: samples a second, by the median distance.
         missing: cells that were empty, not a number or infinite; left out.
-        unordered: samples left out so that times ascend, as few as that takes; of two at one time the second.
-        gaps: how often two samples are too far apart to say anything in between.
+        unordered: samples left out so that times ascend, as few as possible; of two at one time the second.
+        gaps: number of times that two samples are too far apart for interpolation.
         longest_gap_s: the longest of these [s].
         gaps_s: all of them [s].
-        beyond: control periods in which a velocity is beyond the motors' no-load speed, a torque beyond what their
-            line has at the velocity measured, or a duty cycle beyond 1; kept as they are.
-        known: control periods in which the log that was made has it.
+        beyond: control periods in which a velocity is beyond the motors' no-load speed, a torque beyond their
+            torque-speed line at the measured velocity, or a duty cycle beyond 1; they are kept.
+        known: control periods in which the new log has the signal.
     """
 
     signal: str
@@ -67,18 +67,18 @@ class ImportedSignal:
 
 @dataclass(frozen=True)
 class ImportSummary:
-    """What became of a foreign log: ``print`` it.
+    """Import result of a foreign log: ``print`` it.
 
     Attributes:
         source: the foreign log.
         path: the log that was written.
         rows: control periods.
         period_s: the control period [s].
-        start_s: when the first of them starts, after the first sample of the foreign log [s].
+        start_s: start of the first control period, after the first sample of the foreign log [s].
         signals: its columns, one by one.
-        commands_left_out: changes of the command that the scenario inside lacks, as its table has no room for more than
-            100000; the log's columns have them.
-        doubts: what looks wrong, a line each: signs, the order of wheels, units.
+        commands_left_out: changes of the command that are missing in the embedded scenario, because its table is
+            limited to 100000; the log's columns have them.
+        doubts: implausible findings, a line each: signs, the order of wheels, units.
     """
 
     source: Path
@@ -129,8 +129,8 @@ class ImportSummary:
         span = f"{self.rows * self.period_s:.3f} s from {self.start_s:.3f} s on"
         title = f"{self.source}: {self.rows} control periods of {self.period_s:g} s, {span}"
         if self.commands_left_out:
-            lacks = f"the scenario inside lacks {self.commands_left_out} changes of the command"
-            lines.append(f"{lacks}: it has room for {MOST_COMMANDS}")
+            lacks = f"the scenario in the log lacks {self.commands_left_out} changes of the command"
+            lines.append(f"{lacks}: it can hold {MOST_COMMANDS}")
         lines += [f"doubtful: {doubt}" for doubt in self.doubts]
         return "\n".join([title, *lines])
 
@@ -142,10 +142,10 @@ def import_log(
     out: str | PathLike[str],
     progress: bool = True,
 ) -> ImportSummary:
-    r"""Make a log of what was measured on a vehicle: :func:`omnistep.read_mcap`, replay and resimulate take it.
+    r"""Make a log of measurements on a vehicle, for :func:`omnistep.read_mcap`, replay and resimulate.
 
-    Velocities, currents and what else a vehicle measures are linear between two samples; commands hold until the next
-    one. Between samples that are too far apart nothing is known, and the columns say NaN. Nothing is smoothed.
+    Velocities, currents and other measurements are linear between two samples; commands hold until the next one.
+    Between samples that are too far apart the columns are NaN. Nothing is smoothed.
 
     Args:
         log: a CSV or Parquet file, a rosbag2 (its folder, .mcap or .db3).
@@ -154,12 +154,13 @@ def import_log(
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
-        What became of each column.
+        The import result of each column.
 
     Raises:
-        ConfigError: a key of the map is wrong, or names what is not there; the message names it and what is allowed.
+        ConfigError: a key of the map is wrong, or names something that is missing; the message names it and the allowed
+            values.
         LogError: the log cannot be read or written.
-        ImportError: pyarrow or rosbags is not there: the extra ``import``.
+        ImportError: pyarrow or rosbags is not installed: install the extra ``import``.
 
     Example:
         >>> import omnistep, pathlib, tempfile
@@ -179,8 +180,8 @@ def import_log(
     source, path = Path(log), Path(out)
     log_map = read_map(map)
     if path.exists() and source.exists() and path.samefile(source):
-        raise LogError(f"{path}: is the log that is read, allowed: another name", file=str(path))
-    with _bar("import", shown=progress) as told:
+        raise LogError(f"{path}: the log to read has this name, allowed: another name", file=str(path))
+    with bar("import", shown=progress) as told:
         samples = read_samples(source, log_map, told)
     read = {
         table: channels(source, signal, samples[table], turning=_turning(table))
@@ -203,7 +204,7 @@ def _turning(table: str) -> tuple[int, ...]:
 
 
 def _span(source: Path, log_map: LogMap, wheels: list[Channel]) -> tuple[int, int]:
-    """When the first control period starts [ns], and how many there are."""
+    """Start of the first control period [ns], and the number of periods."""
     there = [wheel for wheel in wheels if wheel.time_ns.size]
     if not there:
         raise LogError(f"{source}: no velocity of any wheel, allowed: at least two samples", file=str(source))
@@ -229,7 +230,7 @@ def _period_ns(scenario: Scenario) -> int:
 
 
 def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int, rows: int) -> dict[str, Floats]:
-    """Columns of the log. What is measured belongs to the start of a control period, poses to its end."""
+    """Columns of the log. Measurements belong to the start of a control period, poses to its end."""
     scenario = log_map.scenario
     period_ns, vehicle = _period_ns(scenario), scenario.vehicle
     starts: Nanoseconds = starts_ns + period_ns * np.arange(rows, dtype=np.int64)
@@ -295,18 +296,18 @@ def _doubtful(log_map: LogMap, columns: Mapping[str, Floats], signals: Sequence[
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
     twists = np.column_stack([columns[f"estimated_{axis}"] for axis in AXES])
     rates = [each.rate_hz for each in signals if each.signal == "wheels" and each.rate_hz > 0.0]
-    doubts = _doubts.of_steps(1.0 / max(rates)) if rates else []
-    doubts += _doubts.of_wheels(vehicle, measured, log_map.scenario.period_s)
+    doubts = _plausibility.of_steps(1.0 / max(rates)) if rates else []
+    doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
     if "gyro_rad_s" in columns:
-        doubts += _doubts.of_yaw(twists[:, 2], columns["gyro_rad_s"])
+        doubts += _plausibility.of_yaw(twists[:, 2], columns["gyro_rad_s"])
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
-        doubts += _doubts.of_command(vehicle, measured, asked)
+        doubts += _plausibility.of_command(vehicle, measured, asked)
     return tuple(doubts)
 
 
 def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
-    """The twists that velocities of all wheels amount to, (T, 3); NaN where one of them is not known."""
+    """The twists from velocities of all wheels, (T, 3); NaN where one of them is unknown."""
     twists = np.full((len(measured_rad_s), 3), np.nan)
     known = np.isfinite(measured_rad_s).all(axis=1)
     if known.any():

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import _path, meshes
+from omnistep import _figures, _run_settings, _scene, _top_view
 from omnistep._omnistep import Log, read_mcap
 
 #: Rows a second of the plots: a period of 20 ms is a pixel of an 8 s run on a large screen.
@@ -35,53 +35,27 @@ _SERIES = {
 _SIGMAS = 2.0
 #: Where a line has a gap: further away than any vehicle goes, and exact as a single.
 _GAP = float(2**60)
-#: Facts that differ from run to run: they are in the table.
+#: Facts that differ from run to run: they are in the runs' names.
 _OF_A_RUN = ("policy", "seed")
-#: Columns of the table, and how a figure is written.
-_FIGURES = {
-    "verdict": "{}",
-    "crossing_s": "{:.2f}",
-    "retries": "{:d}",
-    "pitch_peak_deg": "{:.2f}",
-    "yaw_error_deg": "{:.1f}",
-    "slip_rms": "{:.3f}",
-    "disturbed_rms": "{:.3f}",
-    "spread_rms": "{:.3f}",
-    "linkage_spread": "{:.3f}",
-    "heat_n2m2s": "{:.1f}",
-    "work_j": "{:.1f}",
-    "required_friction": "{:.2f}",
-    "final_x_m": "{:.3f}",
-    "final_y_m": "{:.3f}",
-    "final_yaw_rad": "{:.3f}",
-    "odometry_error_m": "{:.4f}",
-}
-_HEADINGS = {
-    "verdict": "verdict",
-    "crossing_s": "crossing [s]",
-    "retries": "retries",
-    "pitch_peak_deg": "pitch [deg]",
-    "yaw_error_deg": "yaw [deg]",
-    "slip_rms": "slip rms",
-    "disturbed_rms": "disturbed rms",
-    "spread_rms": "spread rms",
-    "linkage_spread": "linkage spread",
-    "heat_n2m2s": "heat [N2m2s]",
-    "work_j": "work [J]",
-    "required_friction": "friction asked for",
-    "final_x_m": "x [m]",
-    "final_y_m": "y [m]",
-    "final_yaw_rad": "heading [rad]",
-    "odometry_error_m": "odometry error [m]",
-}
+#: Figures that the command's tables have no row for.
+_MORE = ("required_friction",)
+#: Mark of a run whose balls do not stand for its wheels, and what it means; the command has the same mark.
+_BEYOND_BALLS = (
+    " *",
+    "* The balls do not stand for this vehicle's wheels on this ground. Run with physics.wheel_model=rollers.",
+)
+#: Runs that are shown when the page is opened; the others are chosen by hand.
+_SHOWN = 6
+#: Length of an even share of the vehicle's weight as an arrow, over the vehicle's reach.
+_SHARE_LONG = 0.35
 
 
 def page(logs: Sequence[Log]) -> str:
     """Make one HTML page of several runs.
 
-    It has a table of their figures, a player of each run, its way from above (as :func:`omnistep.plot.path` draws it),
-    plots of wheel speeds, torques with their limits, slip, disturbed ratio and load, and one cursor in time for all of
-    them. It holds everything it needs.
+    It has a player of the runs over each other, a table of their figures, plots of wheel speeds with their references,
+    torques with their limits, slip, disturbed ratio and load, the paths from above (as :func:`omnistep.plot.path` draws
+    them), and one cursor in time for all of them. It holds everything it needs.
 
     Args:
         logs: runs to show, at least one.
@@ -91,7 +65,7 @@ def page(logs: Sequence[Log]) -> str:
 
     Raises:
         ValueError: there is no run, or one has no message on ``/tf`` or ``/vehicle_state``.
-        ImportError: plotly is not there; the extra ``view`` brings it.
+        ImportError: plotly is not installed; install the extra ``view``.
     """
     if not logs:
         raise ValueError("logs = [], allowed: at least one run")
@@ -100,17 +74,44 @@ def page(logs: Sequence[Log]) -> str:
     except ImportError as error:
         raise ImportError('omnistep.report needs plotly: install omnistep with its extra "view"') from error
     assets = files("omnistep") / "assets"
-    data = json.dumps({"runs": [_run(log) for log in logs]}, separators=(",", ":"), allow_nan=False)
-    shared, differing = _facts(logs)
+    names, runs = _names(logs), [_run(log) for log in logs]
+    # Runs of the same vehicle on the same ground share a scene: the one that shows most of the ground.
+    grounds = [_scene.ground_key(log) for log in logs]
+    scenes: list[dict[str, Any]] = []
+    kept: list[tuple[Any, Any]] = []
+    for run, name, key in zip(runs, names, grounds, strict=True):
+        scene, run["name"] = run["scene"], name
+        found = (scene["bodies"] + scene["wheels"], key)
+        if found not in kept:
+            kept.append(found)
+            scenes.append(scene)
+        run["scene"] = kept.index(found)
+        if _scene.extent_m(scene["ground"]) > _scene.extent_m(scenes[run["scene"]]["ground"]):
+            scenes[run["scene"]]["ground"] = scene["ground"]
+    about = {key: [signal.heading, signal.explained] for key, signal in _figures.SIGNALS.items()}
+    told = {"runs": runs, "scenes": scenes, "shown": _SHOWN, "signals": about}
+    data = json.dumps(told, separators=(",", ":"), allow_nan=False)
+    shared = {key: value for key, value in _shared(logs).items() if key not in (*_OF_A_RUN, "scenario", "vehicle")}
+    settings, differing = _run_settings.of_runs(logs)
+    facts = [_run_settings.told(*each) for each in (*settings.items(), *shared.items()) if _is_short(each[1])]
+    marked = any(not _is_valid(log) for log in logs)
+    script = {
+        name: assets.joinpath(name).read_text(encoding="utf-8") for name in ("player.js", "plots.js", "report.js")
+    }
     return _PAGE.format(
         title=html.escape(_title(logs)),
         css=assets.joinpath("report.css").read_text(encoding="utf-8"),
-        facts=html.escape(", ".join(f"{key} {value}" for key, value in shared.items() if key not in _OF_A_RUN)),
-        headings="".join(f"<th scope=col>{html.escape(_HEADINGS[key])}</th>" for key in _FIGURES),
-        rows="".join(_row(log, differing) for log in logs),
+        facts=html.escape(", ".join(facts)),
+        details="".join(_detail(key, value) for key, value in shared.items() if not _is_short(value)),
+        runs="".join(_choice(number, name, log) for number, (name, log) in enumerate(zip(names, logs, strict=True))),
+        table=_table(logs, names, differing),
+        footnote=f'<p class="footnote">{html.escape(_BEYOND_BALLS[1])}</p>' if marked else "",
+        logs="".join(_file(name, log) for name, log in zip(names, logs, strict=True)),
+        count=len(logs),
         data=data.replace("<", "\\u003c"),
         plotly=get_plotlyjs(),
-        js=assets.joinpath("report.js").read_text(encoding="utf-8"),
+        player=script["player.js"],
+        js=script["plots.js"] + script["report.js"],
     )
 
 
@@ -119,18 +120,18 @@ def write(paths: Sequence[str | PathLike[str]], out: str | PathLike[str]) -> Non
 
     Args:
         paths: MCAP logs.
-        out: where the page goes; a file of that name is replaced once the page is whole.
+        out: path of the page; a file of that name is replaced once the page is complete.
 
     Raises:
         LogError: a log cannot be read.
-        ValueError: as :func:`page`.
+        ValueError: as in :func:`page`.
         OSError: the page cannot be written.
     """
     _replace(Path(out), page([read_mcap(path) for path in paths]))
 
 
 def _replace(out: Path, text: str) -> None:
-    """Write a file aside, under a name that nobody else has, and give it its own when it is whole."""
+    """Write a file under a unique temporary name, and rename it when it is complete."""
     if out.exists() and not out.is_file():  # a pipe or a terminal; a folder is refused by its name
         out.write_text(text, encoding="utf-8")
         return
@@ -149,33 +150,115 @@ def _replace(out: Path, text: str) -> None:
 
 
 def _title(logs: Sequence[Log]) -> str:
-    """Return what the runs are of: each scenario and vehicle once, the first three of them by name."""
+    """Return what the runs are of: each scenario and vehicle once, the first three by name, and every policy."""
     each = list(dict.fromkeys(f"{log.run.get('scenario', '?')} with {log.run.get('vehicle', '?')}" for log in logs))
     more = f" and {len(each) - 3} more" if len(each) > 3 else ""
-    return ", ".join(each[:3]) + more
+    policies = dict.fromkeys(log.run.get("policy", "?") for log in logs)
+    return f"{', '.join(each[:3])}{more}: {', '.join(policies)}"
 
 
-def _facts(logs: Sequence[Log]) -> tuple[dict[str, str], list[str]]:
-    """Return what all runs share, and the keys of what differs from run to run but is not in the table anyway."""
+def _is_valid(log: Log) -> bool:
+    """Do the run's wheels stand for those of the vehicle?"""
+    return log.outcome is None or log.outcome.wheel_model_valid
+
+
+def _is_short(fact: str) -> bool:
+    return "\n" not in fact and len(fact) <= 80
+
+
+def _detail(key: str, fact: str) -> str:
+    """Return a fact of many lines, to be opened."""
+    return f"<details><summary>{html.escape(key)}</summary><pre>{html.escape(fact)}</pre></details>"
+
+
+def _shared(logs: Sequence[Log]) -> dict[str, str]:
+    """Return what all runs share."""
     keys = sorted({key for log in logs for key in log.run})
     values = {key: {log.run.get(key, "?") for log in logs} for key in keys}
-    shared = {key: next(iter(found)) for key, found in values.items() if len(found) == 1}
-    return shared, [key for key in keys if key not in shared and key not in _OF_A_RUN]
+    return {key: next(iter(found)) for key, found in values.items() if len(found) == 1}
 
 
-def _row(log: Log, differing: Sequence[str]) -> str:
-    outcome: dict[str, Any] = log.outcome.to_dict() if log.outcome is not None else {"verdict": "ended early"}
-    name = html.escape(", ".join(log.run.get(key, "?") for key in [*differing, "policy"]))
-    cells = "".join(f"<td>{_figure(outcome.get(key), pattern)}</td>" for key, pattern in _FIGURES.items())
-    label = html.escape(f"Show {log.path.name}")
-    return f'<tr><td><button aria-label="{label}">{name}</button> {html.escape(log.path.name)}</td>{cells}</tr>'
+def _names(logs: Sequence[Log]) -> list[str]:
+    """Return a name for each run: what differs from run to run, and its policy.
+
+    Where others have the same, its settings, seed, file or number too.
+    """
+    shared = _shared(logs)
+    differing = [key for key in sorted({key for log in logs for key in log.run}) if key not in (*shared, *_OF_A_RUN)]
+    names = [", ".join(log.run.get(key, "?") for key in [*differing, "policy"]) for log in logs]
+    names = _with_settings(names, logs)
+    for more in (
+        [f"seed {log.run.get('seed', '?')}" for log in logs],
+        [log.path.name for log in logs],
+        [str(number) for number in range(1, len(logs) + 1)],
+    ):
+        same = [k for k, name in enumerate(names) if names.count(name) > 1]
+        # What all of them share says nothing.
+        if len({more[k] for k in same}) > 1:
+            names = [f"{name}, {more[k]}" if k in same else name for k, name in enumerate(names)]
+    return names
 
 
-def _figure(value: Any, pattern: str) -> str:
-    if value is None or (isinstance(value, float) and not np.isfinite(value)):
-        return "-"
-    text = pattern.format(value)
-    return html.escape(text.removeprefix("-") if text.strip("-0.") == "" else text)
+def _with_settings(names: Sequence[str], logs: Sequence[Log]) -> list[str]:
+    """Return the names, those of several runs with the settings in which these runs differ."""
+    longer = list(names)
+    for name in dict.fromkeys(names):
+        same = [k for k, each in enumerate(names) if each == name]
+        _, differing = _run_settings.of_runs([logs[k] for k in same])
+        for place, k in enumerate(same):
+            settings = [_run_settings.told(heading, texts[place]) for heading, texts in differing.items()]
+            longer[k] = ", ".join([name, *settings])
+    return longer
+
+
+def _choice(number: int, name: str, log: Log) -> str:
+    line = '<svg width="26" height="10" aria-hidden="true"><line x1="1" x2="25" y1="5" y2="5"/></svg>'
+    box = f'<input type="checkbox" value="{number}">'
+    return f'<label class="run" title="{html.escape(log.path.name)}">{box}{line}{html.escape(name)}</label>'
+
+
+def _file(name: str, log: Log) -> str:
+    """Return a line of the list that stands for the table's row of logs on a narrow screen."""
+    return f"<dt>{html.escape(name)}</dt><dd>{html.escape(log.path.name)}</dd>"
+
+
+def _verdict(log: Log) -> str:
+    """Return what the run amounts to, with a mark where its balls do not stand for its wheels."""
+    if log.outcome is None:
+        return "recorded" if log.recorded else "ended early"
+    return log.outcome.verdict + ("" if _is_valid(log) else _BEYOND_BALLS[0])
+
+
+def _table(logs: Sequence[Log], names: Sequence[str], settings: dict[str, list[str]]) -> str:
+    """Return the settings that differ and the figures as rows, and the runs as columns.
+
+    Figures that no run has are left out.
+    """
+    verdicts = [_verdict(log) for log in logs]
+    outcomes = [log.outcome._rows() if log.outcome else {} for log in logs]
+    heads = "".join(f"<th scope=col><span>{html.escape(name)}</span></th>" for name in names)
+    rows = []
+    for heading, found in settings.items():
+        values = "".join(f"<td>{html.escape(text)}</td>" for text in found)
+        rows.append(f'<tr class="setting"><th scope=row>{html.escape(heading)}</th>{values}</tr>')
+    for key, figure in _figures.FIGURES.items():
+        shown_of = [outcome.get(key, (None, False)) for outcome in outcomes]
+        cells = verdicts if key == "verdict" else ["-" if text is None else text for text, _ in shown_of]
+        # As the command's tables do, and what they have no row for.
+        needed = key == "verdict" or any(shown or (key in _MORE and text is not None) for text, shown in shown_of)
+        if not needed:
+            continue
+        better = {"lower": " \u2193", "zero": " \u21920"}.get(figure.better, "")
+        head = (
+            f'<button type="button" class="tip" aria-describedby="about-{key}">{html.escape(figure.heading)}</button>'
+        )
+        about = f'<span hidden id="about-{key}">{html.escape(figure.explained)}</span>'
+        arrow = f'<span class="better" aria-hidden="true">{better}</span>'
+        values = "".join(f"<td><span>{html.escape(cell)}</span></td>" for cell in cells)
+        rows.append(f'<tr class="{key}"><th scope=row>{head}{arrow}{about}</th>{values}</tr>')
+    files_ = "".join(f"<td>{html.escape(log.path.name)}</td>" for log in logs)
+    rows.append(f'<tr class="file"><th scope=row>log</th>{files_}</tr>')
+    return f"<thead><tr><th scope=col>figure</th>{heads}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
 
 def _run(log: Log) -> dict[str, Any]:
@@ -185,52 +268,33 @@ def _run(log: Log) -> dict[str, Any]:
     time = trace["time_s"]
     wanted = np.arange(time[0], time[-1] + 0.5 / _PLOT_HZ, 1.0 / _PLOT_HZ)
     rows = np.unique(np.clip(np.searchsorted(time, wanted), 0, len(time) - 1))
-    vehicle, ground = meshes.of_urdf(log.urdf), meshes.of_urdf(log.terrain_urdf)
-    frames = log.frames
-    # A link without a frame stays where the vehicle's base is.
-    poses = np.stack([frames.get(name, frames["base_link"]) for name in vehicle.links], axis=1)
-    # Ground that is shown: around the way of every wheel and body.
-    links = poses[:, :, :2]
-    ahead, aside = 0.25, 0.15
-    extent = np.array(
-        [
-            [links[:, :, 0].min() - ahead, links[:, :, 0].max() + ahead],
-            [links[:, :, 1].min() - aside, links[:, :, 1].max() + aside],
-        ]
-    )
-    corners = np.clip(ground.vertices_m, [*extent[:, 0], -np.inf], [*extent[:, 1], np.inf])
-    # The scene is a little larger than the ground: what is at its borders flickers.
-    shown = extent + np.array([-0.02, 0.02])
-    height = [float(corners[:, 2].min()) - 0.02, float(max(corners[:, 2].max(), poses[:, :, 2].max()) + 0.35)]
+    shown = {**_scene.vehicle(log), **_scene.ground(log)}
+    poses = _scene.poses(log, shown.pop("frames"))
+    pushes = _scene.pushes(log, shown, poses, shown["ground"])
+    reach = max([0.05, *(_scene.reach_m(poses[0], wheel) for wheel in shown["wheels"])])
+    load = np.linalg.norm(pushes[:, :, :3], axis=2).sum(axis=1)
+    weight = float(np.median(load)) if len(load) else 0.0
+    share = weight / max(len(shown["wheels"]), 1)
+    shown["metres_per_newton"] = _SHARE_LONG * reach / share if share > 0.0 else 0.005
     return {
         "wheels": trace.wheel_names,
         "end": float(time[-1]),
         "time": _packed(time[rows]),
-        "series": {name: _packed(trace.wheels(signal)[rows]) for name, signal in _SERIES.items()},
+        "series": {name: _measured(trace.wheels(signal)[rows]) for name, signal in _SERIES.items()},
         "frameTime": _packed(log.frame_time_s),
         "poses": _packed(poses),
+        "frames": poses.shape[1],
+        "pushes": _packed(pushes),
         "above": _above(log),
-        "extent": [*np.round(shown, 3).tolist(), height],
-        "mesh": {
-            "links": len(vehicle.links),
-            "link": vehicle.link.tolist(),
-            "vertices": _packed(vehicle.vertices_m),
-            "triangles": vehicle.triangles.tolist(),
-            "colours": vehicle.colours.tolist(),
-        },
-        "ground": {
-            "vertices": np.round(corners, 4).tolist(),
-            "triangles": ground.triangles.tolist(),
-            "colours": ground.colours.tolist(),
-        },
+        "scene": shown,
     }
 
 
 def _above(log: Log) -> dict[str, Any] | None:
-    """Return the run from above; None where the log has no odometry."""
+    """Return the top view of the run; None where the log has no odometry."""
     if len(log.odometry["time_s"]) == 0:
         return None
-    seen = _path.seen(log)
+    seen = _top_view.seen(log)
     ellipses = [each for row in seen.rows() if (each := seen.ellipse_m(row, _SIGMAS)) is not None]
     # In one line, with gaps between them: NaN is no JSON, and packed it would be 0.
     gap = np.full((1, 2), _GAP)
@@ -251,36 +315,64 @@ def _above(log: Log) -> dict[str, Any] | None:
 
 def _packed(values: NDArray[np.float64]) -> str:
     """Return numbers as base64 of little-endian singles, row by row."""
-    finite = np.nan_to_num(values, nan=0.0, posinf=3e38, neginf=-3e38)
-    return base64.b64encode(np.ascontiguousarray(finite, dtype="<f4").tobytes()).decode("ascii")
+    return _singles(np.nan_to_num(values, nan=0.0, posinf=3e38, neginf=-3e38))
+
+
+def _measured(values: NDArray[np.float64]) -> str:
+    """Return numbers as :func:`_packed`; NaN where nothing was measured or there is no limit."""
+    return _singles(np.where(np.isfinite(values), values, np.nan))
+
+
+def _singles(values: NDArray[np.float64]) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 _PAGE = """<!doctype html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline';
+style-src 'unsafe-inline'; img-src data: blob:">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <link rel="icon" href="data:,">
 <title>{title}</title>
 <style>{css}</style>
 </head>
 <body>
+<header>
 <h1>{title}</h1>
-<p>{facts}</p>
-<div class="wide"><table><thead><tr><th scope=col>run</th>{headings}</tr></thead><tbody>{rows}</tbody></table></div>
+<p>{facts}</p>{details}
+<button id="theme" type="button">Dark or light</button>
+</header>
+<fieldset class="chips" id="runs"><legend>Runs</legend>{runs}</fieldset>
+<p class="note" id="note" role="status" hidden></p>
+<div id="scene"></div>
 <div class="bar">
-<button id="play" aria-pressed="false">Play</button>
+<button id="play" type="button" aria-pressed="false">Play</button>
 <input id="time" type="range" min="0" max="1" step="0.01" value="0" aria-label="Time">
 <output id="clock" for="time">0.00 s</output>
-<label>Speed <select id="rate"><option>0.1</option><option>0.25</option><option>0.5</option><option selected>1</option>
-<option>2</option></select></label>
-<button id="theme">Dark or light</button>
+<label><span>Playback speed </span><select id="rate" aria-label="Playback speed">
+<option value="0.1">0.1&times;</option><option value="0.25">0.25&times;</option><option value="0.5">0.5&times;</option>
+<option value="1" selected>1&times;</option><option value="2">2&times;</option></select></label>
 </div>
-<div id="scene" role="img" aria-label="The vehicle on its ground at the cursor's time"></div>
-<div id="above" role="img" aria-label="The way from above: truth, odometry with its uncertainty, command"></div>
+<h2>Figures</h2>
+<div class="wide" tabindex="0" role="region" aria-label="Figures of the runs">
+<table style="--runs: {count}">{table}</table></div>{footnote}
+<details class="logs"><summary>Logs</summary><dl>{logs}</dl></details>
+<h2>Wheels over time</h2>
+<fieldset class="chips" id="wheels"><legend>Wheels</legend></fieldset>
+<p class="legend" id="legend"></p>
+<div id="panels"></div>
 <div id="plots" role="img" aria-label="Wheel speeds, torques, slip, disturbed ratio and loads over time"></div>
+<section id="seen">
+<h2>Paths from above</h2>
+<p class="legend" id="ways"></p>
+<div id="above" role="img" aria-label="The paths from above: true position, odometry, command"></div>
+</section>
+<div id="tip" role="tooltip" hidden></div>
 <script type="application/json" id="data">{data}</script>
 <script>{plotly}</script>
+<script>{player}</script>
 <script>{js}</script>
 </body>
 </html>

@@ -1,4 +1,4 @@
-"""The simulation driven with what a log commanded, and how far it is from what the log measured."""
+"""The simulation driven with the commands of a log, and its difference to the log's measurements."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._given import trace_of
+from omnistep._argument_types import trace_of
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._recorded_command import held
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
-from omnistep.runs import _bar, read_mcap
+from omnistep.runs import bar, read_mcap
 
 Floats = NDArray[np.float64]
 _AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
@@ -30,16 +30,16 @@ _ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a column of the simulation is from the same of the log, at equal times.
+    """Difference between a column of the simulation and the same column of the log, at equal times.
 
     Attributes:
-        name: the column; ``path`` is the distance of the two places, in m.
-        rms: root mean square of the difference, in the column's unit; NaN where nothing could be compared.
+        name: the column; ``path`` is the distance of the two positions, in m.
+        rms: root mean square of the difference, in the column's unit; NaN without comparable rows.
         largest: its largest size.
-        largest_at_s: when that was [s].
+        largest_at_s: its time [s].
         recorded_rms: root mean square of the log's column in the same rows.
         compared: rows in which both are known.
-        left_out: rows in which one is not.
+        left_out: rows in which one is unknown.
     """
 
     name: str
@@ -77,11 +77,11 @@ class Resimulation:
     Attributes:
         recorded: the log's columns.
         simulated: the simulation's, as many rows at the same times.
-        by: what drove it, ``commands`` or ``torques``.
-        unknown: control periods in which the log does not say that: the last one was held, rest before the first.
-        zeroed: keys of the scenario that were set to 0, because torques that acted have that already.
-        differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist by the
-            wheels ``estimated_*``, ``gyro_rad_s`` and ``path`` (in the plane, from where the log begins; by ``pose_*``
+        by: the input of the simulation, ``commands`` or ``torques``.
+        unknown: control periods in which the log lacks that input: the last one was held, rest before the first.
+        zeroed: keys of the scenario that were set to 0, because measured torques include their effect.
+        differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist from the
+            wheels ``estimated_*``, ``gyro_rad_s`` and ``path`` (in the plane, from the start of the log; by ``pose_*``
             where the log has it, else by the wheels, until the first gap).
     """
 
@@ -117,9 +117,9 @@ class Resimulation:
             )
             for row in [headings, *rows]
         ]
-        title = f"{len(self.recorded)} control periods by {self.by}, {self.unknown} of them unknown and held; "
+        title = f"{len(self.recorded)} control periods by {self.by}, {self.unknown} of them unknown (last value held); "
         if self.zeroed:
-            title += f"{', '.join(self.zeroed)} = 0, since torques that acted have it; "
+            title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
         return "\n".join([f"{title}simulated less recorded:", *lines])
 
     def plot(self) -> Any:
@@ -129,7 +129,7 @@ class Resimulation:
             A matplotlib figure.
 
         Raises:
-            ImportError: matplotlib is not there: the extra ``plot``.
+            ImportError: matplotlib is not installed: install the extra ``plot``.
         """
         try:
             from matplotlib.figure import Figure
@@ -175,28 +175,28 @@ def resimulate(
     overrides: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> Resimulation:
-    """Drive a simulation with the commands or torques of a log, and compare what it measures with what the log did.
+    """Drive a simulation with the commands or torques of a log, and compare its measurements with the log's.
 
-    The simulation begins at rest where the scenario says; begin the log before the vehicle moves.
+    The simulation begins at rest at the scenario's start, so begin the log before the vehicle moves.
 
     Args:
         log: a log, of a vehicle (:func:`omnistep.import_log`) or of a run.
-        scenario: what is simulated: ground, vehicle, controller; the log's own by default. Its control period has to
-            be the log's, and its wheels the log's wheels. Its own command is left aside.
-        by: ``commands``: what was asked for goes to the scenario's controller. ``torques``: what acted on the actuators
-            (by their currents), or where the log has none of these what they were told, goes to the motors; in gaps the
-            last one is held. Where the log has torques that acted,
-            the scenario's ``actuators.torque_lag_s`` and ``actuators.voltage_sag`` are 0, as those have both already.
+        scenario: ground, vehicle and controller of the simulation; the log's own by default. Its control period and its
+            wheels must be those of the log. Its own command is not used.
+        by: ``commands``: the recorded commands go to the scenario's controller. ``torques``: the measured torques of
+            the actuators (from their currents), or without these the commanded torques, go to the motors; in gaps the
+            last one is held. With measured torques the scenario's ``actuators.torque_lag_s`` and
+            ``actuators.voltage_sag`` are set to 0, because these torques include both effects.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
-        Both, and their differences.
+        The log, the simulation, and their differences.
 
     Raises:
         ConfigError: the scenario does not fit the log, or the log has no commands or torques.
         LogError: the log cannot be read.
-        SimulationError: the physics left the finite numbers.
+        SimulationError: the physics diverged (a value is not finite).
 
     Example:
         >>> import omnistep, pathlib, tempfile
@@ -223,7 +223,7 @@ def resimulate(
     simulation = Simulation(made)
     step = simulation.step if by == "commands" else simulation.step_torques
     read_rad_s = np.empty((len(inputs), len(recorded.wheel_names)))
-    with _bar("resimulate", shown=progress) as told:
+    with bar("resimulate", shown=progress) as told:
         for row, each in enumerate(inputs):
             # As the controller reads them, at the start of a period; a simulation by torques has none.
             read_rad_s[row] = simulation.measured_rad_s
@@ -274,7 +274,7 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
 
 
 def _inputs(recorded: Trace, by: str) -> tuple[Floats, int, bool]:
-    """What drives the simulation in every period, in how many of them that is unknown, and whether it acted."""
+    """Inputs of the simulation in every period, the number of unknown ones, and whether torques were measured."""
     by_acted = False
     if by == "commands":
         given, what = _columns(recorded, "asked"), "commands (asked_*)"
@@ -284,12 +284,12 @@ def _inputs(recorded: Trace, by: str) -> tuple[Floats, int, bool]:
         by_acted = bool(np.isfinite(acted).all(axis=1).any())
         given, what = acted if by_acted else told, "torques of every wheel (torque_n_m or applied_n_m)"
     if not np.isfinite(given).all(axis=1).any():
-        raise ConfigError(f"by = {by!r}: the log has no {what}, allowed: what it has", key="by")
+        raise ConfigError(f"by = {by!r}: the log has no {what}, allowed: what the log has", key="by")
     return *held(given), by_acted
 
 
 def _paths(scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Where the log and the simulation were, (T, 2) each, from the same place on."""
+    """Positions of the log and of the simulation, (T, 2) each, from the same start."""
     recorded = log.trace
     pose = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
     if all(name in recorded for name in pose):
@@ -356,7 +356,7 @@ def write(
 
 
 def _override(text: str) -> tuple[str, Any]:
-    """A key and its value, as ``--set`` has them elsewhere: TOML, or else a text."""
+    """A key and its value, as with ``--set``: TOML, or else a text."""
     key, equals, value = text.partition("=")
     if not key or not equals:
         raise ConfigError(f"--set {text}: allowed: KEY=VALUE", key="set")

@@ -1,4 +1,4 @@
-"""Whole runs: one, one a policy, or one read back from its log."""
+"""Whole runs: one run, one for each policy, or one read from its log."""
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -19,7 +19,7 @@ SHORT_S = 1.0
 
 
 @contextmanager
-def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
+def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar that is told the part done, 0 to 1."""
     layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed}, {remaining} to go"
     with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
@@ -31,9 +31,9 @@ def _bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
 
 
 def _warn(trace: Trace) -> None:
-    """Warn the caller's caller of a run whose figures do not hold."""
+    """Warn the caller's caller of a run with invalid figures."""
     if trace.outcome.verdict == "gained_energy":
-        message = "the physics gained energy, no figure of this run holds: physics.step_us is too long"
+        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.step_us"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
@@ -48,7 +48,7 @@ def run(
 ) -> Trace:
     """Run a scenario from start to end.
 
-    Other Python threads go on meanwhile; Ctrl-C stops the run.
+    Other Python threads continue to run. Ctrl-C stops the run.
 
     Args:
         scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
@@ -56,27 +56,28 @@ def run(
         policy: coordination policy instead of the scenario's (see :func:`policies`), or a controller of your own: an
             object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).
-        overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and the values to put there:
+        overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
-            ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists, arrays
-            or dictionaries of them.
+            ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists, arrays or dictionaries of
+            them.
         seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
-        mcap: path of an MCAP log to write; it has that name only when the run went to its end.
+        mcap: path of an MCAP log to write; the file gets that name only when the run has ended regularly.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
         Every signal of every control period. Where the physics gained energy, the verdict ``gained_energy`` and a
-        ``RuntimeWarning`` say that none of it holds.
+        ``RuntimeWarning`` mark the result as invalid.
 
     Warns:
-        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
-            ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
+        UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
+            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and what is allowed.
-        TypeError: a value is none of what a key can hold, or a policy is none.
-        SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that raises
-            itself is raised as it is, with a note of when.
+        ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed
+            values.
+        TypeError: a value has a type that no key can hold, or the policy is not a policy.
+        SimulationError: the physics diverged (a value is not finite), or a policy of your own returned no valid
+            torques. An exception of the policy itself is raised unchanged, with a note of the time.
         LogError: the log could not be written, or another run writes it.
         KeyboardInterrupt: Ctrl-C was pressed; no log is left.
 
@@ -86,7 +87,7 @@ def run(
         >>> len(trace), trace.outcome.verdict
         (500, 'driven')
     """
-    with _bar("run", shown=progress) as told:
+    with bar("run", shown=progress) as told:
         on_progress = told if progress else None
         trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
     _warn(trace)
@@ -137,11 +138,11 @@ def compare(
         The trace of each policy by name, in the order given; with ``engines`` by name and engine.
 
     Warns:
-        UserWarning: as :func:`run`, of each policy.
+        UserWarning: as in :func:`run`, for each policy.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or no policy is named, or one twice.
-        TypeError: ``policies`` or ``engines`` is one string, or a policy is none.
+        ConfigError: a name, key or value is wrong, no policy is named, or one is named twice.
+        TypeError: ``policies`` or ``engines`` is one string, or a policy is not a policy.
         SimulationError: as in :func:`run`.
 
     Example:
@@ -161,17 +162,17 @@ def compare(
     names = [policy_name(each) for each in given]
     if not _each_once(given, names):
         hint = "" if all(isinstance(each, str) for each in given) else "; an object's attribute `name` is its name"
-        raise ConfigError(f"policies: {names}, allowed: one name or more, each once{hint}", key="policies")
+        raise ConfigError(f"policies: {names}, allowed: at least one name, each only once{hint}", key="policies")
     on = _listed("engines", engines, "a list of names")
     if on is not None:
         if not _each_once(on, on):
-            raise ConfigError(f"engines: {on}, allowed: one name or more, each once", key="engines")
+            raise ConfigError(f"engines: {on}, allowed: at least one name, each only once", key="engines")
         if "physics.engine" in (overrides or {}):
-            message = "overrides: physics.engine is given by engines too, allowed: one of the two"
+            message = "overrides: physics.engine is also given by engines, allowed: one of the two"
             raise ConfigError(message, key="physics.engine")
     runs = [(policy, name, engine) for policy, name in zip(given, names, strict=True) for engine in on or [None]]
     traces: dict[Any, Trace] = {}
-    with _bar("compare", shown=progress) as told:
+    with bar("compare", shown=progress) as told:
 
         def told_of_all(part: float) -> None:
             told((len(traces) + part) / len(runs))
@@ -203,17 +204,17 @@ _all_policies = policies
 def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
     """Read an MCAP log of a run, finished or not; every checksum is checked.
 
-    Other Python threads go on meanwhile; Ctrl-C stops it.
+    Other Python threads continue to run. Ctrl-C stops it.
 
     Args:
-        path: the log; a killed run's ends with ``.mcap.part``.
+        path: the log; the log of a killed run ends with ``.mcap.part``.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
         The run.
 
     Raises:
-        LogError: the file cannot be read, is damaged, or is no log of omnistep.
+        LogError: the file cannot be read, is damaged, or is not a log of omnistep.
         ConfigError: its scenario is not of this version.
 
     Example:
@@ -225,5 +226,5 @@ def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
         >>> log.complete, log.outcome == trace.outcome
         (True, True)
     """
-    with _bar("read", shown=progress) as told:
+    with bar("read", shown=progress) as told:
         return _read_mcap(path, on_progress=told if progress else None)

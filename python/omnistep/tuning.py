@@ -1,4 +1,4 @@
-"""Gains, or any keys, searched for by Optuna."""
+"""Search for gains, or any keys, by Optuna."""
 
 import importlib
 import tempfile
@@ -23,14 +23,14 @@ Range: TypeAlias = tuple[float, float] | tuple[float, float, Literal["log"]] | S
 
 @dataclass(frozen=True, kw_only=True)
 class TuneResult:
-    """What :func:`tune` found.
+    """Result of :func:`tune`.
 
     Attributes:
         overrides: the best values, for ``overrides`` of :func:`omnistep.run`.
-        value: the objective there.
+        value: the objective at the best values.
         study: the ``optuna.Study`` with every trial, for Optuna's plots and analyses. A trial's
             ``user_attrs["failed"]`` is the number of its runs that failed or have no such figure.
-        folder: where the rows of all runs are; None if they were not kept.
+        folder: the folder of the rows of all runs; None if they were not kept.
         failed: how many runs of the best trial failed or have no such figure.
     """
 
@@ -58,30 +58,30 @@ def tune(
     jobs: int | None = None,
     progress: bool = True,
 ) -> TuneResult:
-    """Search for the values of keys that make an objective best.
+    """Search for the values of keys that optimise an objective.
 
     Each trial is a small study: its values are run at every point with every seed, on all cores. Optuna's TPE chooses
-    the next from those before. Same arguments, same trials; so with ``out`` a search that was ended goes on where it
-    was, and one with more trials begins with those there are.
+    the next values from those before. The same arguments give the same trials. So with ``out`` an interrupted search
+    continues where it stopped, and a search with more trials begins with the existing ones.
 
-    A run that failed, or has no such figure because it did not climb, counts ``worst``, on the bad side: so fewer
-    failures are always better, and among trials with as many the figure decides. Seeds differ only where the scenario
-    has a perturbation or noise: give it some in ``overrides``, or the values fit a single run.
+    A run that failed, or has no such figure because it did not climb, counts as ``worst``. So fewer failures are always
+    better, and among trials with equally many the figure decides. Seeds differ only where the scenario has a
+    perturbation or noise: set some in ``overrides``, or the values fit a single run only.
 
     Args:
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
-        space: for each key, as in ``overrides`` of :func:`omnistep.run`, what to search: ``(0.1, 10.0)``,
-            ``(0.1, 10.0, "log")``, two integers for whole numbers, or a list of values.
+        space: for each key, as in ``overrides`` of :func:`omnistep.run`, the values to search: ``(0.1, 10.0)``, ``(0.1,
+            10.0, "log")``, two integers for whole numbers, or a list of values.
         objective: a figure of :class:`omnistep.Outcome`, of which the mean over all runs is taken; or a function of
             the rows (a dictionary a run, by column), none of which failed then.
         direction: ``minimize`` or ``maximize``.
-        points: what each trial is run at, as in :func:`omnistep.sweep`; the scenario as it is by default.
+        points: the points of each trial, as in :func:`omnistep.sweep`; the unchanged scenario by default.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace in every run.
         trials: how many, 1 or more.
         seeds: how many seeds for each trial, counted from 0, or which.
-        seed: of the search.
-        worst: what a run counts that failed, above 0: more than any figure.
+        seed: seed of the search.
+        worst: the value of a failed run, above 0: more than any figure.
         out: a folder to keep the rows in.
         jobs: threads; as many as there are cores by default.
         progress: show a bar on standard error when it takes more than a second.
@@ -90,9 +90,9 @@ def tune(
         The best values and Optuna's study.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values in between
-            that do not fit together are no error: they count ``worst``.
-        ImportError: Optuna is not there; it comes with the extra ``tune``.
+        ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values within the
+            range that do not fit together are no error: they count as ``worst``.
+        ImportError: Optuna is not installed; install the extra ``tune``.
         StudyError: the folder cannot be read or written; or no run of any trial has the figure.
         KeyboardInterrupt: Ctrl-C was pressed.
 
@@ -111,11 +111,11 @@ def tune(
     optuna = _optuna()
     ranges = {key: _distribution(optuna, key, given) for key, given in space.items()}
     if not ranges:
-        raise ConfigError("space: empty, allowed: one key or more", key="space")
+        raise ConfigError("space: empty, allowed: at least one key", key="space")
     at = points_of(points) if points is not None else [{}]
     fixed = {key for point in at for key in point} | set(overrides or {}) | ({"control.policy"} if policy else set())
     if twice := sorted(fixed & set(space)):
-        raise ConfigError(f"space: {twice[0]} is given elsewhere too, allowed: one of the two", key=twice[0])
+        raise ConfigError(f"space: {twice[0]} is also given elsewhere, allowed: one of the two", key=twice[0])
 
     at_seeds = listed(seeds)
 
@@ -169,11 +169,11 @@ def tune(
 
 
 def _nothing(study: Any, objective: str | Callable[[list[dict[str, Any]]], float], errors: list[str]) -> str:
-    """Say why no trial is worth anything."""
+    """Return the reason why no trial has a result."""
     trials = len(study.trials)
     refused = [trial.user_attrs["refused"] for trial in study.trials if "refused" in trial.user_attrs]
     if len(refused) == trials:
-        return f"none of {trials} trials can be run: {refused[0]}"
+        return f"none of {trials} trials can run: {refused[0]}"
     figure = objective if isinstance(objective, str) else "value of the objective"
     return ": ".join([f"no run of {trials} trials has a {figure}", *errors[:1]])
 
@@ -181,7 +181,7 @@ def _nothing(study: Any, objective: str | Callable[[list[dict[str, Any]]], float
 def _value(
     rows: list[dict[str, Any]], objective: str | Callable[[list[dict[str, Any]]], float], bad: float
 ) -> tuple[float, int]:
-    """What a trial is worth, and how many of its runs failed."""
+    """Objective of a trial, and the number of its failed runs."""
     if isinstance(objective, str):
         figures = [None if row["error"] is not None else row[objective] for row in rows]
         failed = sum(figure is None for figure in figures)
@@ -194,7 +194,7 @@ def _value(
 
 
 def _distribution(optuna: Any, key: str, given: Range) -> Any:
-    """What Optuna calls a range."""
+    """Optuna's distribution of a range."""
     distributions = optuna.distributions
     if isinstance(given, list) and given:
         return distributions.CategoricalDistribution(given)

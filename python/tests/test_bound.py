@@ -65,9 +65,9 @@ def test_a_bound_is_a_value():
 @pytest.mark.parametrize(
     ("scenario", "overrides", "key", "said"),
     [
-        ("step", {"vehicle": "omni3"}, "vehicle", "vehicle omni3: it has 0 hinges across the way"),
+        ("step", {"vehicle": "omni3"}, "vehicle", "vehicle omni3: it has 0 transverse hinges"),
         ("step", {"vehicle": "rocker_bogie6"}, "vehicle", "its hinges are coupled"),
-        ("stairs", {}, "terrain.kind", "no plain step"),
+        ("stairs", {}, "terrain.kind", "not a plain step"),
         ("step", {"terrain.height_m": 0.07}, "terrain.height_m", "less than 0.066, the radius"),
         ("step", {"start.heading_rad": 0.1}, "start.heading_rad", "0.1, allowed for a bound: 0"),
         ("step", {"command.wz_rad_s": 0.5}, "command.wz_rad_s", "0.5, allowed for a bound: 0"),

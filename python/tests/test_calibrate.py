@@ -321,7 +321,10 @@ def test_a_simulated_vehicle_is_found_from_its_logs(tmp_path):
     )  # fmt: skip
     # Where reading takes more than a second a bar says how far it is.
     assert done.returncode == 0 and "error" not in done.stderr and "warning" not in done.stderr, done.stderr
-    assert "front_left.radius_m" in done.stdout and "no run can tell the place of a wheel along its push" in done.stdout
+    assert (
+        "front_left.radius_m" in done.stdout
+        and "no run can tell the position of a wheel along its force" in done.stdout
+    )
     found = omnistep.Vehicle(tmp_path / "found.toml")
     # Wheels slip by some hundred thousandths on the way: 0.1 % of a radius of 1 % off.
     assert found["wheel.0.radius_m"] == pytest.approx(0.0768, rel=1e-3)
@@ -337,14 +340,14 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
     gap = {key: np.delete(column, np.s_[50:70]) for key, column in log.items()}
     cases = [
         ([], {}, "runs: empty"),
-        ([run(log=log)], {}, "run[0]: nothing was measured"),
+        ([run(log=log)], {}, "run[0]: no measurement"),
         ([run(log=log, end_x_m=float("nan"))], {}, "run[0].end_x_m = nan, allowed: -1000 to 1000"),
         ([run(log=log, end_x_m=x)], {"position_sd_m": 0.0}, "position_sd_m = 0.0, allowed: 1e-06 to 10"),
         ([run(log=log, gyro=True)], {}, "no column gyro_rad_s"),
         (
             [run(log=log | {"gyro_rad_s": rate}, gyro=True)],
             {},
-            "run[0]: the wheels stand 0 s at its start, allowed: 0.5",
+            "run[0]: the wheels stand 0 s at its start, allowed: at least 0.5 s",
         ),
         ([run(log=log | {"gyro_rad_s": np.nan * rate}, gyro=True)], {}, "run[0]: gyro_rad_s has no number"),
         ([run(log=log, distance_m=-2.0)], {}, "run[0].distance_m = -2.0, allowed: 0 to 1000"),
@@ -360,7 +363,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
     for text, message in [
         ("run = 3", "no [[run]]"),
         ("[[run]]\nlog = 3", "run[0].log = 3"),
-        ('[[run]]\nlog = "a.csv"\nend_z_m = 1.0', "run[0].end_z_m is no key"),
+        ('[[run]]\nlog = "a.csv"\nend_z_m = 1.0', "run[0].end_z_m: unknown key (did you mean end_y_m?)"),
         ('[[run]]\nlog = "a.csv"\nend_x_m = "far"', "run[0].end_x_m = 'far', allowed: -1000 to 1000"),
         ("[[run", "allowed: a TOML file"),
         ("run = " + "[" * 100_000, "nested too deeply"),

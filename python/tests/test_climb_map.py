@@ -208,7 +208,7 @@ def test_wrong_requests_are_one_line(tmp_path):
     cases = {
         "y: no column 'terrain_hight_m', nearest: terrain_height_m": (rows(), {"y": "terrain.hight_m"}),
         "rows: no column 'climbed', there are: vehicle_motor": (without, {}),
-        "allowed: each another column": (rows(), {"y": X}),
+        "allowed: a different column for each": (rows(), {"y": X}),
         r"rows\[0\]: climbed = 0.5, allowed: true, false": ([row | {"climbed": 0.5} for row in rows()], {}),
         r"rows\[3\]: no terrain_height_m": ([*rows()[:3], rows()[0] | {Y: None}], {}),
         "rows: none, allowed: at least one": (pl.DataFrame(rows()).clear(), {}),
@@ -216,7 +216,7 @@ def test_wrong_requests_are_one_line(tmp_path):
         "rows: a int, allowed: a StudyResult, the folder": (7, {}),
         "nowhere: no such file or folder": (tmp_path / "nowhere", {}),
         r"empty: no \*.parquet in it": (tmp_path / "empty", {}),
-        "no Parquet: ": (tmp_path, {}),
+        "not Parquet: ": (tmp_path, {}),
         "axes = 3 axes, allowed: 2": (rows(), {"axes": plt.subplots(3)[1]}),
     }
     for message, (given, options) in cases.items():

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import tomllib
@@ -31,8 +32,8 @@ BLOCK = re.compile(r"(?P<kind>[\w-]*)(?P<info>[^\n]*)$\n", re.MULTILINE)
 KINDS_OF_FILES = ("scenario", "vehicle", "study")
 
 # Packages whose blocks are only compiled here: dask's is run by test_sweep_dask.py in `make test-full`, MPI's was tried
-# by hand.
-ELSEWHERE = ("dask", "mpi4py")
+# by hand, ROS 2's launch files want an installation.
+ELSEWHERE = ("dask", "mpi4py", "launch")
 
 
 @cache
@@ -46,8 +47,23 @@ def check_docs():
 
 def omnistep(*arguments):
     """The command line: its exit code, and what it says on standard output and on standard error."""
-    done = subprocess.run([sys.executable, "-m", "omnistep", *arguments], capture_output=True, text=True)
+    command = [sys.executable, "-m", "omnistep", *arguments]
+    if arguments[:1] == ("drive",):
+        return interrupted(command)
+    done = subprocess.run(command, capture_output=True, text=True)
     return done.returncode, done.stdout, done.stderr
+
+
+def interrupted(command):
+    """The same of a command that goes on until Ctrl-C, which it gets as soon as it says where it is."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True) as run:
+        lines = []
+        while (line := run.stderr.readline()) and "Ctrl-C ends it" not in line:
+            lines.append(line)
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate()
+        return run.returncode, out, "".join(lines) + line + err
 
 
 @cache
@@ -56,7 +72,7 @@ def help_of(command):
 
 
 def python_block(example, info):
-    if '__name__ == "__main__"' in example.parsed:
+    if '__name__ == "__main__"' in example.parsed or "def generate_launch_description()" in example.parsed:
         program(example, info)
         return
     said = io.StringIO()
@@ -187,16 +203,33 @@ def rust_block(example, info):
     assert check_docs().rust_findings(example.parsed) == []
 
 
-def c_block(example, info):
+def compiles(compiler, file):
     # With the constants that the page wrote, else of a scenario that has a [drive]; firmware/c/example is what runs.
     if not Path("constants.h").exists():
         code, constants, err = omnistep("constants", "flat", "--set", "drive.timeout_s=0.2", "--language", "c")
         assert code == 0, err
         Path("constants.h").write_text(constants)
-    Path("block.c").write_text(example.parsed)
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]
-    done = subprocess.run([os.environ.get("CC", "cc"), *flags, "block.c"], capture_output=True, text=True)
+    flags = ["-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]
+    done = subprocess.run([*compiler, *flags, file], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def c_block(example, info):
+    Path("block.c").write_text(example.parsed)
+    compiles([os.environ.get("CC", "cc"), "-std=c11"], "block.c")
+
+
+def cpp_block(example, info):
+    # A file that others include, or a program.
+    file = title[1] if (title := re.search(r'title="([^"]+)"', info)) else "block.cpp"
+    Path(file).write_text(example.parsed)
+    Path("unit.cpp").write_text(f'#include "{file}"\n')
+    compiles([os.environ.get("CXX", "c++"), "-std=c++17", "-Wpedantic"], "unit.cpp")
+
+
+def cmake_block(example, info):
+    # `make cpp` builds it.
+    assert example.parsed == (ROOT / "firmware/c/example/cpp/CMakeLists.txt").read_text()
 
 
 RUNNERS = {
@@ -207,6 +240,8 @@ RUNNERS = {
     "math": math_block,
     "rust": rust_block,
     "c": c_block,
+    "cpp": cpp_block,
+    "cmake": cmake_block,
 }
 
 
@@ -240,6 +275,13 @@ def test_the_programs_of_three_wheels_are_those_that_run_in_an_emulator():
     assert tomllib.loads(scenario[0]) | {"name": "three"} == of_the_image
 
 
+def test_the_first_program_in_cpp_is_the_one_that_is_built_and_run():
+    page = (ROOT / "docs" / "cpp.md").read_text()
+    shown = dict(re.findall(r"```\w+ title=\"([^\"]+)\"\n(.*?)```", page, re.DOTALL))
+    example = ROOT / "firmware/c/example/cpp"
+    assert shown == {path.name: path.read_text() for path in example.iterdir()}
+
+
 def test_a_picture_below_a_block_is_one_that_the_block_saves():
     saved = 0
     for path in PAGES:
@@ -249,6 +291,22 @@ def test_a_picture_below_a_block_is_one_that_the_block_saves():
             assert f'savefig("{name}")' in block, f"{path.name}: {name}"
             saved += 1
     assert saved >= 3  # of the tutorial
+
+
+def test_the_readme_is_short_and_its_table_is_what_the_first_command_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text()
+    assert len(text.splitlines()) <= 120
+    (shown,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    code, said, err = omnistep("compare", "step", "--quiet")
+    assert code == 0, err
+    table = [line for line in said.splitlines() if line.startswith("|")]
+    # The last row is the machine's.
+    assert table[-1].startswith("| real-time factor ")
+    assert shown.splitlines()[:-1] == table[:-1]
+    for kind, block in re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL):
+        widest = max(map(len, block.splitlines()))
+        assert widest <= (100 if kind == "text" else 80), block
 
 
 def test_no_block_is_left_out():
@@ -278,6 +336,9 @@ def test_no_block_is_left_out():
         ("text", ' title="output"', "something else\n"),
         ("rust", "", "omni_config::Scenario::fly();\n"),
         ("c", "", '#include "constants.h"\nvoid fly(void) { omni7_drive_fly(&OMNI_DRIVE); }\n'),
+        ("cpp", "", '#include "omnistep.hpp"\nvoid f(omnistep::Drive<5>& d) { d.reset(); }\n'),
+        ("cpp", ' title="a.hpp"', '#include "omnistep.hpp"\ninline void f(omnistep::Drive<7>& d) { d.halt(); }\n'),
+        ("cmake", "", "find_package(omnistep 0.2 REQUIRED)\n"),
         ("math", "", "\\nosuchcommand{x}\n"),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _doubts
+from omnistep import _plausibility
 from omnistep._motion_model import Masses, Motion, cut
 from omnistep._wheel_logs import read
 
@@ -47,13 +47,13 @@ def swapped(table):
         (lambda table: None, []),
         # Noise of a tenth of what the wheels turn is none of that.
         (lambda table: table.update(a=table["a"] + 0.4 * np.random.default_rng(1).normal(size=200)), []),
-        (scaled("b", -1.0), ["one counts the other way", "wheel front_right turns the other way than the command"]),
+        (scaled("b", -1.0), ["a counter is reversed", "wheel front_right turns opposite to the command"]),
         # The redundancy of mecanum wheels has one sign for the first two: it does not tell them apart.
         (swapped, ["wheel front_left turns as the command tells wheel front_right to", "tells wheel front_left to"]),
-        (scaled("g", 180 / np.pi), ["the gyro says 57.3 times what the wheels do"]),
-        (scaled("g", -1.0), ["the gyro turns the other way"]),
-        (scaled("abcd", -1.0), ["the gyro turns the other way", "all wheels turn the other way than the command"]),
-        (scaled("t", 1e-3), ["samples are 1e-05 s apart: is the unit of time right?"]),
+        (scaled("g", 180 / np.pi), ["the gyro says 57.3 times the yaw rate from the wheels"]),
+        (scaled("g", -1.0), ["the gyro has the opposite sign"]),
+        (scaled("abcd", -1.0), ["the gyro has the opposite sign", "all wheels turn opposite to the command"]),
+        (scaled("t", 1e-3), ["samples are 1e-05 s apart: check the unit of time"]),
     ],
     ids=["right", "noise", "sign", "order", "degrees", "gyro", "all signs", "time"],
 )
@@ -129,7 +129,7 @@ def test_times_in_milliseconds_are_told():
     for name in vehicle.wheel_names:
         log |= {f"wheel_{name}_measured_rad_s": np.ones(300), f"wheel_{name}_applied_n_m": np.ones(300)}
     with pytest.raises(
-        omnistep.ConfigError, match=r"rows of time_s are 10 s apart, allowed: 5e-05 to 0\.5 s; it is in s"
+        omnistep.ConfigError, match=r"rows of time_s are 10 s apart, allowed: 5e-05 to 0\.5 s; log it in s"
     ):
         omnistep.identify(log, vehicle=vehicle)
 
@@ -152,13 +152,17 @@ def test_calibrate_names_the_run_that_no_vehicle_makes():
     assert told(runs) == []
     centimetres = [dict(run) for run in runs]
     centimetres[1]["end_y_m"] *= 10
-    assert [line for line in told(centimetres) if line.startswith("run[1]: its end is ") and "is it in m" in line]
+    assert [
+        line
+        for line in told(centimetres)
+        if line.startswith("run[1]: its end is ") and "check that it is in m, " in line
+    ]
     degrees = [dict(run, end_yaw_rad=np.degrees(run["end_yaw_rad"]) % 6.28) for run in runs]
-    assert [line for line in told(degrees) if "is it in rad" in line]
+    assert [line for line in told(degrees) if "check that it is in rad" in line]
     turned = [dict(run, log=dict(run["log"])) for run in runs]
     for run in turned:
         run["log"]["wheel_front_left_measured_rad_s"] = -run["log"]["wheel_front_left_measured_rad_s"]
-    assert len([line for line in told(turned) if "one counts the other way" in line]) >= 5
+    assert len([line for line in told(turned) if "a counter is reversed" in line]) >= 5
 
 
 def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
@@ -170,19 +174,19 @@ def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
     angles = np.cumsum(kinematics.inverse(twists), axis=0) * 0.001
     counted = np.floor(angles * 360 / (2 * np.pi)) * 2 * np.pi / 360
     measured = np.diff(counted, axis=0, prepend=counted[:1]) / 0.001
-    assert _doubts.of_wheels(vehicle, measured, 0.001) == []
+    assert _plausibility.of_wheels(vehicle, measured, 0.001) == []
     # Ahead, wheels 2 and 6 are told to stand; a creep aside turns them as the others.
     creep = kinematics.inverse(twists + 0.005 * twists[:, [2, 0, 1]])
-    assert _doubts.of_command(vehicle, creep, twists) == []
+    assert _plausibility.of_command(vehicle, creep, twists) == []
     # Told to go ahead alone a vehicle says nothing of their signs.
     creep[:, [1, 5]] *= -1.0
-    assert _doubts.of_command(vehicle, creep, twists) == []
-    assert _doubts.of_command(vehicle, -creep, twists) != []
+    assert _plausibility.of_command(vehicle, creep, twists) == []
+    assert _plausibility.of_command(vehicle, -creep, twists) != []
 
 
 def test_rows_that_are_seconds_apart_are_doubtful():
-    assert _doubts.of_steps(0.005) == _doubts.of_steps(0.5) == []
-    assert _doubts.of_steps(5.0) == ["samples are 5 s apart: is the unit of time right?"]
+    assert _plausibility.of_steps(0.005) == _plausibility.of_steps(0.5) == []
+    assert _plausibility.of_steps(5.0) == ["samples are 5 s apart: check the unit of time"]
 
 
 def test_how_soon_motors_are_followed_does_not_change_with_the_side_of_the_gear_that_is_counted():

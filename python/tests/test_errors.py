@@ -90,7 +90,7 @@ def test_a_command_that_is_not_finite_is_refused_and_nothing_happens():
         assert refused(sim.step, bad).key in ("vx_m_s", "vy_m_s")
     for bad in [(0.1, 0.0), (0.1, 0.0, 0.0, 0.0), (), np.zeros(7), (10**400, 0, 0)]:
         assert refused(sim.step, bad).key == "command"
-    assert "one finite torque a wheel" in str(refused(sim.step_torques, [0.0] * 6))
+    assert "one finite torque for each wheel" in str(refused(sim.step_torques, [0.0] * 6))
     assert sim.time_s == 0.0
     a, b = sim.step((0.1, 0.0, 0.0)), twin.step((0.1, 0.0, 0.0))
     np.testing.assert_array_equal(a.applied_n_m, b.applied_n_m)
@@ -101,7 +101,7 @@ def test_arguments_of_the_wrong_kind_are_type_errors():
     for bad in (0.3, None, "abc", ("0.3", 0, 0), [None, 0, 0], [1 + 1j, 0, 0]):
         with pytest.raises(TypeError, match=r"^command: .*allowed: three finite numbers"):
             sim.step(bad)
-        with pytest.raises(TypeError, match=r"^torques_n_m: .*allowed: one finite torque a wheel"):
+        with pytest.raises(TypeError, match=r"^torques_n_m: .*allowed: one finite torque for each wheel"):
             sim.step_torques(bad)
     with pytest.raises(TypeError, match="allowed: a list of names"):
         omnistep.compare("flat", policies="paper")

@@ -152,7 +152,7 @@ def test_time_out_truncates_and_a_step_after_the_end_is_refused():
     env.reset(seed=0)
     ends = [env.step(np.zeros(7, np.float32))[2:4] for _ in range(10)]
     assert ends == [(False, False)] * 9 + [(False, True)]
-    with pytest.raises(omnistep.ConfigError, match=r"after the end of an episode.* allowed: after reset"):
+    with pytest.raises(omnistep.ConfigError, match=r"after the end of an episode.* allowed: only after reset"):
         env.step(np.zeros(7, np.float32))
     env.reset()
     env.step(np.zeros(7, np.float32))
@@ -206,7 +206,7 @@ def test_observations_are_what_sensors_tell_and_do_not_tell_the_step():
         (lambda: make_vec("Drive", num_envs=0), "num_envs", "num_envs = 0, allowed: 1 to 65536"),
         (lambda: make_vec("Drive", autoreset_mode="soon"), "autoreset_mode", "allowed: NextStep, SameStep, Disabled"),
         (lambda: make_vec("Drive").reset(seed=1.5), "seed", "seed = 1.5, allowed: 0 to 9223372036854775807, or None"),
-        (lambda: make_vec("Drive").reset(seed=[1]), "seed", "seed = 1 of them, allowed: one an environment"),
+        (lambda: make_vec("Drive").reset(seed=[1]), "seed", "seed = 1 values, allowed: one for each environment"),
         (lambda: stepped(np.zeros((2, 7))), "actions", r"shape \(2, 7\), allowed: shape \(3, 7\)"),
         (lambda: stepped(np.full((3, 7), np.nan)), "action", "action = NaN, allowed: finite numbers, -1 to 1"),
     ],

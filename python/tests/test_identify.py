@@ -11,8 +11,8 @@ from scipy.optimize import least_squares
 
 import omnistep
 from omnistep._margins import margins
+from omnistep._measurement_noise import likely
 from omnistep._motion_model import Masses, Motion, cut
-from omnistep._reading_noise import likely
 from omnistep._wheel_logs import read
 
 SPEC = importlib.util.spec_from_file_location("wheel_plant", Path(__file__).with_name("wheel_plant.py"))
@@ -231,12 +231,12 @@ def test_what_is_wrong_is_said_in_one_line(mecanum, tmp_path):
     cases = [
         (without(log, "time_s"), {}, "no column time_s"),
         (without(log, "wheel_rear_left_applied_n_m"), {}, "no column wheel_rear_left_applied_n_m"),
-        (log | {"time_s": log["time_s"][::-1]}, {}, "time_s does not grow"),
+        (log | {"time_s": log["time_s"][::-1]}, {}, "time_s does not increase"),
         (log | {"wheel_rear_left_measured_rad_s": np.zeros(3)}, {}, "wheel_rear_left_measured_rad_s has shape (3,)"),
-        ({key: 0.0 * column if key != "time_s" else column for key, column in log.items()}, {}, "a log that drives"),
+        ({key: 0.0 * column if key != "time_s" else column for key, column in log.items()}, {}, "a log of a drive"),
         ({key: column[:200] for key, column in log.items()}, {}, "drive longer"),
         (log | {"time_s": 1e300 * log["time_s"]}, {}, "time_s reaches 2.1e+301, allowed: up to 1e+12"),
-        (log, {"known": {"mass": 3.0}}, "known: mass, allowed: mass_kg, "),
+        (log, {"known": {"mass": 3.0}}, "known: mass: unknown key (did you mean mass_kg?)"),
         (log, {"known": {"mass_kg": -3.0}}, "known: mass_kg = -3.0, allowed: 1.2 to 480"),
         ([], {}, "data: empty"),
     ]
@@ -317,7 +317,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
     for arguments, message in [
         ([*asked[:-1], "mass_kg=heavy"], "--known mass_kg=heavy, allowed: NAME=VALUE"),
         (["identify", "none.csv", "--vehicle", "omni3"], "none.csv: "),
-        ([*asked, "-o", "drawn.toml"], "drawn.toml: the file that the vehicle is read from"),
+        ([*asked, "-o", "drawn.toml"], "drawn.toml: the vehicle is read from this file"),
     ]:
         code, said, wrong = command(*arguments)
         assert (code, said) == (2, "")

@@ -138,7 +138,10 @@ def test_frames_are_where_somebody_saw_the_vehicle_and_a_report_shows_them(round
     assert set(log.frames) == {"base_link", "odom", "wheel_1", "wheel_2", "wheel_3"}
     out = tmp_path / "report.html"
     monkeypatch.setattr(sys, "argv", ["omnistep", "report", str(log.path), "-o", str(out)])
-    assert main() == 0 and "recorded" in out.read_text()
+    assert main() == 0
+    text = out.read_text()
+    # It has no outcome; what the import said is there to be opened, and nothing of it runs.
+    assert "<span>recorded</span></td>" in text and "<summary>import</summary><pre>" in text
 
 
 def test_odometry_is_where_the_vehicle_was_first_seen(folder):
@@ -246,7 +249,7 @@ def test_as_few_samples_are_left_out_as_that_takes():
 def test_a_command_beyond_the_range_is_told_by_the_names_of_the_log(folder):
     rows = "t,a,b,c,vx,vy,wz\n" + "".join(f"{k / 100},1,1,1,{1e6 if k == 50 else 0.2},0,0\n" for k in range(100))
     keys = HEAD + TIME + WHEELS + '[command]\nnames = ["vx", "vy", "wz"]\n'
-    said = "robot.csv: command, vx: 1e[+]06 m/s at 0.5 s of the log that is made, allowed: -100 to 100"
+    said = "robot.csv: command, vx: 1e[+]06 m/s at 0.5 s of the new log, allowed: -100 to 100"
     with pytest.raises(omnistep.LogError, match=said):
         imported(folder, rows, keys)
 
@@ -256,12 +259,12 @@ def test_changes_of_a_command_that_have_no_room_are_told(folder, monkeypatch):
     keys = HEAD + TIME + WHEELS + '[command]\nnames = ["vx", "vy", "wz"]\n'
     summary, _ = imported(folder, rows, keys)
     assert summary.commands_left_out == 0 and "lacks" not in str(summary)
-    for room in ("recordings", "_recorded_command"):
-        monkeypatch.setattr(f"omnistep.{room}.MOST_COMMANDS", 10)
+    for module in ("recordings", "_recorded_command"):
+        monkeypatch.setattr(f"omnistep.{module}.MOST_COMMANDS", 10)
     summary, log = imported(folder, rows, keys)
     # Every third of 30.
     assert summary.commands_left_out == 20
-    assert "the scenario inside lacks 20 changes of the command: it has room for 10" in str(summary)
+    assert "the scenario in the log lacks 20 changes of the command: it can hold 10" in str(summary)
     assert np.allclose(log.trace["asked_vx_m_s"], np.arange(30) / 100)
 
 
@@ -312,8 +315,8 @@ def test_inspect_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, m
 CURRENT = '[torques]\nnames = ["a", "b", "c"]\nunit = "A"\n'
 BAD = [
     (ROWS, "", "my.toml: schema_version: missing, allowed: 1"),
-    (ROWS, HEAD + TIME + WHEELS + "[gyros]\n", "my.toml: gyros: unknown key, did you mean gyro?"),
-    (ROWS, HEAD + TIME + WHEELS + "wrap = 3\n", "my.toml: wheels.wrap: unknown key, did you mean wrap_bits?"),
+    (ROWS, HEAD + TIME + WHEELS + "[gyros]\n", "my.toml: gyros: unknown key (did you mean gyro?)"),
+    (ROWS, HEAD + TIME + WHEELS + "wrap = 3\n", "my.toml: wheels.wrap: unknown key (did you mean wrap_bits?)"),
     (ROWS, HEAD.replace("0.01", "0"), "my.toml: period_s: 0, allowed: 1e-06 to 0.1"),
     (ROWS, HEAD.replace("0.01", "nan"), "my.toml: period_s: nan, allowed: 1e-06 to 0.1"),
     (ROWS, HEAD.replace("omni3", "omni33"), 'my.toml: unknown vehicle "omni33"'),
@@ -344,7 +347,7 @@ BAD = [
     (ROWS, HEAD + TIME + WHEELS + 'topic = "/a"\n', "my.toml: wheels.topic: '/a': robot.csv is a table, allowed: none"),
     (ROWS, HEAD + TIME + WHEELS + CURRENT, "my.toml: torques.n_m_per_a: missing, allowed: a number with unit"),
     (ROWS, HEAD + TIME + "from_s = 9\n" + WHEELS, "robot.csv: -8.97 s, allowed: 0.01 to 3600 s"),
-    (ROWS, "schema_version = [", "my.toml: no TOML: "),
+    (ROWS, "schema_version = [", "my.toml: not TOML: "),
     (ROWS, "period_s = 0x" + "f" * 5000, "my.toml: period_s: a whole number of 20000 bits, allowed: up to 8192"),
     (ROWS.replace("3\n0.02", "x\n0.02"), HEAD + TIME + WHEELS, "robot.csv: line 3, column c: 'x', allowed: numbers"),
     (
@@ -354,7 +357,7 @@ BAD = [
     ),
     (ROWS.replace("0.02", "nan"), HEAD + TIME + WHEELS, "robot.csv: column t: "),
     (ROWS.replace("0.02", "noon"), HEAD + TIME + WHEELS, "robot.csv: column t: of type string, allowed: numbers"),
-    (ROWS + "0.04,1,2\n", HEAD + TIME + WHEELS, "robot.csv: line 6: 3 cells, allowed: 4, as the first line has"),
+    (ROWS + "0.04,1,2\n", HEAD + TIME + WHEELS, "robot.csv: line 6: 3 cells, allowed: 4, as in the first line"),
     (ROWS.replace("\n0.01", "\n7200"), HEAD + TIME + WHEELS, "robot.csv: a: time goes back by 7199.98 s at sample 2"),
     (ROWS + "4e9,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: column t: times 4e+09 s apart, allowed: 1e+07 s"),
     (ROWS + "1e6,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: 1e+06 s, allowed: 0.01 to 3600 s"),
@@ -392,7 +395,7 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
     (folder / "folder.csv").mkdir()
     for name, said in (
         ("nothing.csv", "nothing.csv: no such file or folder"),
-        ("robot.txt", "robot.txt: not a log that is read, allowed: a regular file .csv, .parquet, .mcap or .db3"),
+        ("robot.txt", "robot.txt: not a log that can be read, allowed: a regular file .csv, .parquet, .mcap or .db3"),
         ("torn.parquet", "torn.parquet: cannot be read: "),
         ("folder.csv", "folder.csv: not a regular file"),
     ):
@@ -403,7 +406,7 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
         code, out, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", name)
         assert (code, out) == (2, "") and err.count("\n") == 1 and said in err, (name, err)
     code, _, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", "my.toml", "-o", "robot.csv")
-    assert code == 2 and "is the log that is read" in err
+    assert code == 2 and "the log to read has this name" in err
 
 
 def test_a_reader_that_is_not_installed_is_named_with_its_extra(folder, monkeypatch, capfd):

@@ -286,7 +286,7 @@ BAD = [
     ),
     (
         MAP.replace('"/imu"', '"/imu"\nnames = ["header.frame_id"]', 1),
-        "my.toml: gyro.names: field 'header.frame_id' holds no",
+        "my.toml: gyro.names: field 'header.frame_id' is not a number",
     ),
     (MAP.replace('"/imu"', '"/imu"\nnames = ["__class__.x"]', 1), "my.toml: gyro.names: no field '__class__.x'"),
     (

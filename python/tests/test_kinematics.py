@@ -228,7 +228,7 @@ def test_wrong_shapes_are_refused_with_the_shapes_there_could_be():
             assert error.key == "velocities"
             assert str(error).endswith("allowed: shape (7,) or (T, 7)")
     error = refused(omnistep.moved_by, np.zeros((4, 3)), np.zeros((5, 3)))
-    assert str(error) == "displacements = an array of shape (5, 3), allowed: that of poses, (4, 3)"
+    assert str(error) == "displacements = an array of shape (5, 3), allowed: the shape of poses, (4, 3)"
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -254,9 +254,9 @@ def test_what_is_not_a_number_is_a_type_error_that_names_the_argument():
         with pytest.raises(TypeError, match=r"^twists: .*allowed: numbers"):
             kinematics.inverse(bad)
     for bad in ("abc", None, np.zeros((2, 7)), ["5"] * 7):
-        with pytest.raises(TypeError, match=r"^limits_rad_s: .*allowed: a number, or one a wheel"):
+        with pytest.raises(TypeError, match=r"^limits_rad_s: .*allowed: a number, or one for each wheel"):
             kinematics.desaturate([0, 0, 0], limits_rad_s=bad)
-    with pytest.raises(TypeError, match=r"^weights: .*allowed: one number a wheel"):
+    with pytest.raises(TypeError, match=r"^weights: .*allowed: one number for each wheel"):
         omnistep.Kinematics(layout=SEVEN, weights=1.0)
     for bad in (3, [0.2, 0.2, 0.2], SEVEN):
         with pytest.raises(TypeError, match=r"^wheels: .*allowed: a list of omnistep\.Wheel"):
@@ -315,7 +315,7 @@ def test_arguments_of_the_maps_are_refused_with_what_there_is():
         'forward = "mean", allowed: least_squares, paper_average'
     )
     error = refused(omnistep.Kinematics, layout=MECANUM, weights=[1, 1, 1])
-    assert str(error) == "weights = 3 values, allowed: 4 numbers, one a wheel"
+    assert str(error) == "weights = 3 values, allowed: 4 numbers, one for each wheel"
     error = refused(omnistep.Kinematics, layout=MECANUM, weights=[1, -1, 1, 1])
     assert str(error) == "wheel 2: weight = -1, allowed: 0 to 1000000"
     assert error.key == "weights[1]"
@@ -330,7 +330,7 @@ def test_arguments_of_the_maps_are_refused_with_what_there_is():
     assert str(error) == "wheel 3: limit_rad_s = 0, allowed: above 0, to 1e6"
     assert error.key == "limits_rad_s[2]"
     error = refused(desaturate, [1, 0, 0], limits_rad_s=[1.0])
-    assert str(error) == "limits_rad_s = 1 value, allowed: 4 numbers, one a wheel"
+    assert str(error) == "limits_rad_s = 1 value, allowed: 4 numbers, one for each wheel"
     assert refused(desaturate, [1, 0, 0], limits_rad_s=np.nan).key == "limits_rad_s[0]"
     assert refused(omnistep.Wheel, position_m=(1, 2, 3), radius_m=0.1).key == "position_m"
 

@@ -1,5 +1,6 @@
 """Logs back into Python, and what is made of them."""
 
+import base64
 import json
 import re
 import struct
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import film, meshes, report
+from omnistep import _figures, _scene, film, meshes, report
 from omnistep.__main__ import main
 
 matplotlib.use("Agg")
@@ -38,14 +39,100 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
         omnistep.run(scenario, overrides={"name": name, "duration_s": 0.1, "vehicle": vehicle}, mcap=path)
         logs.append(omnistep.read_mcap(path))
     logs, moon = logs[:3], logs[3]
-    title = "flat with chugo7, flat with omni3, step with chugo7"
+    title = "flat with chugo7, flat with omni3, step with chugo7: synchronised, steady"
     text = report.page(logs)
     assert f"<title>{title}</title>" in text and f"<h1>{title}</h1>" in text
-    assert ">step, chugo7, steady</button>" in text
+    assert "<th scope=col><span>step, chugo7, steady</span></th>" in text
     # What they do not share is not said of all of them.
     assert "vehicle chugo7" not in text and "scenario flat" not in text and "omnistep 0." in text
-    assert "<h1>flat with chugo7</h1>" in report.page([logs[0], logs[0]])
-    assert "<h1>flat with chugo7, flat with omni3, step with chugo7 and 1 more</h1>" in report.page([*logs, moon])
+    assert "<h1>flat with chugo7: synchronised</h1>" in report.page([logs[0], logs[0]])
+    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: synchronised, steady"
+    assert f"<h1>{title}</h1>" in report.page([*logs, moon])
+
+
+def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in_names_and_rows(tmp_path):
+    logs = []
+    for vehicle, height, name in (("chugo7", 0.03, "a"), ("chugo7", 0.05, "b"), ("mecanum4", 0.05, "c")):
+        given = {"duration_s": 0.1, "vehicle": vehicle, "terrain.height_m": height, "terrain.friction": 0.5}
+        path = tmp_path / f"{name}.mcap"
+        omnistep.run("step", overrides=given, mcap=path)
+        logs.append(omnistep.read_mcap(path))
+    assert report._names(logs) == ["chugo7, steady, height 0.03 m", "chugo7, steady, height 0.05 m", "mecanum4, steady"]
+    text = report.page(logs)
+    assert "<p>friction 0.5, wheel model balls, command speed 0.3 m/s, engine " in text
+    rows = dict(re.findall(r'<tr class="setting"><th scope=row>([^<]*)</th>(.*?)</tr>', text))
+    cells = {heading: re.findall(r"<td>([^<]*)</td>", row) for heading, row in rows.items()}
+    assert cells == {"height [m]": ["0.03", "0.05", "0.05"], "torque limit [N.m]": ["2", "2", "3"]}
+    assert "<p>height 0.03 m, friction 0.5, torque limit 2 N.m, wheel model balls," in report.page(logs[:1])
+
+
+def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
+    logs = []
+    # A vehicle with mecanum wheels meets a step with its rollers, the other one does not.
+    for vehicle, model in (("mecanum4", "ball"), ("mecanum4", "rollers"), ("chugo7", "ball")):
+        given = {"duration_s": 0.1, "vehicle": vehicle, "physics.wheel_model": model, "physics.engine": "articulated"}
+        path = tmp_path / f"{vehicle}-{model}.mcap"
+        omnistep.run("step", overrides=given, mcap=path)
+        logs.append(omnistep.read_mcap(path))
+    footnote = "* The balls do not stand for this vehicle&#x27;s wheels on this ground."
+    text = report.page(logs)
+    (verdicts,) = re.findall(r'<tr class="verdict">(.*?)</tr>', text)
+    assert re.findall(r"<td><span>([^<]*)<", verdicts) == ["unfinished *", "unfinished", "unfinished"]
+    assert footnote in text.split("</table>")[1] and footnote not in report.page(logs[1:])
+
+
+def test_runs_of_one_name_are_told_apart_by_seed_file_or_number_and_no_others_are(tmp_path):
+    logs = []
+    for policy, seed, name in (("paper", 0, "a"), ("reach", 0, "b"), ("paper", 1, "c"), ("paper", 1, "d")):
+        path = tmp_path / f"{name}.mcap"
+        omnistep.run("flat", overrides={"duration_s": 0.1, "control.policy": policy, "seed": seed}, mcap=path)
+        logs.append(omnistep.read_mcap(path))
+    assert report._names(logs) == ["paper, seed 0", "reach", "paper, seed 1, c.mcap", "paper, seed 1, d.mcap"]
+    assert report._names([logs[0], logs[0]]) == ["paper, 1", "paper, 2"]
+
+
+@pytest.mark.parametrize(("scenario", "vehicle"), [("step", "chugo7"), ("flat", "mecanum4")])
+def test_arrows_of_a_report_are_the_forces_of_the_run(tmp_path, scenario, vehicle):
+    path = tmp_path / "x.mcap"
+    # The articulated engine has no friction across a wheel's push: the arrows are the whole force.
+    given = {"duration_s": 2.0, "vehicle": vehicle, "physics.engine": "articulated"}
+    trace = omnistep.run(scenario, overrides=given, mcap=path)
+    log = omnistep.read_mcap(path)
+    shown, ground = _scene.vehicle(log), _scene.ground(log)["ground"]
+    pushes = _scene.pushes(log, shown, _scene.poses(log, shown["frames"]), ground)
+    rows = np.round(log.frame_time_s * 1000).astype(int) - 1
+    size = trace.wheels("force_normal_n")[rows]
+    touches = size > 1.0
+    assert touches.sum() > 300
+    # They act where the run has the contact. A wheel goes 0.3 mm in the period over which its force is averaged; at the
+    # riser's edge, where it touches both sides of it, it has one arrow.
+    places = np.stack([trace.wheels(f"contact_{axis}_m")[rows] for axis in "xyz"], axis=2)
+    off = np.linalg.norm(pushes[:, :, 3:] - places, axis=2)[touches]
+    assert np.quantile(off, 0.95) < 3e-4
+    # Together they are the force on the vehicle: within 2 % and 0.1 N, but for those moments at the edge.
+    for axis, name in enumerate("xyz"):
+        whole = trace[f"force_{name}_n"][rows]
+        right = np.abs(pushes[:, :, axis].sum(axis=1) - whole) < 0.02 * np.abs(whole) + 0.1
+        assert right.mean() > 0.9, (name, right.mean())
+    assert not pushes[size == 0.0][:, :3].any()
+
+
+def test_a_scene_has_the_bodies_wheels_and_ground_of_the_run(run):
+    log = omnistep.read_mcap(run[1])
+    vehicle, ground = _scene.vehicle(log), _scene.ground(log)
+    assert [wheel["name"] for wheel in vehicle["wheels"]] == list("1234567")
+    assert {(wheel["radius_m"], wheel["width_m"], wheel["roller_angle_rad"]) for wheel in vehicle["wheels"]} == {
+        (0.066, 0.033, 0.0)
+    }
+    # An axle is to the left of the rolling direction: wheel 1 rolls along x, 3 against it, 2 along -y, 6 along y.
+    axles = {wheel["name"]: wheel["axle"] for wheel in vehicle["wheels"]}
+    assert [axles[name] for name in "1326"] == [[0, 1, 0], [0, -1, 0], [1, 0, 0], [-1, 0, 0]]
+    assert sorted(body["edges_m"] for body in vehicle["bodies"]) == [[0.1] * 3, [0.34, 0.4, 0.3], [0.34, 0.4, 0.3]]
+    # The floor's upper side is at 0, the step's at 5 cm, from 0.7 m on.
+    floor, step = ground["ground"]
+    tops = [round(part["at_m"][2] + part["half_m"][2], 6) for part in (floor, step)]
+    assert tops == [0.0, 0.05] and round(step["at_m"][0] - step["half_m"][0], 6) == 0.7
+    assert ground["patches"] == []
 
 
 def test_a_log_holds_the_runs_own_numbers(run):
@@ -121,11 +208,48 @@ def test_shapes_of_a_urdf_have_their_sizes(run):
         corners = mesh.vertices_m[mesh.triangles[mesh.link[mesh.triangles[:, 0]] == mesh.links.index(name)]]
         enclosed = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
         assert abs(abs(enclosed) / volume - 1) < 1e-9, name
+    assert np.array_equal(meshes.axles(log.urdf)["wheel_6"].round(9), [-1, 0, 0])
+    for axis in ("0 0 0", "1 2", "a b c", "nan 0 0"):
+        joint = f'<joint name="j" type="continuous"><child link="w"/><axis xyz="{axis}"/></joint>'
+        with pytest.raises(ValueError, match="not a URDF: the axis of 'w' is not three numbers"):
+            meshes.axles(f'<robot name="x">{joint}</robot>')
     with pytest.raises(ValueError, match="entities"):
         meshes.of_urdf('<!DOCTYPE x [<!ENTITY a "b">]><robot name="x"/>')
-    for text in ("<robot", '<robot><link name="a"><visual/></link></robot>'):
+    bad = [
+        f'<robot><link name="a"><visual><geometry>{shape}</geometry></visual></link></robot>'
+        for shape in (
+            '<box size="nan 1 1"/>',
+            '<box size="1 1"/>',
+            '<box size="1 0 1"/>',
+            '<cylinder radius="inf" length="1"/>',
+            '<cylinder radius="-1" length="1"/>',
+        )
+    ]
+    for text in ("<robot", '<robot><link name="a"><visual/></link></robot>', *bad):
         with pytest.raises(ValueError, match="not a URDF"):
             meshes.of_urdf(text)
+    with pytest.raises(ValueError, match="'a' has a shape of radius = '-1', allowed: finite numbers, sizes above 0"):
+        meshes.shapes(bad[-1])
+
+
+def test_a_bad_description_in_a_log_is_refused_with_the_log_and_its_topic(run):
+    log = omnistep.read_mcap(run[1])
+
+    class Damaged:
+        """The log with other descriptions."""
+
+        def __init__(self, urdf, terrain_urdf):
+            self.urdf, self.terrain_urdf, self.path = urdf, terrain_urdf, log.path
+
+        def __getattr__(self, name):
+            return getattr(log, name)
+
+    for damaged, topic in (
+        (Damaged("", log.terrain_urdf), "/robot_description"),
+        (Damaged(log.urdf, "<robot"), "/terrain/robot_description"),
+    ):
+        with pytest.raises(ValueError, match=f"^{re.escape(str(log.path))}: {topic}: not a URDF"):
+            report.page([damaged])
 
 
 @pytest.mark.parametrize("vehicle", omnistep.vehicles())
@@ -167,7 +291,11 @@ def test_a_page_holds_everything_and_asks_for_nothing(run, tmp_path, monkeypatch
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", own), "nothing from elsewhere"
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
     assert len(data["runs"]) == 2 and data["runs"][0]["wheels"] == list("1234567")
-    assert text.count("<tr>") == 1 + 2
+    # They are of one vehicle on one ground. The table has a column for each, and a row for each figure that is known.
+    assert len(data["scenes"]) == 1 and data["runs"][1]["scene"] == 0
+    rows = re.findall(r"<tr.*?</tr>", text.split("<table", 1)[1].split("</table>")[0])
+    assert {len(re.findall(r"<t[hd]", row)) for row in rows} == {3} and len(rows) > 10
+    assert "three.js authors" in text and "Permission is hereby granted" in text  # its licence goes with it
 
 
 def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
@@ -177,6 +305,36 @@ def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
     assert "<script>alert" not in text and "&lt;script&gt;alert(1)&lt;!--.mcap" in text
     data = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1]
     assert "<" not in data
+
+
+def test_what_nobody_measured_is_a_gap_in_the_plots_and_no_number(run):
+    told = report._measured(np.array([1.0, np.nan, np.inf, -np.inf]))
+    values = np.frombuffer(base64.b64decode(told), "<f4")
+    assert values[0] == 1.0 and np.isnan(values[1:]).all()
+
+
+def test_every_figure_of_a_report_is_one_of_an_outcome_and_has_a_sentence(run):
+    known = run[0].outcome.to_dict()
+    for key, figure in _figures.FIGURES.items():
+        assert key in known, key
+        assert re.match(r"[A-Z].*\.$", figure.text) and figure.better in ("", "lower", "zero"), key
+    assert _figures.FIGURES["work_j"].explained == "Mechanical work of the motors. Unit: J. Lower is better."
+
+
+def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(run, tmp_path):
+    log = omnistep.read_mcap(run[1])
+    told = subprocess.run(
+        [sys.executable, "-m", "omnistep", "inspect", "--explain", log.path], capture_output=True, text=True, check=True
+    ).stdout
+    rows = re.findall(r'<tr class="(\w+)"><th scope=row><button[^>]*>([^<]*)<.*?<td><span>([^<]*)<', report.page([log]))
+    needed = {key for key, (_, shown) in log.outcome._rows().items() if shown}
+    assert {key for key, _, _ in rows} == needed | {"verdict", *report._MORE} and len(needed) > 5
+    for key, heading, value in rows:
+        if key in report._MORE:  # the command has no row for it
+            continue
+        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", told, re.MULTILINE), (key, told)
+        text = " ".join(_figures.FIGURES[key].text.split())
+        assert key == "verdict" or text in " ".join(told.split()), (key, told)
 
 
 def test_a_log_without_poses_is_no_picture(tmp_path, monkeypatch, capsys):

@@ -112,10 +112,10 @@ def test_results_with_a_flipped_bit_are_not_shown(tmp_path, place):
     bad[place] ^= 1
     part.write_bytes(bad)
     for rows in (tmp_path, part):
-        with pytest.raises(omnistep.ConfigError, match="not those that were written") as caught:
+        with pytest.raises(omnistep.ConfigError, match="its SHA-256 checksum is wrong") as caught:
             columns(rows, {"terrain_friction": "x"})
         assert caught.value.file == str(part) and "\n" not in str(caught.value)
-    with pytest.warns(UserWarning, match="set aside as .damaged"):
+    with pytest.warns(UserWarning, match="renamed to .damaged"):
         again = sweep()
     (fresh,) = tmp_path.glob("part-*.parquet")
     assert again.computed == 2 and fresh.read_bytes() == whole
@@ -166,7 +166,7 @@ def test_a_folder_whose_name_is_no_utf_8_is_written_to(tmp_path):
     assert done.stdout.endswith(log + b"\n")
     assert omnistep.read_mcap(Path(os.fsdecode(log))).complete
     refused = subprocess.run([*command, "--json"], capture_output=True, check=False)
-    assert refused.returncode == 2 and not refused.stdout and b"with --json a folder" in refused.stderr
+    assert refused.returncode == 2 and not refused.stdout and b"with --json, a folder" in refused.stderr
     # And a page of it, in it.
     page = folder + b"/x.html"
     command = [sys.executable, "-m", "omnistep", "report", log, "-o", page]

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
 import tomllib
 import venv
 import zipfile
@@ -94,7 +95,8 @@ def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and
     assert "-cp311-abi3-" in wheel.name
     names = zipfile.ZipFile(wheel).namelist()
     inside = {name.split("/", 1)[1] for name in names if name.startswith("omnistep/")}
-    assert {"py.typed", "_omnistep.pyi", "_omnistep.abi3.so", "assets/report.js"} <= inside
+    assert {"py.typed", "_omnistep.pyi", "_omnistep.abi3.so"} <= inside
+    assert {f"assets/{name}" for name in ("player.js", "plots.js", "report.css", "report.js")} <= inside
     assert {"LICENSE-MIT", "LICENSE-APACHE"} <= {Path(name).name for name in names}
     assert not [name for name in names if "test" in name or "baseline" in name]
 
@@ -107,8 +109,14 @@ def backend():
         return importlib.import_module("wheel_backend")
 
 
-def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, backend):
-    named = [path.encode() for path in backend.places()]
+@pytest.fixture(scope="module")
+def build_places(backend):
+    """The module that knows the folders of this machine."""
+    return importlib.import_module(backend.named_in.__module__)
+
+
+def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, build_places):
+    named = [path.encode() for path in build_places.places()]
     assert str(ROOT).encode() in named and str(Path.home()).encode() in named
     with zipfile.ZipFile(wheel) as archive:
         found = {
@@ -164,6 +172,44 @@ def test_a_wheel_whose_library_names_a_path_of_this_machine_is_refused_in_one_li
         else:
             backend.trim(wheel)
         assert wheel.exists() != refused
+
+
+def test_a_path_of_this_machine_is_found_in_a_file_a_wheel_and_an_archive(tmp_path, build_places, capsys):
+    listing = tmp_path / "parts.cdx.json"
+    for text, refused in (
+        (f"path+file://{ROOT}/crates/omni-core", True),
+        ("path+file:///omnistep/crates/omni-core", False),
+    ):
+        listing.write_text(text)
+        with tarfile.open(tmp_path / "x.tar.gz", "w:gz") as archive:
+            archive.add(listing, "x/parts.cdx.json")
+        with zipfile.ZipFile(tmp_path / "x.whl", "w") as archive:
+            archive.write(listing, "x.dist-info/sboms/parts.cdx.json")
+        packed = [str(listing), str(tmp_path / "x.tar.gz"), str(tmp_path / "x.whl")]
+        if not refused:
+            build_places.check(packed)
+            assert capsys.readouterr().out == "no path of this machine in 3 files (3 with their contents)\n"
+            continue
+        with pytest.raises(SystemExit) as said:
+            build_places.check(packed)
+        inside = ("parts.cdx.json", "x.tar.gz: x/parts.cdx.json", "x.whl: x.dist-info/sboms/parts.cdx.json")
+        assert said.value.code == "\n".join(f"{name} contains the path {ROOT}" for name in inside)
+        assert build_places.without_places(text) == "path+file:///omnistep/crates/omni-core"
+
+
+def test_a_folder_is_found_where_it_stands_alone_and_not_in_the_name_of_another(build_places, monkeypatch, tmp_path):
+    top = str(ROOT)
+    for text in (f'"path":"file://{top}"', f"path+file://{top}#0.1.0", f"{top}\0", f"{top}/src", f"{top}:1"):
+        assert build_places.named_in(text.encode()) == top, text
+        assert top not in build_places.without_places(text), text
+    for text in (f"{top}2/x", f"{top}-copy", f"{top}.old/x"):
+        assert build_places.named_in(text.encode()) != top, text
+    monkeypatch.setattr(Path, "home", lambda: tmp_path / "u")
+    assert build_places.without_places(f"{tmp_path}/u/x {tmp_path}/user2/x") == "/home" + f"/x {tmp_path}/user2/x"
+    # Cargo takes a relative folder from the top of the repository, wherever it is called.
+    monkeypatch.setenv("CARGO_TARGET_DIR", "elsewhere")
+    monkeypatch.chdir(tmp_path)
+    assert str(ROOT / "elsewhere") in build_places.places()
 
 
 def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the_lock_file(wheel):

@@ -208,7 +208,7 @@ def test_wrong_requests_are_one_line(climb, wheel_runs, tmp_path):
         "4 axes, allowed: 3 x 2": lambda: omnistep.plot.climbs([climb, climb], axes=plt.subplots(2, 2)[1]),
         "wheels = \\[\\]": lambda: omnistep.plot.climb(climb, wheels=[]),
         "no messages on /tf": lambda: omnistep.plot.strip(log),
-        "a run without a row": lambda: omnistep.plot.climb(log.trace),
+        "an empty run": lambda: omnistep.plot.climb(log.trace),
         "every_s = nan": lambda: omnistep.plot.strip(climb, every_s=float("nan")),
     }
     for message, draw in cases.items():
@@ -275,7 +275,7 @@ def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_
     ):
         with pytest.raises(omnistep.ConfigError) as caught:
             draw(log.trace)
-        message = "step, synchronised: the trace of a log, without the wheels' places x_m, allowed: the Log itself"
+        message = "step, synchronised: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
         assert str(caught.value) == message
         assert plt.get_fignums() == []
 

@@ -41,7 +41,7 @@ def test_torques_that_acted_are_not_made_late_a_second_time(tmp_path):
     # Torques of a log are averages over a period, in which a lag of 50 periods bends them by hardly anything:
     # measured 6e-7 rad/s. With the lag twice it is 0.4 rad/s.
     assert again.differences["wheels"].rms < 1e-5, again
-    assert again.zeroed == ("actuators.torque_lag_s",) and "actuators.torque_lag_s = 0, since" in str(again)
+    assert again.zeroed == ("actuators.torque_lag_s",) and "actuators.torque_lag_s = 0, because" in str(again)
     # What was commanded still has the lag before it.
     by_commands = omnistep.resimulate(path)
     assert by_commands.zeroed == () and by_commands.differences["wheels"].rms == 0.0, by_commands

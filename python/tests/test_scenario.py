@@ -160,7 +160,7 @@ def test_what_is_given_twice_is_refused(arguments, key):
 def test_what_holds_itself_is_refused_and_so_is_what_only_looks_like_an_array():
     endless: list = []
     endless.append(endless)
-    with pytest.raises(TypeError, match="lists in lists"):
+    with pytest.raises(TypeError, match="lists nested too deeply"):
         omnistep.Scenario("flat", overrides={"x": endless})
     with pytest.raises(TypeError, match=r"terrain\.friction: .*allowed: a number"):
         omnistep.Scenario("flat", overrides={"terrain.friction": type("Odd", (), {"tolist": lambda self: self})()})
@@ -210,7 +210,7 @@ def test_a_pickle_names_no_file_of_this_machine(tmp_path, monkeypatch, name):
         table = toml_of(bad)
         for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, "paper", b"")):
             with pytest.raises(
-                omnistep.ConfigError, match="a scenario in a log or a pickle names no other file"
+                omnistep.ConfigError, match="a scenario in a log or a pickle cannot name another file"
             ) as caught:
                 call(table)
             assert caught.value.key == key and caught.value.file == "pickle"

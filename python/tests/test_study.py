@@ -47,7 +47,7 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0
     (said,) = done.stderr.splitlines()
-    assert said.startswith("warning: grid: 24 of 24 runs cannot get across in time; "), said
+    assert said.startswith("warning: grid: 24 of 24 runs cannot finish in time; "), said
     cells = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(cells) == 3 * 2 * 2
 
@@ -122,7 +122,7 @@ def test_a_damaged_part_is_warned_of_and_computed_again(tmp_path):
     first = omnistep.study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
     (part,) = first.folder.glob("part-*.parquet")
     part.write_bytes(part.read_bytes()[:1000])
-    with pytest.warns(UserWarning, match=r"part-\w+\.parquet: cannot be read .* set aside as \.damaged"):
+    with pytest.warns(UserWarning, match=r"part-\w+\.parquet: cannot be read .* renamed to \.damaged"):
         again = omnistep.study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
     assert again.computed == 8 and again.rows() == first.rows()
 
@@ -136,7 +136,11 @@ def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
             "is an axis of built-in ensemble",
         ),
         ({"study": "ensemble", "overrides": {"terrain.friction": -1}}, "terrain.friction", "-1, allowed: 0 to 2"),
-        ({"study": "ensemble", "overrides": {"seed": 3}}, "seed", "overrides: seed, allowed: any other key; seeds"),
+        (
+            {"study": "ensemble", "overrides": {"seed": 3}},
+            "seed",
+            "overrides: seed, allowed: any other key; set the seeds with seeds",
+        ),
         ({"study": "ensemble", "seeds": []}, "seeds", r"\[\], allowed: how many"),
         ({"study": "ensemble", "jobs": 1.5}, "jobs", "jobs = 1.5, allowed: a whole number"),
     ]:

@@ -53,7 +53,7 @@ def test_a_grid_at_its_bounds_holds_and_each_figure_beyond_fails_alone():
     for figure, most in study_gates.PARTS.items():
         found = verdicts(study_gates.grid(grid(**GOOD | {figure: most + 0.01}), "articulated", "ball"))
         assert [name for name, held in found.items() if not held] == [
-            f"{study_gates.NAMES[figure]}, part of independent's"
+            f"{study_gates.NAMES[figure]}, ratio to independent"
         ]
 
 
@@ -109,7 +109,7 @@ def test_what_is_missing_or_failed_does_not_hold_and_rollers_are_told():
     rows.loc[rows.index[0], "error"] = "diverged"
     assert not any(verdicts(study_gates.grid(rows, "articulated", "ball")).values())
     told = study_gates.grid(grid(**GOOD).assign(wheels="rollers"), "articulated", "rollers")
-    assert {gate.verdict for gate in told} == {"told"}
+    assert {gate.verdict for gate in told} == {"reported"}
 
 
 def perturbed(case, count):

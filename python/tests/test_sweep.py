@@ -125,7 +125,7 @@ def test_a_worker_that_is_killed_loses_no_row_and_going_on_computes_exactly_what
         with pytest.raises(BrokenProcessPool) as caught:
             short(points, out=tmp_path, seeds=20, executor=pool, batch=15)
         killer.join()
-    assert any("the same call goes on from there" in note for note in caught.value.__notes__)
+    assert any("the same call continues from there" in note for note in caught.value.__notes__)
     kept = keys_in(tmp_path)
     assert 10 <= len(seen) <= len(kept) < 60 and set(seen) <= set(kept)
 
@@ -196,7 +196,7 @@ def test_workers_that_do_not_see_the_folder_are_noticed(tmp_path):
     with pytest.raises(omnistep.ConfigError, match="every worker must see the same folder") as caught:
         short([{}], out=tmp_path / "here", executor=Elsewhere())
     assert caught.value.key == "out"
-    with pytest.raises(omnistep.StudyError, match="here: 1 rows that were computed are not there"):
+    with pytest.raises(omnistep.StudyError, match="here: 1 computed rows are missing"):
         short([{}], out=tmp_path / "here", executor=Idle())
     assert not (tmp_path / "elsewhere").exists()
 
@@ -225,15 +225,15 @@ def test_any_data_frame_takes_the_rows_with_their_types(tmp_path):
         ([{}, {FRICTION: -1}], {}, r"points\[1\]: built-in flat: terrain\.friction: -1, allowed", FRICTION),
         ({"terrain.frictoin": [1]}, {}, "unknown field `frictoin` .did you mean `friction`", "terrain.frictoin"),
         ([{FRICTION: 0.5}, {FRICTION: 0.5}], {}, r"points\[0\] and points\[1\] are the same run", "points"),
-        ([{"seed": 1}], {}, "seeds are given by `seeds`", "points"),
+        ([{"seed": 1}], {}, "set the seeds with `seeds`", "points"),
         ([], {}, "none, allowed: one or more", "points"),
         ({FRICTION: []}, {}, "none, allowed: one or more", "points"),
         ({}, {}, "none, allowed: one or more", "points"),
         ({FRICTION: range(1000), "vx": range(101)}, {}, "points: 101000, allowed: 100000 at most", "points"),
         ([{}] * 100_001, {}, "points: 100001, allowed: 100000 at most", "points"),
         ([{"no": 1}] * 11, {"seeds": 100_000}, "seeds: 100000 for 11 combinations, allowed: 1000000 runs", "seeds"),
-        ([{}], {"overrides": {"seed": 3}}, "overrides: seed, allowed: any other key; seeds are given by seeds", "seed"),
-        ([{"duration_s": 1.0}], {}, "duration_s is replaced by points too", "duration_s"),
+        ([{}], {"overrides": {"seed": 3}}, "overrides: seed, allowed: any other key; set the seeds with seeds", "seed"),
+        ([{"duration_s": 1.0}], {}, "duration_s is also replaced by points", "duration_s"),
         ([{"control.policy": "paper"}], {"policy": "paper"}, "policy: control", "control.policy"),
         ([{}], {"seeds": 0}, "seeds: 0, allowed: how many, 1 to", "seeds"),
         ([{}], {"seeds": [1, 1]}, "seeds: 1, allowed", "seeds"),
@@ -259,7 +259,7 @@ def test_points_of_the_wrong_kind_are_type_errors(points, tmp_path):
 def test_a_folder_of_another_sweep_is_refused_and_stays_as_it_is(tmp_path):
     short([{FRICTION: 0.5}], out=tmp_path)
     before = keys_in(tmp_path)
-    with pytest.raises(omnistep.ConfigError, match=r"holds results with .*name another folder$") as caught:
+    with pytest.raises(omnistep.ConfigError, match=r"holds results with .*use another folder$") as caught:
         short([{"control.policy": "paper"}], out=tmp_path)
     assert caught.value.key == "out" and keys_in(tmp_path) == before
 

@@ -70,7 +70,7 @@ def test_a_sweep_has_a_column_of_retries_that_is_null_of_loops(tmp_path):
 
 
 #: What it says of a vehicle without encoders on its hinges.
-WITHOUT = r"steady without encoders on hinges: rows that climb are not told from wheels that slip"
+WITHOUT = r"steady without hinge encoders: it cannot tell a climbing row from slipping wheels"
 LACKS = {"physics.engine": "articulated", "duration_s": 0.05, "sensors.no_hinge_encoders": True}
 
 
@@ -109,13 +109,15 @@ def test_nobody_is_warned_of_it_under_another_controller():
 
 def test_what_loops_do_at_rest_is_refused_under_it():
     holds = omnistep.Scenario("flat", overrides={"control.rest.bleed_s": 0.1})
-    with pytest.raises(omnistep.ConfigError, match=r"control.rest.bleed_s: 0.1, allowed: only with a policy of loops"):
+    with pytest.raises(
+        omnistep.ConfigError, match=r"control.rest.bleed_s: 0.1, allowed: only with a policy of wheel speed loops"
+    ):
         omnistep.run(holds, policy="steady")
     assert omnistep.Scenario(holds, policy="paper")["control.rest.bleed_s"] == 0.1
 
 
 def test_where_it_is_refused_it_says_where_and_what_would_do():
-    with pytest.raises(omnistep.ConfigError, match=r"steady., allowed in a Controller, which reads no hinges"):
+    with pytest.raises(omnistep.ConfigError, match=r"steady., allowed in a Controller, which does not read hinges"):
         omnistep.Controller("step", policy="steady")
     with pytest.raises(omnistep.ConfigError, match=r"reach., allowed with a \[drive\]: independent, "):
         omnistep.run("step", policy="reach", overrides={"drive.discretize": False})

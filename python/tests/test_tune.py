@@ -89,7 +89,7 @@ def test_a_search_without_any_figure_has_no_best_values():
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a value of the objective$"):
         tune(objective=lambda rows: float("nan"), trials=2)
     # Nearly every period is no multiple of the physics step; the ends are.
-    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can be run: .* a multiple of physics\.step_us"):
+    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can run: .* a multiple of physics\.step_us"):
         tune(space={"control.period_us": (1000, 2000)}, trials=2, seeds=1)
 
 
@@ -117,7 +117,7 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {KP: ("a", "b")}}, "or a list of values", KP),
         ({"space": {KP: (-1.0, 1.0)}}, r"kp_n_m_s_rad: -1, allowed: ", "gains.kp_n_m_s_rad"),
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
-        ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is given elsewhere too", "duration_s"),
+        ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is also given elsewhere", "duration_s"),
         (
             {"space": {"control.policy": ["paper", "papers", "independent"]}},
             '"papers" .did you mean "paper"',

@@ -29,7 +29,9 @@ TOP = Path(__file__).resolve().parents[2]
 def built() -> tuple[Path, Path]:
     """The command and the Rust campaign, as `make test` builds them: with overflow checks."""
     # A test of the command's package makes Cargo build the command, with the features that all tests share.
-    cargo = ["cargo", "test", "--locked", "--no-run", "--test", "attack", "--test", "commands", "--message-format=json"]
+    profile = ["--release", "--config", "scripts/test_profile.toml"]
+    cargo = ["cargo", "test", "--locked", *profile, "--no-run", "--test", "attack", "--test", "commands"]
+    cargo.append("--message-format=json")
     lines = subprocess.run(cargo, cwd=TOP, stdout=subprocess.PIPE, check=True, text=True).stdout.splitlines()
     made = [json.loads(line) for line in lines if '"executable":"' in line]
     paths = {item["target"]["name"]: Path(item["executable"]) for item in made}

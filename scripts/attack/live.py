@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import http_requests
 from campaign import MEMORY_KIB, Campaign, Setting, limited, run
 
 # A handshake may take 10 s; a machine under load is slower.
@@ -22,7 +23,7 @@ HANDSHAKE_S = 15
 # A command holds for 0.5 s after the last; the vehicle's own ramp and a busy machine are slower.
 COMMAND_LOST_S = 3
 # What a run says that may open no more files.
-WAITS = re.compile(r"live: connections wait until others end: .+")
+WAITS = re.compile(r"live: new connections wait until others end: .+")
 
 
 @dataclass
@@ -231,6 +232,25 @@ def pages(setting: Setting) -> str | None:
     return "; ".join(wrong) or None
 
 
+def requests(setting: Setting) -> str | None:
+    """Requests that are none, too long or never read: each is refused or closed, and others are served still."""
+    taken = []
+    with serving(setting) as (process, port, _):
+        for request in http_requests.WRONG:
+            status = http_requests.answered(port, request, HANDSHAKE_S)
+            if status is None or 0 < status < 400:
+                taken.append(f"{request[:60]!r} is answered with {status}")
+        with http_requests.deaf(port, 50):
+            status = http_requests.answered(port, http_requests.PAGE, HANDSHAKE_S)
+        if process.poll() is not None:
+            return f"the run ended with {process.returncode}"
+        if status != 200:
+            taken.append(f"the page is answered with {status} then")
+        if not is_served(port):
+            taken.append("no viewer is served then")
+    return "; ".join(taken) or None
+
+
 def malformed(setting: Setting) -> str | None:
     """Frames that are none: the next viewer is served."""
     heads = [
@@ -345,7 +365,7 @@ def speed(viewer: Client, wanted: Callable[[float], bool], seconds: float) -> bo
 
 def campaigns(setting: Setting) -> list[Campaign]:
     """All at the same time: most of them wait."""
-    attacks = (idle, half_open, pages, malformed, not_asked, lost)
+    attacks = (idle, half_open, pages, requests, malformed, not_asked, lost)
 
     def failed(attack: Callable[[Setting], str | None]) -> str | None:
         try:

@@ -146,7 +146,7 @@ fn keys_that_the_engine_cannot_honour_are_refused_by_name() {
     let error = Scenario::load("step", &keys).expect_err("refused").to_string();
     assert_eq!(
         error,
-        "built-in step: physics.solver_iterations: 8, allowed: only with physics.engine = \"rapier\"; \"articulated\" solves contacts to the end"
+        "built-in step: physics.solver_iterations: 8, allowed: only with physics.engine = \"rapier\"; \"articulated\" iterates until the contacts converge"
     );
 }
 
@@ -158,7 +158,7 @@ fn a_snapshot_of_one_engine_is_not_taken_for_the_others() {
         .expect("saved");
     let other = Scenario::load("step", &[]).expect("built in");
     match Simulation::resume(&other, &bytes) {
-        Err(Error::Snapshot { reason }) => assert_eq!(reason, "it is of another scenario"),
+        Err(Error::Snapshot { reason }) => assert_eq!(reason, "it belongs to another scenario"),
         other => panic!("{:?}", other.map(|_| "resumed")),
     }
 }

@@ -273,7 +273,7 @@ fn a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_n
         .expect_err("refused");
     assert_eq!(
         error.to_string(),
-        "torques_n_m = NaN, allowed: one finite torque a wheel"
+        "torques_n_m = NaN, allowed: one finite torque for each wheel"
     );
     assert_eq!(simulation.observation(), &before);
 }
@@ -315,7 +315,7 @@ fn bad_keys_name_themselves() {
         ),
         (
             "command.then=[{ at_s = 2.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }, { at_s = 1.0, vx_m_s = 0, vy_m_s = 0, wz_rad_s = 0 }]",
-            "command.then[1].at_s: 1, allowed: at least the one before, 2",
+            "command.then[1].at_s: 1, allowed: at least 2, the time of the twist before",
         ),
         (
             "start.heading_rad=7",

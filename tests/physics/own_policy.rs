@@ -103,7 +103,7 @@ fn torques_are_brought_within_the_motors_and_what_is_no_torque_ends_the_run_with
     let error = run_own(&scenario, Breaks(0)).expect_err("a NaN");
     assert_eq!(
         error.to_string(),
-        "policy own: it gave NaN N.m for wheel 1 in period 20, t = 0.020 s, allowed: finite torques"
+        "policy own: it returned NaN N.m for wheel 1 in period 20, t = 0.020 s, allowed: finite torques"
     );
     let trace = run_own(&self::scenario("flat", &["duration_s=0.02"]), Breaks(0)).expect("runs");
     assert_eq!(trace.wheel("requested_n_m", 2).expect("a signal"), [99.0; 20]);

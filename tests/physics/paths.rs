@@ -123,12 +123,12 @@ fn refusal(overrides: &[&str]) -> String {
 fn a_path_and_a_twist_exclude_one_another() {
     let error = refusal(&["command.vx_m_s=0.3"]);
     assert!(
-        error.contains("command.vx_m_s") && error.contains("0.3, allowed: 0 or left out beside command.path"),
+        error.contains("command.vx_m_s") && error.contains("0.3, allowed: 0 or left out with command.path"),
         "{error}"
     );
     let error = refusal(&["command.then=[{ at_s = 1.0, vx_m_s = 0.1, vy_m_s = 0.0, wz_rad_s = 0.0 }]"]);
     assert!(
-        error.contains("command.then") && error.contains("none beside command.path"),
+        error.contains("command.then") && error.contains("none with command.path"),
         "{error}"
     );
     let error = refusal(&["command.path=\"sqare\""]);
@@ -171,7 +171,7 @@ fn a_bad_table_is_refused_in_one_line_with_its_line_number() {
         (
             "1,0,0,0\n1,0,0,0\n",
             "line 3: time_s: 1",
-            "more than in the line before",
+            "more than 1, the time in the line before",
         ),
         ("0,0,0,2000\n", "line 2: wz_rad_s: \"2000\"", "-1000 to 1000"),
         ("", "no rows", "1 to 100000"),

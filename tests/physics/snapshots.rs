@@ -68,8 +68,8 @@ fn a_snapshot_of_another_scenario_or_a_damaged_one_is_refused_by_name() {
         other => panic!("{:?}", other.map(|_| "resumed")),
     };
     let other = load("step", &[]).expect("built in");
-    assert_eq!(refused(&other, &bytes), "it is of another scenario");
-    assert_eq!(refused(&scenario, b""), "it is no snapshot");
+    assert_eq!(refused(&other, &bytes), "it belongs to another scenario");
+    assert_eq!(refused(&scenario, b""), "it is not a snapshot");
     assert!(refused(&scenario, &bytes[..bytes.len() / 2]).starts_with("it is damaged"));
 }
 

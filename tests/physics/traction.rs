@@ -305,7 +305,7 @@ fn what_it_cannot_go_with_is_refused_by_name() {
     assert_eq!(
         refused(&["control.policy=reach", "control.floor=0.5"]),
         format!(
-            "built-in step: control.floor: 0.5, allowed: only with a policy of loops of the wheels: {loops}"
+            "built-in step: control.floor: 0.5, allowed: only with a policy of wheel speed loops: {loops}"
         )
     );
     assert_eq!(

@@ -205,7 +205,7 @@ test("a command ends half a second after its last message, and with its client: 
   await watching.until(() => asked(watching) === 0, "rest is commanded");
   // From the command's first sample (50 Hz) to rest's; late by what the machine is busy with, never early by more than a sample.
   assert.ok(performance.now() - from > 400, `after ${performance.now() - from} ms`);
-  await watching.until(told(watching, /^no command for 0\.5 s: the vehicle is told to rest$/), "why");
+  await watching.until(told(watching, /^no command for 0\.5 s: the vehicle is commanded to stop$/), "why");
   await watching.until(() => Math.abs(speed(watching).x) < 0.01, "rest");
 
   // Told again and again it drives; the parameter counts as a command too.
@@ -220,7 +220,7 @@ test("a command ends half a second after its last message, and with its client: 
   stop();
   publishing(steering, 1, jsonTwist(-0.3));
   steering.socket.terminate();
-  await watching.until(told(watching, /^who commanded is gone: the vehicle is told to rest$/), "its end is noticed");
+  await watching.until(told(watching, /^the commanding client disconnected: the vehicle is commanded to stop$/), "its end is noticed");
   await watching.until(() => asked(watching) === 0 && Math.abs(speed(watching).x) < 0.01, "rest at last");
   run.kill("SIGINT");
   await once(run, "exit");
@@ -255,10 +255,10 @@ test("a page of elsewhere is refused with the reason, by name and by address", a
   const { run, address, port, said } = await started("--set", "duration_s=600", "--allow-origin", "https://viewer.example");
   for (const options of [{}, { origin: "http://localhost:8080" }, { origin: "https://app.foxglove.dev" }, { origin: "https://viewer.example" }, { headers: { Host: `localhost:${port}` } }])
     assert.equal((await answered(address, options)).status, 101, JSON.stringify(options));
-  assert.deepEqual(await answered(address, { origin: "https://evil.example" }), { status: 403, reason: "a page of https://evil.example: allow it with --allow-origin https://evil.example\n" });
+  assert.deepEqual(await answered(address, { origin: "https://evil.example" }), { status: 403, reason: "a page from https://evil.example: allow it with --allow-origin https://evil.example\n" });
   assert.deepEqual(await answered(address, { headers: { Host: "evil.example" } }), { status: 403, reason: "Host evil.example, allowed: localhost, 127.0.0.1 or [::1]\n" });
   assert.equal((await answered(address, { origin: "null" })).status, 403);
-  assert.match(said(), /^live: refused a page of https:\/\/evil\.example: allow it with --allow-origin https:\/\/evil\.example$/m);
+  assert.match(said(), /^live: refused a page from https:\/\/evil\.example: allow it with --allow-origin https:\/\/evil\.example$/m);
   run.kill("SIGINT");
   await once(run, "exit");
 });
@@ -287,7 +287,7 @@ test("who does not end its handshake is closed, and who is one viewer too many i
   const closed = once(half, "close"), from = performance.now();
   const clients = []; // one after the other: sixteen handshakes at a time would end the half one's wait
   while (clients.length < 16) clients.push(await connected(address));
-  assert.deepEqual(await answered(address, {}), { status: 503, reason: "16 viewers are there, which is the most\n" });
+  assert.deepEqual(await answered(address, {}), { status: 503, reason: "16 viewers are connected, the largest number allowed\n" });
   clients[0].socket.terminate();
   let status = 503; // until the server has noticed
   while (status === 503) ({ status } = await answered(address, {}));

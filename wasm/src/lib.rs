@@ -1,12 +1,17 @@
-//! Runs built-in scenarios and says in which bits they ended.
+//! The simulation for a page in a browser, and what of it is compared with the native program.
 //!
-//! The module for WebAssembly has no bindings, only [`run`], [`text`] and its memory.
+//! The module for WebAssembly has no bindings, only the functions of `face` and its memory.
 
-use std::cell::RefCell;
+mod face;
+mod offer;
+mod session;
+
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use omni_sim::config::{Override, Scenario, builtin_scenarios};
-use omni_sim::{Error, Trace};
+use omni_sim::config::builtin_scenarios;
+use omni_sim::{Trace, TraceBuilder};
+use session::{Request, Session};
 
 const POSE: [&str; 7] = [
     "pose_x_m", "pose_y_m", "pose_z_m", "pose_qx", "pose_qy", "pose_qz", "pose_qw",
@@ -20,22 +25,27 @@ const PHYSICS: [(&str, &str, &str); 3] = [
 ];
 
 /// The first `duration_s` \[s\] of every built-in scenario with every engine, a line each: name, control periods, the last pose (x, y, z and the
-/// quaternion's x, y, z, w) as hexadecimal bits of `f64`, and a digest of all bits of the whole trace.
+/// quaternion's x, y, z, w) as hexadecimal bits of `f64`, and a digest of all bits of the whole trace. They are stepped as a page steps them.
 ///
 /// # Errors
 /// Those of the simulation.
-pub fn report(duration_s: f64) -> Result<String, Error> {
+pub fn report(duration_s: f64) -> Result<String, String> {
     let mut lines = String::new();
     let runs = builtin_scenarios()
         .into_iter()
         .flat_map(|name| PHYSICS.map(|physics| (name, physics)));
     for (name, (engine, wheels, suffix)) in runs {
-        let overrides = [
-            Override::new("duration_s", duration_s),
-            Override::new("physics.engine", engine),
-            Override::new("physics.wheel_model", wheels),
-        ];
-        let trace = omni_sim::run(&Scenario::load(name, &overrides)?)?;
+        let set = BTreeMap::from([
+            ("duration_s".to_owned(), duration_s.into()),
+            ("physics.engine".to_owned(), engine.into()),
+            ("physics.wheel_model".to_owned(), wheels.into()),
+        ]);
+        let trace = trace(&Request {
+            scenario: name.to_owned(),
+            policy: None,
+            set,
+            log: false,
+        })?;
         let _ = write!(lines, "{name}{suffix} {}", trace.rows());
         for column in POSE {
             let last = trace.column(column).and_then(<[f64]>::last);
@@ -44,6 +54,18 @@ pub fn report(duration_s: f64) -> Result<String, Error> {
         let _ = writeln!(lines, " {:016x}", digest(&trace));
     }
     Ok(lines)
+}
+
+/// Every signal of a session's run to its end.
+fn trace(request: &Request) -> Result<Trace, String> {
+    let mut session = Session::new(request)?;
+    let signals = session.simulation().controller().signal_names().to_vec();
+    let mut trace = TraceBuilder::with_signals(session.scenario().vehicle(), &signals);
+    while session.advance(1, None)? == 1 {
+        let simulation = session.simulation();
+        trace.push(simulation.sample(), simulation.observation());
+    }
+    Ok(trace.finish(session.figures()))
 }
 
 /// FNV-1a over words. WebAssembly leaves open which bits a NaN has: each counts as the same.
@@ -57,25 +79,4 @@ fn digest(trace: &Trace) -> u64 {
     };
     let fold = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0100_0000_01b3);
     trace.data().iter().map(bits).fold(0xcbf2_9ce4_8422_2325, fold)
-}
-
-thread_local! { static SAID: RefCell<String> = const { RefCell::new(String::new()) }; }
-
-/// Keeps the [`report`], or what went wrong; returns its length \[bytes\], negative where something went wrong.
-#[unsafe(no_mangle)]
-pub extern "C" fn run(duration_s: f64) -> i32 {
-    let (said, sign) = match report(duration_s) {
-        Ok(lines) => (lines, 1),
-        Err(error) => (error.to_string(), -1),
-    };
-    SAID.with(|kept| {
-        *kept.borrow_mut() = said;
-        sign * kept.borrow().len() as i32
-    })
-}
-
-/// Where what [`run`] kept begins in the memory; until the next [`run`].
-#[unsafe(no_mangle)]
-pub extern "C" fn text() -> *const u8 {
-    SAID.with(|kept| kept.borrow().as_ptr())
 }

@@ -3,8 +3,8 @@
 use microlp::{ComparisonOp, Error as LpError, OptimizationDirection, Problem, SolveOutcome, Variable};
 
 use crate::Error;
+use crate::climb_path::{Posture, along, less, moment};
 use crate::linkage::Linkage;
-use crate::posture::{Posture, along, less, moment};
 use crate::step::Step;
 
 /// What is asked of the contact forces.

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::balance::{Ask, best};
+use crate::climb_path::{Misfit, Posture};
 use crate::linkage::Linkage;
-use crate::posture::{Misfit, Posture};
 use crate::step::Step;
 
 /// Points of a row's path, from first touch to on top.
@@ -154,7 +154,7 @@ impl Bound {
         else {
             return Err(refused(
                 "terrain.kind",
-                "no plain step, allowed for a bound: \"step\"",
+                "not a plain step, allowed for a bound: \"step\"",
             ));
         };
         if !scenario.friction_patch.is_empty() {
@@ -247,7 +247,7 @@ impl Linkage {
                 name: "height_m",
                 value: step.height_m,
                 allowed: format!(
-                    "less than {lowest}, the radius of the wheels: above the axle the edge is a wall"
+                    "less than {lowest}, the radius of the wheels: wheels cannot climb an edge above their axle"
                 ),
             });
         }
@@ -343,14 +343,14 @@ impl Linkage {
     fn misfit(&self, row: usize, step: &Step, misfit: Misfit) -> Error {
         let (height, climbing) = (step.height_m, ROWS[row]);
         let reason = match misfit {
-            Misfit::Reach => format!("its frames do not reach up {height} m with the {climbing} row"),
+            Misfit::Reach => format!("its frames cannot lift the {climbing} row by {height} m"),
             Misfit::Stop(turn) => format!(
-                "its hinge would turn {turn:.2} rad, more than its stop at {}, while the {climbing} row climbs {height} m",
+                "its hinge would turn {turn:.2} rad, beyond its stop at {}, while the {climbing} row climbs {height} m",
                 self.stop_rad
             ),
             Misfit::Close(other) => {
                 format!(
-                    "its {} row is at the edge while the {climbing} row climbs {height} m",
+                    "its {} row also touches the edge while the {climbing} row climbs {height} m",
                     ROWS[other]
                 )
             }

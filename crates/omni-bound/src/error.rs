@@ -19,7 +19,7 @@ pub enum Error {
     Config(#[from] omni_config::Error),
     /// A vehicle that the bound does not describe.
     #[error(
-        "vehicle {}: {}; a bound is there for two frames on one hinge across, with three rows of wheels",
+        "vehicle {}: {}; a bound needs two frames joined by one transverse hinge, with three rows of wheels; for other vehicles: omnistep check VEHICLE --step HEIGHT",
         shortened(vehicle),
         shortened(reason)
     )]

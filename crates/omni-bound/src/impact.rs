@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix4, Vector4};
 
+use crate::climb_path::{Posture, dot, less, moment};
 use crate::linkage::Linkage;
-use crate::posture::{Posture, dot, less, moment};
 
 /// Parts of the run-up's kinetic energy, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,15 +9,15 @@
 
 mod balance;
 mod bound;
+mod climb_path;
 mod error;
+mod first_contact;
 mod impact;
 mod linkage;
-mod posture;
 mod step;
-mod touch;
 
 pub use bound::{Bound, RowBound, Verdict};
 pub use error::Error;
+pub use first_contact::{RowTouch, touch};
 pub use linkage::Linkage;
 pub use step::Step;
-pub use touch::{RowTouch, touch};

@@ -77,7 +77,7 @@ impl Linkage {
     /// ```
     /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?;
     /// let said = omni_bound::Linkage::new(&mecanum4).unwrap_err().to_string();
-    /// assert!(said.starts_with("vehicle mecanum4: it has 0 hinges across"), "{said}");
+    /// assert!(said.starts_with("vehicle mecanum4: it has 0 transverse hinges"), "{said}");
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn new(vehicle: &Vehicle) -> Result<Self, Error> {
@@ -128,7 +128,12 @@ impl Linkage {
         let with_one = match rows.iter().filter(|row| row.frame == 1).count() {
             1 => 1,
             2 => 0,
-            all => return Err(format!("one of its frames carries {} rows", all.max(3 - all))),
+            all => {
+                return Err(format!(
+                    "one of its frames carries {} rows of wheels",
+                    all.max(3 - all)
+                ));
+            }
         };
         if with_one == 0 {
             frames.swap(0, 1);
@@ -140,7 +145,7 @@ impl Linkage {
             .iter()
             .any(|row| row.frame == 1 && row.axle_m[0].abs() < ALIKE)
         {
-            return Err("the row that a frame carries alone is below the hinge".into());
+            return Err("the only row of one frame is right below the hinge".into());
         }
         Ok(Self {
             name: vehicle.name.clone(),
@@ -175,12 +180,12 @@ fn hinge_across(hinges: &[Hinge]) -> Result<&Hinge, String> {
         .iter()
         .find(|hinge| (ALIKE..1.0 - ALIKE).contains(&part_across(hinge)))
     {
-        return Err(format!("its hinge {} is oblique", oblique.name));
+        return Err(format!("the axis of its hinge {} is oblique", oblique.name));
     }
     let across: Vec<&Hinge> = hinges.iter().filter(|hinge| part_across(hinge) > 0.5).collect();
     match across[..] {
         [one] => Ok(one),
-        _ => Err(format!("it has {} hinges across the way", across.len())),
+        _ => Err(format!("it has {} transverse hinges", across.len())),
     }
 }
 
@@ -246,23 +251,26 @@ fn wheel_row(
         let name = &wheel.name;
         if side(&wheel.body) != row.frame {
             return Err(format!(
-                "wheels {} and {name} are a row on two frames",
+                "wheels {} and {name} are in one row but on two frames",
                 first.name
             ));
         }
         if (wheel.radius_m / radius - 1.0).abs() > ALIKE {
             return Err(format!(
-                "wheels {} and {name} of a row have unlike radii",
+                "wheels {} and {name} are in one row but differ in radius",
                 first.name
             ));
         }
         if (wheel.position_m[0] - x).abs() > ALIKE {
-            return Err(format!("wheels {} and {name} are no straight row", first.name));
+            return Err(format!(
+                "wheels {} and {name} are in one row but differ in x",
+                first.name
+            ));
         }
         let [along, across] = wheel.rolling_direction.map(f64::abs);
         let length = along.hypot(across);
         if wheel.roller_angle_rad.abs() > ALIKE || (along.min(across) / length) > ALIKE {
-            return Err(format!("wheel {name} rolls neither along nor across the way"));
+            return Err(format!("wheel {name} rolls neither forward nor sideways"));
         }
         if along > across {
             row.torques += 1.0 / wheel.gear.abs();
@@ -278,7 +286,7 @@ fn wheel_row(
     }
     if row.torques == 0.0 {
         return Err(format!(
-            "no wheel of the row of {} rolls along the way",
+            "no wheel in the row of wheel {} rolls forward",
             first.name
         ));
     }

@@ -264,13 +264,10 @@ fn what_is_not_described_is_refused_in_one_line_that_says_why() {
             .to_string()
     };
     for (said, expected) in [
-        (
-            refused("omni3", &[]),
-            "vehicle omni3: it has 0 hinges across the way",
-        ),
+        (refused("omni3", &[]), "vehicle omni3: it has 0 transverse hinges"),
         (
             refused("mecanum4", &[]),
-            "vehicle mecanum4: it has 0 hinges across the way",
+            "vehicle mecanum4: it has 0 transverse hinges",
         ),
         (
             refused("rocker_bogie6", &[]),
@@ -278,11 +275,11 @@ fn what_is_not_described_is_refused_in_one_line_that_says_why() {
         ),
         (
             refused("chugo7", &["hinge.0.axis=[0.5, 1.0, 0.0]"]),
-            "vehicle chugo7: its hinge pitch is oblique",
+            "vehicle chugo7: the axis of its hinge pitch is oblique",
         ),
         (
             refused("chugo7", &["wheel.4.radius_m=0.07"]),
-            "vehicle chugo7: wheels 5 and 6 of a row have unlike radii",
+            "vehicle chugo7: wheels 5 and 6 are in one row but differ in radius",
         ),
         (
             refused(
@@ -302,11 +299,11 @@ fn what_is_not_described_is_refused_in_one_line_that_says_why() {
         .unwrap_err();
     assert_eq!(
         high.to_string(),
-        "height_m = 0.07, allowed: less than 0.066, the radius of the wheels: above the axle the edge is a wall"
+        "height_m = 0.07, allowed: less than 0.066, the radius of the wheels: wheels cannot climb an edge above their axle"
     );
     let stopped = chugo7(&["hinge.0.limit_rad=0.1"]).bound(&Step::new(0.05, 0.7).unwrap(), 1.0, 0.3);
     let said = stopped.unwrap_err().to_string();
-    assert!(said.contains("more than its stop at 0.1"), "{said}");
+    assert!(said.contains("beyond its stop at 0.1"), "{said}");
     for terrain in ["stairs", "flat"] {
         let said = Bound::of(&Scenario::load(terrain, &[]).unwrap())
             .unwrap_err()

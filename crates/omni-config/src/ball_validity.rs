@@ -34,7 +34,7 @@ impl fmt::Display for BeyondBall {
         let [lean, most] = [self.lean_rad, BALL_LEAN_RAD].map(f64::to_degrees);
         write!(
             f,
-            "the ground's normal leans {lean:.0} deg out of the plane in which the ball of wheel {} is a wheel, allowed: {most:.0}",
+            "the ground's normal leans {lean:.0} deg out of the rolling plane of wheel {}, allowed: {most:.0}",
             self.wheel
         )
     }
@@ -129,7 +129,7 @@ impl Scenario {
                         ..world
                     },
                 };
-                vx.hypot(vy) > 0.0 && fan.along(push_rad(wheel)) > libm::sin(BALL_LEAN_RAD)
+                libm::hypot(vx, vy) > 0.0 && fan.along(push_rad(wheel)) > libm::sin(BALL_LEAN_RAD)
             })
     }
 }
@@ -202,7 +202,7 @@ impl Terrain {
     fn steepest(&self, radius_m: f64) -> [f64; 2] {
         let sine_of_cosine = |cosine: f64| (1.0 - cosine * cosine).max(0.0).sqrt();
         let edge = |height: f64| sine_of_cosine((1.0 - height / radius_m).max(0.0));
-        let of_slope = |slope: f64| slope / slope.hypot(1.0);
+        let of_slope = |slope: f64| slope / libm::hypot(slope, 1.0);
         match self {
             Self::Flat { .. } => [0.0; 2],
             Self::Step { height_m, .. }

@@ -17,7 +17,7 @@ use crate::ranges::{LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Start {
-    /// World x \[m\], -100 to 100: the phase at which wheels meet the obstacle.
+    /// World x \[m\], -100 to 100. It sets at which angle of their rotation the wheels meet the obstacle.
     #[garde(custom(within(PLACE_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub x_m: f64,
@@ -37,37 +37,41 @@ pub struct Start {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CommandFrame {
-    /// The vehicle's: forward is where it looks.
+    /// The vehicle's axes: forward is along its heading.
     #[default]
     Body,
-    /// The world's: forward is across the obstacle, wherever the vehicle looks. The command is turned by the true heading.
+    /// The world's axes: forward is towards the obstacle, whatever the heading. The command is rotated by the true heading.
     World,
 }
 
-/// A twist, reached on a ramp, and others after it; or a path that is followed, or a table of twists. A file with one of these leaves the twist
-/// out.
+/// A twist that is reached on a ramp, with later twists; or a path to follow; or a table of twists. With a path or a table the twist is
+/// left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Command {
-    /// Forward \[m/s\], -100 to 100.
+    /// Forward \[m/s\], -100 to 100; 0 if left out.
+    #[serde(default)]
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max), default))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vx_m_s: f64,
-    /// Left \[m/s\], -100 to 100.
+    /// Left \[m/s\], -100 to 100; 0 if left out.
+    #[serde(default)]
     #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max), default))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub vy_m_s: f64,
-    /// Counter-clockwise \[rad/s\], -1000 to 1000.
+    /// Counter-clockwise \[rad/s\], -1000 to 1000; 0 if left out.
+    #[serde(default)]
     #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max), default))]
+    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
     pub wz_rad_s: f64,
-    /// Time from rest to the whole twist \[s\], 0 to 3600.
+    /// Time from rest to the whole twist \[s\], 0 to 3600; 0.3 if left out.
+    #[serde(default = "soft_start")]
     #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max), default))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub ramp_s: f64,
-    /// Axes that forward and left mean.
+    /// Axes of forward and left: the vehicle's or the world's.
     #[serde(default)]
     #[garde(skip)]
     pub frame: CommandFrame,
@@ -76,7 +80,7 @@ pub struct Command {
     #[garde(custom(counted(0, 1000)), dive)]
     #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
     pub then: Vec<Then>,
-    /// A path that is followed instead: `square`, `figure_eight`, or waypoints.
+    /// A path to follow instead of the twist: `square`, `figure_eight`, or waypoints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub path: Option<PathChoice>,
@@ -85,7 +89,7 @@ pub struct Command {
     #[garde(inner(custom(within(LENGTH_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
     pub path_size_m: Option<f64>,
-    /// What the path is planned within.
+    /// Limits for the planning of the path.
     #[serde(default, skip_serializing_if = "is_default")]
     #[garde(dive)]
     pub plan: PathPlan,
@@ -93,12 +97,16 @@ pub struct Command {
     #[serde(default, skip_serializing_if = "is_default")]
     #[garde(dive)]
     pub follow: PathFollow,
-    /// A CSV file with columns `time_s`, `vx_m_s`, `vy_m_s`, `wz_rad_s`, relative to this file, whose twists are commanded instead: each from its time to
-    /// the next one's.
+    /// A CSV file with columns `time_s`, `vx_m_s`, `vy_m_s`, `wz_rad_s`, relative to this file. Its twists are commanded instead, each from its time
+    /// until the next time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub file: Option<CommandFile>,
+}
+
+fn soft_start() -> f64 {
+    0.3
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -108,7 +116,7 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 /// The keys of a twist, which a path or a table of twists stands for.
 const TWIST: [&str; 4] = ["vx_m_s", "vy_m_s", "wz_rad_s", "ramp_s"];
 
-/// A twist that takes over from the one before.
+/// A twist that replaces the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -240,11 +248,11 @@ impl Command {
             return file
                 .rows()
                 .iter()
-                .map(|[_, vx, vy, _]| vx.hypot(*vy))
+                .map(|[_, vx, vy, _]| libm::hypot(*vx, *vy))
                 .fold(0.0, f64::max);
         }
-        let own = self.vx_m_s.hypot(self.vy_m_s);
-        let later = self.then.iter().map(|then| then.vx_m_s.hypot(then.vy_m_s));
+        let own = libm::hypot(self.vx_m_s, self.vy_m_s);
+        let later = self.then.iter().map(|then| libm::hypot(then.vx_m_s, then.vy_m_s));
         later.fold(own, f64::max)
     }
 
@@ -268,26 +276,25 @@ impl Command {
     /// The key and what is wrong with it, where the times do not ascend, or where there is more than one of a twist, a path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
         if self.path.is_some() && self.file.is_some() {
-            let message = "a table of twists, allowed: not beside command.path".to_owned();
+            let message = "a table of twists, allowed: only without command.path".to_owned();
             return Some(("command.file".into(), message));
         }
         if self.comes_by_itself() {
             let other = if self.path.is_some() { "path" } else { "file" };
             let twist = [self.vx_m_s, self.vy_m_s, self.wz_rad_s, self.ramp_s];
             if let Some((key, value)) = TWIST.iter().zip(twist).find(|(_, value)| *value != 0.0) {
-                let message = format!(
-                    "{value}, allowed: 0 or left out beside command.{other}, which stands in its place"
-                );
+                let message =
+                    format!("{value}, allowed: 0 or left out with command.{other}, which sets the twist");
                 return Some((format!("command.{key}"), message));
             }
             if !self.then.is_empty() {
-                let message =
-                    format!("twists, allowed: none beside command.{other}, which stands in their place");
+                let message = format!("twists, allowed: none with command.{other}, which sets the twist");
                 return Some(("command.then".into(), message));
             }
             if self.path.is_some() && self.frame != CommandFrame::Body {
                 let message =
-                    "\"world\", allowed: left out beside command.path, which is in the world".to_owned();
+                    "\"world\", allowed: left out with command.path, which is always in the world frame"
+                        .to_owned();
                 return Some(("command.frame".into(), message));
             }
         }
@@ -297,7 +304,10 @@ impl Command {
         let mut before_s = 0.0;
         for (i, then) in self.then.iter().enumerate() {
             if then.at_s < before_s {
-                let message = format!("{}, allowed: at least the one before, {before_s}", then.at_s);
+                let message = format!(
+                    "{}, allowed: at least {before_s}, the time of the twist before",
+                    then.at_s
+                );
                 return Some((format!("command.then[{i}].at_s"), message));
             }
             before_s = then.at_s;

@@ -82,7 +82,7 @@ impl CommandFile {
             }
             if let Some(before) = rows.last().filter(|before| row[0] <= before[0]) {
                 return Err(format!(
-                    "line {line}: time_s: {}, allowed: more than in the line before, {}",
+                    "line {line}: time_s: {}, allowed: more than {}, the time in the line before",
                     row[0], before[0]
                 ));
             }
@@ -140,13 +140,13 @@ impl CommandFile {
 fn said(error: &csv::Error) -> String {
     let line = error.position().map_or(1, csv::Position::line);
     match error.kind() {
-        csv::ErrorKind::Utf8 { .. } => format!("line {line}: no text in UTF-8"),
+        csv::ErrorKind::Utf8 { .. } => format!("line {line}: not text in UTF-8"),
         csv::ErrorKind::UnequalLengths {
             expected_len, len, ..
         } => {
             format!("line {line}: {len} fields, allowed: {expected_len}")
         }
-        _ => format!("line {line}: no CSV: {error}"),
+        _ => format!("line {line}: not valid CSV: {error}"),
     }
 }
 

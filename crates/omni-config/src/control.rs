@@ -37,29 +37,29 @@ pub enum SaturationLaw {
     ScaleReference,
 }
 
-/// Which error the integrals take in: [`Integral`].
+/// Which error is integrated: [`Integral`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum IntegralLaw {
-    /// Each wheel its own.
+    /// Each wheel's own error.
     PerWheel,
     /// The part of the errors that a motion of the vehicle explains.
     Shared,
 }
 
-/// How integrals are kept from winding up at a limit: [`AntiWindup`] without its numbers.
+/// Anti-windup of the integrals: [`AntiWindup`] without its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum AntiWindupLaw {
-    /// Not at all.
+    /// No anti-windup.
     None,
     /// Integral terms stay within `integral_limit_n_m`.
     Clamp,
-    /// No error is taken in that drives a saturated output further out.
+    /// An error that drives a saturated output further beyond its limit is not integrated.
     Conditional,
     /// Integrals follow the applied torques within `tracking_time_s`.
     BackCalculation,
@@ -83,74 +83,92 @@ pub enum AntiWindupLaw {
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`].
+    /// Name of a policy, one of [`POLICIES`]; `synchronised` if left out. It needs encoders on the wheels only.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
-    /// How torques are brought within limits, instead of the policy's way.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// How torques are brought within limits; that of the policy if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub saturation: Option<SaturationLaw>,
     /// The least factor on the references where `saturation` is `scale_reference`, 0 to 1; 0.3 if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(PART))))]
     #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
     pub floor: Option<f64>,
-    /// Which error the integrals take in, instead of the policy's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Which error is integrated; that of the policy if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub integral: Option<IntegralLaw>,
-    /// How integrals are kept from winding up, `none` if left out. Where `saturation` is `scale_reference` the shared reference keeps them
-    /// from it: `conditioned`, or `clamp` besides.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Anti-windup, `none` if left out. Where `saturation` is `scale_reference`: `conditioned`
+    /// if left out, or `clamp` in addition.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub anti_windup: Option<AntiWindupLaw>,
     /// Largest integral term of a loop where `anti_windup` is `clamp` \[N.m\], 0 to 1e6; the motor's stall torque if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(WINDUP_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
     pub integral_limit_n_m: Option<f64>,
     /// Time constant where `anti_windup` is `back_calculation` \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(TRACKING_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
     pub tracking_time_s: Option<f64>,
-    /// Integral zone: integrals take in errors of at most this \[rad/s\] and are set to 0 by larger ones, 0 to 1e6; every error counts
-    /// if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Integral zone \[rad/s\], 0 to 1e6: errors up to this are integrated, larger ones set the integrals to 0; every error
+    /// counts if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(ZONE_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ZONE_RAD_S.min, max = ZONE_RAD_S.max)))]
     pub integral_zone_rad_s: Option<f64>,
     /// Largest proportional term of a loop \[N.m\], 0 to 1e6; unlimited if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(WINDUP_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
     pub proportional_limit_n_m: Option<f64>,
-    /// Tries at each row of wheels under `steady` and `reach`, 0 to 100; 8 if left out. 0: the vehicle stays where it is stuck.
+    /// Retries at each row of wheels with `steady` and `reach`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
     #[serde(
-        default,
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::whole::tries"
+        deserialize_with = "crate::integers::tries"
     )]
     #[garde(inner(custom(within(TRIES))))]
     #[cfg_attr(feature = "schema", schemars(range(min = TRIES.min, max = TRIES.max)))]
     pub tries: Option<u32>,
-    /// Control period \[us\], a multiple of the physics step, 1 to 100000.
-    #[serde(deserialize_with = "crate::whole::period_us")]
+    /// Control period \[us\], a multiple of the physics step, 1 to 100000; 1000 if left out.
+    #[serde(deserialize_with = "crate::integers::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
-    #[serde(default)]
     #[garde(skip)]
     pub precision: Precision,
-    /// What the loops do once the command is rest; not with `steady` and `reach`, which have no such loops.
-    #[serde(default)]
+    /// What the loops do while rest is commanded; not with `steady` and `reach`, which have no such loops.
     #[garde(dive)]
     pub rest: Rest,
+}
+
+impl Default for Control {
+    /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
+    fn default() -> Self {
+        Self {
+            policy: "synchronised".into(),
+            saturation: None,
+            floor: None,
+            integral: None,
+            anti_windup: None,
+            integral_limit_n_m: None,
+            tracking_time_s: None,
+            integral_zone_rad_s: None,
+            proportional_limit_n_m: None,
+            tries: None,
+            period_us: 1000,
+            precision: Precision::default(),
+            rest: Rest::default(),
+        }
+    }
 }
 
 /// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::Traction`]), the best last.
@@ -185,22 +203,22 @@ pub(crate) enum TractionPreset {
 pub fn policy_in_a_line(policy: &str) -> &'static str {
     match policy {
         "independent" => {
-            "each wheel's torque is cut to its own limit, each loop has its own integral: plain PID"
+            "plain PID: each wheel's torque is cut to its own limit, and each loop has its own integral"
         }
         "paper" => {
-            "all torques are multiplied by the factor of the wheel furthest over its limit: eqs. (11) and (12)"
+            "the paper's eqs. (11) and (12): all torques are scaled by the factor of the most saturated wheel"
         }
         "synchronised" => {
-            "all references are reduced together, to no less than 0.3, so that no wheel saturates: ratios of speeds are kept"
+            "all references are scaled together, down to 0.3, so that no wheel saturates: keeps the speed ratios"
         }
         "load_sharing" => {
-            "each wheel's torque is cut to its own limit, one integral for the vehicle's motion: the least heat"
+            "each wheel's torque is cut to its own limit, and the wheels share one integral: least heat of the loops"
         }
         STEADY => {
-            "one thrust for all driven wheels, slip taken out of each by what the ground takes, another try where it is stuck: the least slip"
+            "traction control: the same thrust on all driven wheels, less where one slips, and retries if stuck: little slip and heat"
         }
         REACH => {
-            "as steady, and every try is faster, with the climbing row spun up: the highest steps, where motors have speed to spare"
+            "as steady, but every retry is faster and spins up the climbing row: highest steps, needs spare motor speed"
         }
         _ => "",
     }
@@ -343,7 +361,7 @@ impl Control {
         if scales && !kept.contains(&law) {
             let name = law.map(name).unwrap_or_default();
             let message = format!(
-                "{name:?}, allowed: \"conditioned\" or \"clamp\" where all references are reduced together, which conditions the integrals"
+                "{name:?}, allowed: \"conditioned\" or \"clamp\" where the saturation is \"scale_reference\""
             );
             return Some(("anti_windup", message));
         }
@@ -382,7 +400,7 @@ impl Control {
         ];
         let (key, value) = given.into_iter().find_map(|(key, value)| Some((key, value?)))?;
         let policies = Coordination::<f64>::PRESETS.join(", ");
-        let message = format!("{value}, allowed: only with a policy of loops of the wheels: {policies}");
+        let message = format!("{value}, allowed: only with a policy of wheel speed loops: {policies}");
         Some((key, message))
     }
 }
@@ -400,9 +418,9 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
     if POLICIES.contains(&value) {
         return Ok(());
     }
+    let meant = did_you_mean(value, POLICIES);
     Err(garde::Error::new(format!(
-        "{value:?}{}, allowed: {}",
-        did_you_mean(value, POLICIES),
+        "{value:?}{meant}, allowed: {}",
         POLICIES.join(", ")
     )))
 }
@@ -464,8 +482,8 @@ mod tests {
             ),
             (
                 vec!["control.policy=synchronised", "control.anti_windup=none"],
-                "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where all references are reduced \
-                 together, which conditions the integrals",
+                "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where \
+                 the saturation is \"scale_reference\"",
             ),
             (
                 vec!["control.policy=independent", "control.tracking_time_s=1"],
@@ -481,12 +499,12 @@ mod tests {
             ),
             (
                 vec!["control.policy=steady", "control.proportional_limit_n_m=1"],
-                "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of loops of the wheels: independent, \
+                "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of wheel speed loops: independent, \
                  paper, synchronised, load_sharing",
             ),
             (
                 vec!["control.policy=steady", "control.rest.hold_s=30"],
-                "built-in step: control.rest.hold_s: 30, allowed: only with a policy of loops of the wheels: independent, paper, \
+                "built-in step: control.rest.hold_s: 30, allowed: only with a policy of wheel speed loops: independent, paper, \
                  synchronised, load_sharing",
             ),
         ] {

@@ -136,8 +136,8 @@ impl Scenario {
     /// use omni_config::{Override, Scenario};
     /// let scenario = |counts| Scenario::load("flat", &[Override::parse(counts)?]);
     /// let coarse = scenario("sensors.encoder_counts=64")?.coarse_encoder()?.expect("it is");
-    /// assert_eq!(coarse, "sensors.encoder_counts = 64: one count in a control period is 98.2 rad/s, \
-    ///     the gains make 29.6 N.m of it, the motor has 2; more counts or a lower kp_n_m_s_rad mend it");
+    /// assert_eq!(coarse, "sensors.encoder_counts = 64: one count in a control period reads as 98.2 \
+    ///     rad/s, for which the gains ask 29.6 N.m, but the motor has 2; use more counts or a lower kp_n_m_s_rad");
     /// assert_eq!(scenario("sensors.encoder_counts=4096")?.coarse_encoder()?, None);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
@@ -160,8 +160,8 @@ impl Scenario {
         let stall = self.vehicle().motor.stall_torque_n_m;
         Ok((torque_n_m > stall).then(|| {
             format!(
-                "sensors.encoder_counts = {counts}: one count in a control period is {:.1} rad/s, the gains make {:.1} N.m of it, \
-                 the motor has {stall}; more counts or a lower kp_n_m_s_rad mend it",
+                "sensors.encoder_counts = {counts}: one count in a control period reads as {:.1} rad/s, for which the gains \
+                 ask {:.1} N.m, but the motor has {stall}; use more counts or a lower kp_n_m_s_rad",
                 velocity_rad_s, torque_n_m
             )
         }))

@@ -13,11 +13,11 @@ impl Command {
     /// ```
     #[must_use]
     pub fn earliest_s(&self, way_m: f64) -> Option<f64> {
-        let own = (0.0, self.vx_m_s.hypot(self.vy_m_s), self.ramp_s);
+        let own = (0.0, libm::hypot(self.vx_m_s, self.vy_m_s), self.ramp_s);
         let later = self
             .then
             .iter()
-            .map(|then| (then.at_s, then.vx_m_s.hypot(then.vy_m_s), then.ramp_s));
+            .map(|then| (then.at_s, libm::hypot(then.vx_m_s, then.vy_m_s), then.ramp_s));
         let ends = self.then.iter().map(|then| then.at_s).chain([f64::INFINITY]);
         let (mut left_m, mut speed) = (way_m, 0.0);
         for ((from_s, whole, ramp_s), end_s) in std::iter::once(own).chain(later).zip(ends) {
@@ -62,9 +62,9 @@ impl Scenario {
     /// use omni_config::{Override, Scenario};
     /// let of = |duration_s| Scenario::load("step", &[Override::new("duration_s", duration_s)]).map(|scenario| scenario.too_short());
     /// assert_eq!(of(3.5)?, None); // 1 m at 0.3 m/s, from rest: 3.48 s
-    /// assert!(of(3.4)?.is_some_and(|said| said.starts_with("duration_s = 3.4 cannot suffice: the rear wheels start 1.00 m before")));
+    /// assert!(of(3.4)?.is_some_and(|said| said.starts_with("duration_s = 3.4 is too short: the rear wheels start 1.00 m before")));
     /// let square = Scenario::load("square", &[Override::new("duration_s", 5.0)])?;
-    /// assert!(square.too_short().is_some_and(|said| said.starts_with("duration_s = 5 ends the run on its way: the path takes ")));
+    /// assert!(square.too_short().is_some_and(|said| said.starts_with("duration_s = 5 is too short: the path takes ")));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
@@ -74,7 +74,7 @@ impl Scenario {
             // A duration that was rounded to hundredths is as long.
             return (takes_s > self.duration_s + 5e-3).then(|| {
                 let duration_s = self.duration_s;
-                format!("duration_s = {duration_s} ends the run on its way: the path takes {takes_s:.2} s")
+                format!("duration_s = {duration_s} is too short: the path takes {takes_s:.2} s")
             });
         }
         let obstacle = self
@@ -91,9 +91,9 @@ impl Scenario {
         let way = format!("the rear wheels start {way_m:.2} m before the obstacle's far side, and");
         Some(match earliest_s {
             Some(seconds) => format!(
-                "duration_s = {duration_s} cannot suffice: {way} at the speed commanded that takes {seconds:.2} s at least"
+                "duration_s = {duration_s} is too short: {way} the command needs at least {seconds:.2} s to move them there"
             ),
-            None => format!("no duration_s suffices: {way} the command never takes them there"),
+            None => format!("no duration_s is long enough: {way} the command never moves them there"),
         })
     }
 
@@ -105,7 +105,7 @@ impl Scenario {
         if self.command.turns() || spread_rad > 0.5 {
             let count = wheels().count() as f64;
             let mean = |k: usize| wheels().map(|place| place[k]).sum::<f64>() / count;
-            return mean(0).hypot(mean(1));
+            return libm::hypot(mean(0), mean(1));
         }
         let at = |heading_rad: f64| {
             let (sin, cos) = (libm::sin(heading_rad), libm::cos(heading_rad));

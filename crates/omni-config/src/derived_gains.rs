@@ -94,7 +94,7 @@ impl Vehicle {
             return Err(Error::Key {
                 file: format!("vehicle {}", self.name),
                 key: "gains".into(),
-                message: format!("left out; derived kp_n_m_s_rad: {kp:e}, allowed: 0 to 1e6"),
+                message: format!("left out, and the derived kp_n_m_s_rad is {kp:e}, allowed: 0 to 1e6"),
             });
         }
         let gains = Gains {

@@ -34,7 +34,7 @@ pub struct Drive {
     #[garde(custom(within(TIME_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub timeout_s: f64,
-    /// Loss of speed in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
+    /// Deceleration in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
     #[garde(custom(within(ACCELERATION_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub stop_m_s2: f64,
@@ -42,8 +42,8 @@ pub struct Drive {
     #[garde(custom(within(ACCELERATION_RAD_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
     pub stop_rad_s2: f64,
-    /// Periods that too few wheels may tell the motion before the vehicle is stopped, 0 to 65534; 10 by default.
-    #[serde(deserialize_with = "crate::whole::periods_from_0")]
+    /// Control periods with too few usable wheels for the motion before the vehicle is stopped, 0 to 65534; 10 by default.
+    #[serde(deserialize_with = "crate::integers::periods_from_0")]
     #[garde(custom(within(PERIODS_FROM_0)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max)))]
     pub blind_periods: u32,
@@ -59,11 +59,11 @@ pub struct Drive {
     #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub speed_limit_rad_s: Option<f64>,
-    /// When a wheel counts as slipping; left out: none is ever left out for it.
+    /// When a wheel counts as slipping; left out: slip is not detected.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub slip: Option<DriveSlip>,
-    /// When an encoder is not believed; left out: only one that is silent or says no number.
+    /// When an encoder counts as faulty; left out: only if it is silent or its reading is not a number.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub faults: Option<DriveFaults>,
@@ -100,17 +100,17 @@ pub struct DriveSlip {
     #[garde(custom(within(THRESHOLD_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub enter_rad_s: f64,
-    /// Slip below which it is trusted again \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
+    /// Slip below which it is no longer suspected \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
     #[garde(custom(within(THRESHOLD_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub leave_rad_s: f64,
-    /// Periods in a row that it must be suspected before it is left out, 1 to 65535; 10 by default.
-    #[serde(deserialize_with = "crate::whole::periods")]
+    /// Periods in a row that it must be suspected before it is excluded, 1 to 65535; 10 by default.
+    #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub enter_periods: u32,
-    /// Periods in a row below `leave_rad_s` before it is let in again, 1 to 65535; 50 by default.
-    #[serde(deserialize_with = "crate::whole::periods")]
+    /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535; 50 by default.
+    #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub leave_periods: u32,
@@ -127,44 +127,44 @@ impl Default for DriveSlip {
     }
 }
 
-/// When an encoder's reading is not believed: [`FaultConfig`]. A check that is left out is not made.
+/// When an encoder's reading counts as faulty: [`FaultConfig`]. A check that is left out is not made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct DriveFaults {
-    /// A reading that jumps further in a period is no wheel's \[rad/s\], 1e-9 to 1e6; not checked if left out.
+    /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6; not checked if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub jump_rad_s: Option<f64>,
     /// Jumps that make a wheel faulty, 1 to 65535; 5 by default.
-    #[serde(deserialize_with = "crate::whole::periods")]
+    #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub jump_periods: u32,
-    /// A reading that stays the same while what the other wheels say of it moves by more is stuck \[rad/s\], 1e-9 to 1e6; 1 by default.
+    /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6; 1 by default.
     #[garde(custom(within(THRESHOLD_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub stuck_rad_s: f64,
-    /// A reading that stays the same away from its reference while the motor is told to give at least this torque is stuck
-    /// \[N.m\], 1e-6 to 1e6; not checked if left out.
+    /// A constant reading away from its reference is stuck if the commanded torque is at least
+    /// this \[N.m\], 1e-6 to 1e6; not checked if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
     pub stuck_torque_n_m: Option<f64>,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535; 100 by default.
-    #[serde(deserialize_with = "crate::whole::periods_from_2")]
+    #[serde(deserialize_with = "crate::integers::periods_from_2")]
     #[garde(custom(within(PERIODS_FROM_2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max)))]
     pub stuck_periods: u32,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
-    #[serde(deserialize_with = "crate::whole::periods")]
+    #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub silent_periods: u32,
-    /// Good readings in a row after which a faulty wheel is believed again, 1 to 65535; 200 by default.
-    #[serde(deserialize_with = "crate::whole::periods")]
+    /// Good readings in a row after which a faulty wheel is used again, 1 to 65535; 200 by default.
+    #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub recovery_periods: u32,

@@ -8,14 +8,14 @@ use omni_core::{VelocityConfig, VelocityEstimator, VelocityMethod};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{BANDWIDTH_RAD_S, WINDOW_PERIODS, within};
-use crate::tagged::deserialize_by_kind;
 use crate::{Error, Scenario};
 
 /// Part of the top speed beyond which one count a period is too much.
 const MOST_SHARE: f64 = 0.05;
 
-/// How a velocity is made of whole counts: one of [`omni_core::VelocityMethod`].
+/// How a velocity is computed from whole counts: one of [`omni_core::VelocityMethod`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -43,7 +43,7 @@ pub enum EncoderVelocity {
 #[serde(remote = "EncoderVelocity", rename_all = "snake_case", deny_unknown_fields)]
 enum EncoderVelocityByKind {
     Window {
-        #[serde(deserialize_with = "crate::whole::window_periods")]
+        #[serde(deserialize_with = "crate::integers::window_periods")]
         periods: u16,
     },
     Edges {},
@@ -99,13 +99,13 @@ impl fmt::Display for EncoderReading {
         let percent = 100.0 * count_rad_s / top_rad_s;
         write!(
             f,
-            "{counts} counts: one in a control period is {count_rad_s:.2} rad/s, {percent:.1} % of the top speed of {top_rad_s:.1} rad/s"
+            "{counts} counts a turn: one count in a control period reads as {count_rad_s:.2} rad/s, {percent:.1} % of the top speed of {top_rad_s:.1} rad/s"
         )?;
         if step_rad_s < count_rad_s {
             let left = 100.0 * self.share();
             write!(
                 f,
-                "; of it sensors.encoder_velocity leaves {step_rad_s:.2} rad/s, {left:.1} %"
+                "; sensors.encoder_velocity reduces this to {step_rad_s:.2} rad/s, {left:.1} %"
             )?;
         }
         Ok(())
@@ -156,7 +156,7 @@ impl Scenario {
     /// What is wrong with `sensors.encoder_velocity` that no single key shows: the key and why.
     pub(crate) fn encoder_velocity_refusal(&self) -> Option<(String, String)> {
         if self.sensors.encoder_velocity.is_some() && self.sensors.encoder_counts == 0 {
-            let message = "there are no counts, allowed: only with sensors.encoder_counts above 0";
+            let message = "set without encoder counts, allowed: only with sensors.encoder_counts above 0";
             return Some(("sensors.encoder_velocity".into(), message.into()));
         }
         match self.velocity_estimator::<f64>() {
@@ -228,9 +228,9 @@ impl Scenario {
         let coarse = reading.filter(|reading| reading.share() > MOST_SHARE);
         Ok(coarse.map(|reading| {
             let mend = match self.sensors.encoder_velocity {
-                None => "more counts or sensors.encoder_velocity mend it",
-                Some(EncoderVelocity::Window { .. }) => "more counts or a longer window mend it",
-                Some(_) => "more counts or a lower bandwidth mend it",
+                None => "use more counts or sensors.encoder_velocity",
+                Some(EncoderVelocity::Window { .. }) => "use more counts or a longer window",
+                Some(_) => "use more counts or a lower bandwidth",
             };
             let (percent, top_rad_s) = (100.0 * reading.share(), reading.top_rad_s);
             format!(

@@ -6,11 +6,11 @@ pub(crate) fn text(bytes: Vec<u8>, file: &str) -> Result<String, String> {
     let starts = |start: &[u8]| bytes.starts_with(start);
     if starts(b"\x89MCAP") {
         return Err(format!(
-            "this is an MCAP log, and no TOML: omnistep inspect {file}"
+            "this is an MCAP log, not TOML; use: omnistep inspect {file}"
         ));
     }
     if starts(b"\x89PNG") {
-        return Err("this is a PNG picture, and no TOML: name it in a scenario's terrain.image".into());
+        return Err("this is a PNG image, not TOML; set a scenario's terrain.image to its path".into());
     }
     if starts(b"\xff\xfe") || starts(b"\xfe\xff") || looks_like_utf_16(&bytes) {
         return Err(format!("this is text in UTF-16, allowed: UTF-8: {resave}"));
@@ -27,11 +27,11 @@ pub(crate) fn text(bytes: Vec<u8>, file: &str) -> Result<String, String> {
         .iter()
         .any(|byte| *byte < 0x20 && !b"\t\n\r\x0c".contains(byte));
     Err(if binary {
-        "this is no text, allowed: TOML in UTF-8".into()
+        "this is not text, allowed: TOML in UTF-8".into()
     } else {
         let byte = bytes[valid];
         format!(
-            "line {line} has the byte 0x{byte:02x}, in Latin-1 {:?}: this is text in another encoding, as Latin-1 or Windows-1252, allowed: UTF-8: {resave}",
+            "line {line} has the byte 0x{byte:02x}, in Latin-1 {:?}: this is text in another encoding, such as Latin-1 or Windows-1252, allowed: UTF-8: {resave}",
             char::from(byte)
         )
     })
@@ -75,10 +75,10 @@ mod tests {
             latin.starts_with("line 2 has the byte 0xfc, in Latin-1 'ü'"),
             "{latin}"
         );
-        assert!(refused(b"\x00\x01\xff\xfe\x00").starts_with("this is no text"));
+        assert!(refused(b"\x00\x01\xff\xfe\x00").starts_with("this is not text"));
         assert_eq!(
             refused(b"\x89MCAP0\r\n"),
-            "this is an MCAP log, and no TOML: omnistep inspect x.toml"
+            "this is an MCAP log, not TOML; use: omnistep inspect x.toml"
         );
         assert_eq!(
             text(b"name = \"gr\xc3\xbcn\"".to_vec(), "x.toml").as_deref(),

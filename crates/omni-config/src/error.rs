@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::file_kind::FileKind;
 use crate::shortened;
-use crate::shortened::{fits, short_key};
 use crate::suggestion::did_you_mean;
+use crate::truncate::{fits, short_key};
 
 /// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
 /// the file holds, no part of it is longer than [`shortened`] leaves it.
@@ -51,7 +51,7 @@ pub enum Error {
         reason: String,
     },
     /// A file describes something else.
-    #[error("{}: this is {}, not {}: {}", shortened(file), found.called(file), wanted.called(""), found.how_to(command, or_file(file)))]
+    #[error("{}: this is {}, not {}; use: {}", shortened(file), found.called(file), wanted.called(""), found.how_to(command, or_file(file)))]
     OtherKind {
         /// The file.
         file: String,

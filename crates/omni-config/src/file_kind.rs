@@ -1,4 +1,4 @@
-//! What a file describes: the leaf of the rooms that load, refuse and check one.
+//! What a file describes: a leaf of the modules that load, refuse and check one.
 
 use toml::Table;
 
@@ -50,7 +50,7 @@ impl FileKind {
         let what = match self {
             Self::Vehicle => "a vehicle",
             Self::Scenario => "a scenario",
-            Self::Experiment => return "the experiment of section 3.3".into(),
+            Self::Experiment => return "a wheels experiment".into(),
             Self::Study => "a study",
         };
         let own = if file.contains(['.', '/', '\\']) {
@@ -74,13 +74,13 @@ impl FileKind {
 
 #[cfg(test)]
 mod tests {
-    /// Everything that loads names kinds of files: were they in a room that loads, rooms would import one another in a circle.
+    /// Everything that loads names kinds of files: were they in a module that loads, modules would import one another in a circle.
     #[test]
     fn kinds_of_files_are_a_leaf_that_imports_no_other_room() {
         let own = include_str!("file_kind.rs").split_once("#[cfg(test)]");
         let (code, _) = own.expect("this module");
         assert!(!code.contains("crate::") && !code.contains("super::"), "a leaf");
-        for (room, text) in [
+        for (module, text) in [
             ("load", include_str!("load.rs")),
             ("error", include_str!("error.rs")),
             ("scenario", include_str!("scenario.rs")),
@@ -88,8 +88,8 @@ mod tests {
             ("vehicle", include_str!("vehicle.rs")),
             ("wheels_experiment", include_str!("wheels_experiment.rs")),
         ] {
-            assert!(text.contains("use crate::file_kind::FileKind;"), "{room}");
-            assert!(!text.contains("crate::file::"), "{room} imports the top room");
+            assert!(text.contains("use crate::file_kind::FileKind;"), "{module}");
+            assert!(!text.contains("crate::file::"), "{module} imports the top module");
         }
     }
 }

@@ -58,7 +58,7 @@ impl HeightMap {
         let mut pixels = vec![0; reader.output_buffer_size().unwrap_or(0)];
         reader
             .next_frame(&mut pixels)
-            .map_err(|error| format!("no whole PNG: {error}"))?;
+            .map_err(|error| format!("not a complete PNG: {error}"))?;
         let levels = match depth {
             BitDepth::Sixteen => pixels
                 .chunks_exact(2)

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vehicle;
 use crate::encoder_velocity::EncoderVelocity;
+use crate::kind_tables::deserialize_by_kind;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{
@@ -17,7 +18,6 @@ use crate::ranges::{
     HOLD_PER_S, LAG_S, MASS_KG, PLACE_M, SAG, SPEED_RAD_S, TIME_S, is_name, within,
 };
 use crate::suggestion::did_you_mean;
-use crate::tagged::deserialize_by_kind;
 
 /// Encoders and the gyro; ideal by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
@@ -27,20 +27,20 @@ use crate::tagged::deserialize_by_kind;
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
     /// counts of the last control period over the period, unless `encoder_velocity` says otherwise.
-    #[serde(deserialize_with = "crate::whole::encoder_counts")]
+    #[serde(deserialize_with = "crate::integers::encoder_counts")]
     #[garde(custom(within(ENCODER_COUNTS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max)))]
     pub encoder_counts: u32,
-    /// How velocities are made of counts, as a firmware does where they are coarse; left out: counts of one control period. Traction
-    /// control, which has a filter of its own for these, takes what comes of it as it is.
+    /// How velocities are computed from counts, as in firmware with coarse encoders; left out: from the counts of one control
+    /// period. Traction control filters those itself, but does not filter the result of this method.
     #[garde(dive)]
     pub encoder_velocity: Option<EncoderVelocity>,
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
     #[garde(custom(within(ENCODER_NOISE_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max)))]
     pub encoder_noise_rad_s: f64,
-    /// Age of what the controller is given, gyro included \[us\], a multiple of the control period, up to 100000.
-    #[serde(deserialize_with = "crate::whole::delay_us")]
+    /// Delay of all readings, gyro included, at the controller \[us\], a multiple of the control period, up to 100000.
+    #[serde(deserialize_with = "crate::integers::delay_us")]
     #[garde(custom(within(DELAY_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DELAY_US.min, max = DELAY_US.max)))]
     pub delay_us: u64,
@@ -52,10 +52,10 @@ pub struct Sensors {
     #[garde(custom(within(BIAS_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max)))]
     pub gyro_bias_rad_s: f64,
-    /// No encoders on the hinges: a controller is told none of their angles.
+    /// No encoders on the hinges: the controller gets none of their angles.
     #[garde(skip)]
     pub no_hinge_encoders: bool,
-    /// No inertial measurement unit: a controller is told nothing of how the base points and turns. A heading hold has a gyro of its own.
+    /// No inertial measurement unit: the controller gets no attitude and no yaw rate of the base. A heading hold has its own gyro.
     #[garde(skip)]
     pub no_imu: bool,
 }
@@ -70,20 +70,20 @@ pub struct Actuators {
     #[garde(custom(within(LAG_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = LAG_S.min, max = LAG_S.max)))]
     pub torque_lag_s: f64,
-    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that. The
-    /// motors' torque-speed line falls with the voltage, and the controller does not know.
+    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that.
+    /// The motors' torque-speed line falls with the voltage, unknown to the controller.
     #[garde(custom(within(SAG)))]
     #[cfg_attr(feature = "schema", schemars(range(min = SAG.min, max = SAG.max)))]
     pub voltage_sag: f64,
 }
 
-/// An outer loop that holds the heading: the commanded yaw rate, integrated, against a gyro's, integrated.
+/// An outer loop that holds the heading: it compares the integrals of the commanded yaw rate and of a gyro's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct HeadingHold {
-    /// Yaw rate asked for per heading error \[rad/s per rad\], 0.001 to 100.
+    /// Commanded yaw rate per heading error \[rad/s per rad\], 0.001 to 100.
     #[garde(custom(within(HOLD_PER_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = HOLD_PER_S.min, max = HOLD_PER_S.max)))]
     pub gain_per_s: f64,
@@ -105,7 +105,7 @@ impl HeadingHold {
     }
 }
 
-/// Something that goes wrong at a time and, where it says so, ends again.
+/// A fault that begins at a time and, if `until_s` is given, ends again.
 #[derive(Clone, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -147,7 +147,7 @@ pub enum Fault {
         #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
-    /// An encoder goes on reading what it last read.
+    /// An encoder repeats its last reading.
     EncoderStuck {
         /// The wheel's name.
         #[garde(custom(is_name))]
@@ -179,7 +179,7 @@ pub enum Fault {
         #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
         until_s: Option<f64>,
     },
-    /// No command arrives: whoever drives the vehicle is gone. The loops go on with the last one; a `[drive]` has a time-out.
+    /// No command arrives, as when the connection to the driver is lost. The loops keep the last command; a `[drive]` has a time-out.
     CommandLost {
         /// From this time \[s\], 0 to 3600.
         #[garde(custom(within(TIME_S)))]

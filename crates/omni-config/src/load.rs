@@ -8,9 +8,9 @@ use toml::{Table, Value};
 
 use crate::builtin::{Builtin, EXPERIMENTS, SCENARIOS, STUDIES, VEHICLES, kind_of_builtin};
 use crate::file_kind::FileKind;
+use crate::kind_tables::INNER_KEY;
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
 use crate::suggestion::with_nearest;
-use crate::tagged::INNER_KEY;
 use crate::{Error, SCHEMA_VERSION};
 
 /// A text and where it came from.
@@ -84,7 +84,7 @@ impl Source {
     /// let error = Scenario::from_source(&Source::embedded("log", "schema_version = 1\nvehicle = '/etc/v.toml'"), &[]);
     /// assert_eq!(
     ///     error.unwrap_err().to_string(),
-    ///     "log: vehicle: \"/etc/v.toml\", allowed: the vehicle itself: a scenario in a log or a pickle names no other file"
+    ///     "log: vehicle: \"/etc/v.toml\", allowed: the vehicle itself: a scenario in a log or a pickle cannot name another file"
     /// );
     /// # Ok::<(), omni_config::Error>(())
     /// ```
@@ -102,7 +102,7 @@ impl Source {
             return Ok(());
         }
         let message = format!(
-            "{name:?}, allowed: {itself} itself: a scenario in a log or a pickle names no other file"
+            "{name:?}, allowed: {itself} itself: a scenario in a log or a pickle cannot name another file"
         );
         Err(self.refuse(key, message))
     }
@@ -185,7 +185,7 @@ impl Source {
             Error::Syntax {
                 file: self.file.clone(),
                 line,
-                message: one_line(error.message()),
+                message: format!("{}{}", one_line(error.message()), decimal_comma(&self.text, line)),
             }
         })
     }
@@ -262,11 +262,26 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
         let more = if more == 0 {
             String::new()
         } else {
-            format!(" (and {more} more)")
+            format!(" (and {more} more wrong values)")
         };
         source.refuse(key, format!("{message}{more}"))
     })?;
     Ok(value)
+}
+
+/// A hint where the line has a number with a decimal comma, as in `height_m = 0,03`.
+fn decimal_comma(text: &str, line: usize) -> &'static str {
+    let value = text
+        .lines()
+        .nth(line.saturating_sub(1))
+        .and_then(|line| Some(line.split_once('=')?.1));
+    let is_digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
+    match value.and_then(|value| value.split_once(',')) {
+        Some((before, after)) if is_digit(before.trim().chars().next()) && is_digit(after.chars().next()) => {
+            "; numbers are written with a decimal point, as 0.03"
+        }
+        _ => "",
+    }
 }
 
 /// [`with_nearest`], also where the message is about a key of a table inside.
@@ -280,6 +295,13 @@ fn with_nearest_inside(message: String) -> String {
     }
 }
 
+/// A message of a library in one line and in the words of a file: serde names types of Rust.
 fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
+    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    match message.split_once("expected ") {
+        Some((before, "f64")) => format!("{before}expected a number"),
+        Some((before, "fewer elements in array")) => format!("{before}expected fewer elements"),
+        Some((before, "a boolean")) => format!("{before}expected true or false"),
+        _ => message,
+    }
 }

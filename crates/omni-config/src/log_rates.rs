@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::ranges::{LOG_HZ, within};
 
-/// Messages a second of each topic; 0: none; more than control periods: one a period.
+/// Messages per second of each topic; 0: none; more than there are control periods: one in each period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct LogRates {
-    /// `/vehicle_state` \[Hz\], 0 to 1e6; left out: every control period, which replay asks for.
+    /// `/vehicle_state` \[Hz\], 0 to 1e6; left out: every control period, which replay needs.
     #[garde(inner(custom(within(LOG_HZ))))]
     #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
     #[serde(skip_serializing_if = "Option::is_none")]

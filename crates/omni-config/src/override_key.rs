@@ -117,12 +117,13 @@ fn child<'a>(value: &'a mut Value, part: &str) -> Result<&'a mut Value, String> 
         Value::Array(items) => {
             let length = items.len();
             let index = part.parse::<usize>().ok().filter(|i| *i < length);
-            index
-                .and_then(|i| items.get_mut(i))
-                .ok_or_else(|| format!("element {part:?}, allowed: 0 to {}", length.saturating_sub(1)))
+            index.and_then(|i| items.get_mut(i)).ok_or_else(|| {
+                let last = length.saturating_sub(1);
+                format!("element {part:?}, allowed: the number of one of the elements, 0 to {last}")
+            })
         }
         _ => Err(format!(
-            "{part:?} is inside a plain value; allowed: a key of a table"
+            "{part:?} is below a plain value, allowed: a key of a table"
         )),
     }
 }

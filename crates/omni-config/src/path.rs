@@ -28,9 +28,9 @@ pub(crate) const PATHS: [&str; 2] = ["square", "figure_eight"];
 #[non_exhaustive]
 pub enum PathChoice {
     /// `square`: ahead, to the left, back, to the right, each by `path_size_m`. `figure_eight`: a circle of that diameter to the left, then one to the
-    /// right. Both from where the vehicle stands at the start, which keeps its heading.
+    /// right. Both begin at the vehicle's start and keep its heading.
     Name(String),
-    /// From where the vehicle stands at the start through these, 1 to 500 of them.
+    /// From the vehicle's start through these waypoints, 1 to 500.
     Waypoints(#[cfg_attr(feature = "schema", schemars(length(min = 1, max = 500)))] Vec<PathPoint>),
 }
 
@@ -66,13 +66,13 @@ impl Validate for PathChoice {
     }
 }
 
-/// How a path comes to a waypoint.
+/// Shape of the path to a waypoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WayKind {
-    /// Straight; where the waypoint is where the one before is, a turn on the spot to its heading, or waiting for its time.
+    /// A straight line. At the place of the waypoint before: a turn on the spot to the heading, or a wait until the time.
     #[default]
     Line,
     /// Along the circle on which the direction of travel turns by `sweep_rad`.
@@ -99,13 +99,13 @@ pub struct PathPoint {
     #[garde(custom(within(PLACE_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub y_m: f64,
-    /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn; left out: on the way to the next waypoint
-    /// that has one, or the one before it to the end.
+    /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn; left out: interpolated towards the
+    /// next waypoint that has one, or else kept to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(TURN_RAD))))]
     #[cfg_attr(feature = "schema", schemars(range(min = TURN_RAD.min, max = TURN_RAD.max)))]
     pub heading_rad: Option<f64>,
-    /// The way here; `line` by default.
+    /// Shape of the path to this waypoint; `line` by default.
     #[serde(default, skip_serializing_if = "is_line")]
     #[garde(skip)]
     pub kind: WayKind,
@@ -114,19 +114,19 @@ pub struct PathPoint {
     #[garde(inner(custom(within(SWEEP_RAD))))]
     #[cfg_attr(feature = "schema", schemars(range(min = SWEEP_RAD.min, max = SWEEP_RAD.max)))]
     pub sweep_rad: Option<f64>,
-    /// Fastest on the way here \[m/s\], 0.001 to 100; left out: as fast as may be.
+    /// Speed limit on the way to this waypoint \[m/s\], 0.001 to 100; left out: as fast as the limits permit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(SPEED_M_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
     pub speed_m_s: Option<f64>,
-    /// When it is there \[s\], 0.001 to 3600, later than at the waypoints before; left out: as soon as may be.
+    /// Time of arrival \[s\], 0.001 to 3600, later than that of the waypoint before; left out: as soon as the limits permit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(PATH_TIME_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = PATH_TIME_S.min, max = PATH_TIME_S.max)))]
     pub time_s: Option<f64>,
 }
 
-/// What a path is planned within, beside the vehicle's own limits.
+/// Limits for the planning of a path, in addition to the vehicle's own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -136,8 +136,8 @@ pub struct PathPlan {
     #[garde(custom(within(SPEED_M_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
     pub speed_m_s: f64,
-    /// Speeding up, slowing down, and what a bend takes across \[m/s^2\], 0.001 to 1e4; 1 by default. The wheels' grip is not known to a plan:
-    /// friction times gravity is the most that holds.
+    /// Acceleration, deceleration and centripetal acceleration \[m/s^2\], 0.001 to 1e4; 1 by default. The plan does not know the
+    /// friction: use less than friction times gravity.
     #[garde(custom(within(ACCELERATION_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub acceleration_m_s2: f64,
@@ -157,11 +157,11 @@ pub struct PathPlan {
     #[garde(custom(within(JERK_RAD_S3)))]
     #[cfg_attr(feature = "schema", schemars(range(min = JERK_RAD_S3.min, max = JERK_RAD_S3.max)))]
     pub yaw_rad_s3: f64,
-    /// How much of wheels' speeds and torques the plan may take, 0.05 to 1; 0.8 by default. The rest is for whoever follows.
+    /// Part of the wheels' speeds and torques that the plan may use, 0.05 to 1; 0.8 by default. The rest is for the follower.
     #[garde(custom(within(SHARE)))]
     #[cfg_attr(feature = "schema", schemars(range(min = SHARE.min, max = SHARE.max)))]
     pub share: f64,
-    /// Whether the plan keeps to what wheels can turn and push, and to the vehicle's limits of a command; true by default.
+    /// Whether the plan keeps to the wheels' speeds and torques and to the vehicle's `[limits]`; true by default.
     #[garde(skip)]
     pub wheels: bool,
 }
@@ -181,16 +181,16 @@ impl Default for PathPlan {
     }
 }
 
-/// Where a follower has its pose from.
+/// Source of the follower's pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum PoseSource {
-    /// From what the wheels turned since the start, as the vehicle itself knows it: a `[drive]`'s pose, or else dead reckoning by all encoders.
+    /// Odometry since the start, as on a real vehicle: the pose of a `[drive]`, or else dead reckoning with all encoders.
     #[default]
     Odometry,
-    /// The true one, which a vehicle has from outside at best.
+    /// The true pose, which a real vehicle gets only from an external measurement.
     Truth,
 }
 
@@ -216,7 +216,7 @@ pub struct PathFollow {
     #[garde(custom(within(SPEED_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
     pub limit_rad_s: f64,
-    /// Where the pose comes from; `odometry` by default.
+    /// Source of the pose; `odometry` by default.
     #[garde(skip)]
     pub pose: PoseSource,
 }
@@ -262,7 +262,7 @@ impl Command {
             let size_m = self.path_size_m?;
             return Some((
                 "command.path_size_m".into(),
-                format!("{size_m}, allowed: only with a path by name"),
+                format!("{size_m}, allowed: only with a built-in path"),
             ));
         };
         match path {
@@ -277,13 +277,13 @@ impl Command {
             PathChoice::Name(_) => None,
             PathChoice::Waypoints(points) => {
                 if !(1..=500).contains(&points.len()) {
-                    let message = format!("{} of them, allowed: 1 to 500", points.len());
+                    let message = format!("{} entries, allowed: 1 to 500", points.len());
                     return Some(("command.path".into(), message));
                 }
                 if let Some(size_m) = self.path_size_m {
                     return Some((
                         "command.path_size_m".into(),
-                        format!("{size_m}, allowed: only with a path by name"),
+                        format!("{size_m}, allowed: only with a built-in path"),
                     ));
                 }
                 points.iter().enumerate().find_map(|(i, point)| {
@@ -291,12 +291,11 @@ impl Command {
                     match (point.kind, point.sweep_rad) {
                         (WayKind::Arc, None) => Some((
                             key,
-                            "left out, allowed: 0.01 to 6.2 of an arc, or as much to the right".into(),
+                            "left out, allowed with kind = \"arc\": 0.01 to 6.2, or -6.2 to -0.01".into(),
                         )),
-                        (WayKind::Arc, Some(sweep)) if sweep.abs() < 0.01 => Some((
-                            key,
-                            format!("{sweep}, allowed: 0.01 to 6.2, or as much to the right"),
-                        )),
+                        (WayKind::Arc, Some(sweep)) if sweep.abs() < 0.01 => {
+                            Some((key, format!("{sweep}, allowed: 0.01 to 6.2, or -6.2 to -0.01")))
+                        }
                         (WayKind::Arc, _) | (_, None) => None,
                         (_, Some(sweep)) => {
                             Some((key, format!("{sweep}, allowed: only with kind = \"arc\"")))

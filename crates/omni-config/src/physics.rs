@@ -3,7 +3,7 @@
 use garde::Validate;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::ranges::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_US, SUBSTEPS, within};
 use crate::rollers::WheelModel;
@@ -19,10 +19,13 @@ pub enum Engine {
     Rapier,
     /// Reduced coordinates and one implicit contact solution a step: many times faster, and converged at usual steps.
     Articulated,
+    /// MuJoCo, which omnistep.mujoco drives from Python: in outcomes, not in files.
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Mujoco,
 }
 
 impl Engine {
-    /// All of them, the default first.
+    /// Engines that a file may name, the default first.
     pub const ALL: [Self; 2] = [Self::Rapier, Self::Articulated];
 
     /// Its name in files, tables and logs.
@@ -35,62 +38,89 @@ impl Engine {
         match self {
             Self::Rapier => "rapier",
             Self::Articulated => "articulated",
+            Self::Mujoco => "mujoco",
         }
     }
 }
 
-/// How finely to simulate.
+/// An engine that a file may name.
+fn of_file<'de, D: Deserializer<'de>>(from: D) -> Result<Engine, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Named {
+        Rapier,
+        Articulated,
+    }
+    Ok(match Named::deserialize(from)? {
+        Named::Rapier => Engine::Rapier,
+        Named::Articulated => Engine::Articulated,
+    })
+}
+
+/// Engine, step and contacts of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Physics {
     /// What simulates; `rapier` by default.
-    #[serde(default)]
+    #[serde(deserialize_with = "of_file")]
     #[garde(skip)]
     pub engine: Engine,
-    /// Physics step \[us\], 1 to 100000.
-    #[serde(deserialize_with = "crate::whole::period_us")]
+    /// Physics step \[us\], 1 to 100000; 500 if left out.
+    #[serde(deserialize_with = "crate::integers::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub step_us: u64,
-    /// Solver iterations a step of the engine, 1 to 100. Left out: 8, and more where a step is longer
-    /// than 0.5 ms, one a started 62.5 us; with fewer, longer steps climb more slowly. Only with `engine = "rapier"`: the other solves
-    /// contacts to the end.
+    /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above
+    /// 0.5 ms one per started 62.5 us; with fewer, vehicles climb more slowly. Only with `engine = "rapier"`: the other iterates until the contacts converge.
     #[serde(
-        default,
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::whole::iterations"
+        deserialize_with = "crate::integers::iterations"
     )]
     #[garde(inner(custom(within(ITERATIONS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]
     pub solver_iterations: Option<usize>,
-    /// Natural frequency of contacts \[Hz\], 1 to 100000.
+    /// Natural frequency of contacts \[Hz\], 1 to 100000; 200 if left out.
     #[garde(custom(within(CONTACT_HZ)))]
     #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max)))]
     pub contact_hz: f64,
-    /// Damping ratio of contacts, 0.001 to 1000.
+    /// Damping ratio of contacts, 0.001 to 1000; 5 if left out.
     #[garde(custom(within(CONTACT_DAMPING)))]
     #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max)))]
     pub contact_damping: f64,
-    /// Gravity \[m/s^2\], downwards, 0 to 100.
+    /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
     #[garde(custom(within(GRAVITY_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max)))]
     pub gravity_m_s2: f64,
-    /// How wheels are simulated.
-    #[serde(default)]
+    /// Wheel model: `contact` is each wheel's own contact, mostly a ball, which is fast and for level ground; `rollers` makes every roller a body.
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts that a physics step is taken in where wheels have rollers, 1 to 16. Left out: 2 with `engine = "rapier"`, where each is 250 us
-    /// at most, else 1.
+    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1 with `engine = "articulated"`, and 2 with
+    /// `engine = "rapier"`, where a part may be 250 us at most.
     #[serde(
-        default,
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::whole::substeps"
+        deserialize_with = "crate::integers::substeps"
     )]
     #[garde(inner(custom(within(SUBSTEPS))))]
     #[cfg_attr(feature = "schema", schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max)))]
     pub roller_substeps: Option<u64>,
+}
+
+impl Default for Physics {
+    /// What every built-in scenario has: docs/physics.md says why.
+    fn default() -> Self {
+        Self {
+            engine: Engine::default(),
+            step_us: 500,
+            solver_iterations: None,
+            contact_hz: 200.0,
+            contact_damping: 5.0,
+            gravity_m_s2: 9.81,
+            wheel_model: WheelModel::default(),
+            roller_substeps: None,
+        }
+    }
 }
 
 /// Longest step \[us\] in which wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
@@ -101,7 +131,7 @@ impl Physics {
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
         let iterations = self.solver_iterations.filter(|_| self.engine != Engine::Rapier)?;
         let message = format!(
-            "{iterations}, allowed: only with physics.engine = \"rapier\"; \"{}\" solves contacts to the end",
+            "{iterations}, allowed: only with physics.engine = \"rapier\"; \"{}\" iterates until the contacts converge",
             self.engine.name()
         );
         Some(("solver_iterations", message))

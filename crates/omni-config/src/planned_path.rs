@@ -25,7 +25,7 @@ const NO_LIMIT: f64 = 1e9;
 pub struct PlannedPath {
     segments: Vec<PathSegment<f64>>,
     pieces: Vec<PathPiece<f64>>,
-    /// Who follows it.
+    /// Follows the trajectory.
     pub follower: HolonomicFollower<f64>,
     /// Where the follower has its pose from.
     pub pose: PoseSource,
@@ -169,7 +169,7 @@ impl Scenario {
                 if let Ok((segments, pieces)) = plan(&freed) {
                     let soonest = Trajectory::new(&segments, &pieces).duration_s();
                     message = format!(
-                        "{}, allowed: at least {:.3}, how soon limits let it be there",
+                        "{}, allowed: at least {:.3}, the earliest time that the limits permit",
                         error.value,
                         soonest + 5e-4
                     );
@@ -208,7 +208,7 @@ impl Scenario {
             // Half of a circle is pi / 2 of its chord, and nothing bends more on the way to a place that is further away.
             Some(waypoints) => waypoints
                 .windows(2)
-                .map(|pair| (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m))
+                .map(|pair| libm::hypot(pair[1].x_m - pair[0].x_m, pair[1].y_m - pair[0].y_m))
                 .sum(),
             None => self.command.fastest_m_s() * self.duration_s,
         }

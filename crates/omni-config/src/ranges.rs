@@ -160,7 +160,7 @@ pub(crate) const CONTACT_HZ: Range = range(1.0, 1e5);
 pub(crate) const CONTACT_DAMPING: Range = range(1e-3, 1e3);
 /// From free fall to far more than on any planet.
 pub(crate) const GRAVITY_M_S2: Range = range(0.0, 100.0);
-/// A reference of the experiment of section 3.3.
+/// A reference of a wheels experiment.
 pub(crate) const SPEED_RPM: Range = range(1e-3, 1e5);
 
 /// A number or numbers, every one of them within bounds.
@@ -252,7 +252,7 @@ pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> gard
     } else {
         refuse(
             values.shown(),
-            "a direction, some component at least 0.001 or at most -0.001",
+            "a direction with a component of at least 0.001 or at most -0.001",
         )
     }
 }
@@ -263,7 +263,7 @@ pub(crate) fn counted<T>(min: usize, max: usize) -> impl FnOnce(&Vec<T>, &()) ->
         if (min..=max).contains(&list.len()) {
             Ok(())
         } else {
-            refuse(format!("{} of them", list.len()), &format!("{min} to {max}"))
+            refuse(format!("{} entries", list.len()), &format!("{min} to {max}"))
         }
     }
 }

@@ -7,22 +7,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 
-/// What becomes of the loops' integrals once the command is rest: by default they fall to 0 within half a second, and a vehicle
-/// on a slope then creeps. Holding it there is bounded by time and heat.
+/// The loops' integrals while rest is commanded. By default they fall to 0 within half a second, and a vehicle on a
+/// slope then creeps. A hold on the slope is bounded by time and heat.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Rest {
-    /// Within this time the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
+    /// Time within which the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
     #[garde(custom(within(BLEED_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = BLEED_S.min, max = BLEED_S.max)))]
     pub bleed_s: f64,
-    /// Before that they hold what they have for this time \[s\], 0 to 3600; 0 by default.
+    /// Time before that in which the integrals are held \[s\], 0 to 3600; 0 by default.
     #[garde(custom(within(TIME_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub hold_s: f64,
-    /// Or until the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
+    /// The hold also ends when the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
     /// `hold_s` is, 0 by default.
     #[garde(custom(within(HOLD_HEAT_N2M2S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max)))]

@@ -91,7 +91,7 @@ impl Rollers {
                 return Err(misfit(
                     "crown_m",
                     crown,
-                    &format!("0 to {}, which follows the rim", down(most)),
+                    &format!("0 to {}, at which it follows the rim", down(most)),
                 ));
             }
         }
@@ -105,7 +105,7 @@ impl Rollers {
             });
             built.row_gap_m = self.row_gap_m.unwrap_or(least);
             if built.row_gap_m < least {
-                let allowed = format!("{} and more: closer rows overlap", up(least));
+                let allowed = format!("at least {}: closer rows overlap", up(least));
                 return Err(misfit("row_gap_m", built.row_gap_m, &allowed));
             }
         }
@@ -128,7 +128,7 @@ impl Rollers {
         }
         let allowed = if half_length_m <= least {
             format!(
-                "more than {}, twice what its edges are rounded by",
+                "more than {}, twice the radius of its rounded edges",
                 up(2.0 * least)
             )
         } else {
@@ -146,7 +146,7 @@ impl Rollers {
             self.longest(wheel, radius) >= SHORTEST * radius
         });
         let allowed = format!(
-            "up to {}: thicker rollers than that, {} a row, overlap their neighbours",
+            "up to {}: with {} rollers a row, thicker ones overlap their neighbours",
             down(most),
             self.count
         );
@@ -204,7 +204,7 @@ impl Rollers {
         let most = within(1.0 - HUB_PART, 1.0 - HUB_PART);
         if built.roller_mass_kg > most {
             let allowed = format!(
-                "up to {}: the hub keeps a tenth of the wheel's mass and inertia",
+                "up to {}: the hub must keep a tenth of the wheel's mass and inertia",
                 down(most)
             );
             return Err(misfit("roller_mass_kg", built.roller_mass_kg, &allowed));

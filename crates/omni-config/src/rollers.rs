@@ -18,7 +18,7 @@ pub enum WheelModel {
     /// Each wheel as its `contact` says.
     #[default]
     Contact,
-    /// Every wheel is a ball: fast.
+    /// Every wheel is a ball: the fastest model.
     Ball,
     /// Every wheel has its rollers, or those of the vehicle's `[rollers]`: the reference.
     Rollers,
@@ -31,12 +31,12 @@ pub enum WheelModel {
 #[non_exhaustive]
 pub struct Rollers {
     /// Rollers a row, 3 to 32.
-    #[serde(deserialize_with = "crate::whole::roller_count")]
+    #[serde(deserialize_with = "crate::integers::roller_count")]
     #[garde(custom(within(ROLLER_COUNT)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max)))]
     pub count: usize,
     /// Rows side by side, 1 or 2; the second one is turned by half a pitch and closes the gaps of the first.
-    #[serde(default = "one_row", deserialize_with = "crate::whole::roller_rows")]
+    #[serde(default = "one_row", deserialize_with = "crate::integers::roller_rows")]
     #[garde(custom(within(ROLLER_ROWS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max)))]
     pub rows: usize,
@@ -49,19 +49,19 @@ pub struct Rollers {
     #[garde(custom(within(ROLLER_RADIUS_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max)))]
     pub radius_m: f64,
-    /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, and no longer than closes the gaps.
+    /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, but no longer than needed to close the gaps.
     #[serde(default)]
     #[garde(inner(custom(within(WIDTH_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
     pub length_m: Option<f64>,
-    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to what follows the wheel's rim;
-    /// left out: follows the rim.
+    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to the value that follows the
+    /// wheel's rim; left out: follows the rim.
     #[serde(default)]
     #[garde(inner(custom(within(CROWN_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = CROWN_M.min, max = CROWN_M.max)))]
     pub crown_m: Option<f64>,
-    /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all of them are three tenths of the wheel's mass, or
-    /// as much less as leaves the hub a fifth of its inertia.
+    /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all rollers together are three tenths of the wheel's
+    /// mass, or less, so that the hub keeps a fifth of its inertia.
     #[serde(default)]
     #[garde(inner(custom(within(ROLLER_MASS_KG))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max)))]

@@ -1,6 +1,6 @@
 //! A scenario: a vehicle, the ground, a command, a controller, how finely to simulate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -26,16 +26,16 @@ use crate::ranges::NAME;
 use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within};
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
-use crate::suggestion::did_you_mean;
+use crate::suggestion::{did_you_mean, with_place};
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
-/// A scenario file, with its vehicle read in. Written as TOML it is whole: the vehicle is a table inside.
+/// A scenario file with its vehicle. Written as TOML it is complete: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    /// Version of the file format; always 1.
     #[garde(skip)] // checked before anything else is read
     #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
@@ -47,7 +47,8 @@ pub struct Scenario {
     #[garde(skip)] // checked with its own source, before it is put here
     #[cfg_attr(feature = "schema", schemars(with = "VehicleChoice"))]
     vehicle: Vehicle,
-    /// Simulated time \[s\], 0.01 to 3600.
+    /// Simulated time \[s\], 0.01 to 3600; 10 if left out.
+    #[serde(default = "ten_seconds")]
     #[garde(custom(within(DURATION_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
@@ -62,13 +63,13 @@ pub struct Scenario {
     #[cfg_attr(feature = "schema", schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max)))]
     pub wall_clock_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
-    #[serde(default, deserialize_with = "crate::whole::seed_64")]
+    #[serde(default, deserialize_with = "crate::integers::seed_64")]
     #[garde(skip)]
     pub seed: u64,
     /// The ground.
     #[garde(dive)]
     pub terrain: Terrain,
-    /// Parts of the ground with a friction of their own.
+    /// Parts of the ground with another friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(custom(counted(0, 1000)), dive)]
     #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
@@ -77,13 +78,14 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub start: Start,
-    /// What the vehicle is told to do.
+    /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller.
+    /// The controller; `synchronised` at 1 kHz if left out.
+    #[serde(default)]
     #[garde(dive)]
     pub control: Control,
-    /// The firmware's whole step around the loops: shaping, time-out, faults, slip, odometry. Without it the loops alone run.
+    /// The complete firmware step around the loops: shaping, time-out, faults, slip, odometry. Without it only the loops run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub drive: Option<Drive>,
@@ -91,15 +93,15 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub heading_hold: Option<HeadingHold>,
-    /// What the encoders and the gyro lack.
+    /// Imperfections of the encoders and the gyro.
     #[serde(default)]
     #[garde(dive)]
     pub sensors: Sensors,
-    /// What the actuators lack.
+    /// Imperfections of the actuators.
     #[serde(default)]
     #[garde(dive)]
     pub actuators: Actuators,
-    /// What goes wrong on the way.
+    /// Faults during the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(custom(counted(0, 100)), dive)]
     #[cfg_attr(feature = "schema", schemars(length(max = 100)))]
@@ -108,10 +110,11 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub perturbation: Perturbation,
-    /// How finely to simulate.
+    /// Engine, step and contacts of the simulation; as in the built-in scenarios if left out.
+    #[serde(default)]
     #[garde(dive)]
     pub physics: Physics,
-    /// How often the log has messages.
+    /// Message rates of the log.
     #[serde(default)]
     #[garde(dive)]
     pub log: LogRates,
@@ -133,8 +136,28 @@ enum VehicleChoice {
     Table(Box<Vehicle>),
 }
 
+/// The .toml file beside a missing one whose name is much like it, in words.
+fn meant_file(missing: &Path) -> String {
+    let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
+    let beside = match missing.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let there = std::fs::read_dir(beside).into_iter().flatten().flatten();
+    let files: Vec<_> = there
+        .filter_map(|entry| name(&entry.path()))
+        .filter(|file| file.ends_with(".toml"))
+        .collect();
+    let missing = name(missing).unwrap_or_default();
+    did_you_mean(&missing, files.iter().map(String::as_str))
+}
+
 /// How much lower than the others a wheel may be mounted, as a part of its radius.
 const LOWEST: f64 = 0.1;
+
+fn ten_seconds() -> f64 {
+    10.0
+}
 
 fn an_hour() -> f64 {
     3600.0
@@ -150,7 +173,7 @@ pub struct Perturbation {
     #[garde(custom(within(HEADING_RAD)))]
     #[cfg_attr(feature = "schema", schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max)))]
     pub yaw_rad: f64,
-    /// Place along x at the start \[m\], 0 to 100: the phase at which wheels meet the step.
+    /// Position along x at the start \[m\], 0 to 100. It varies at which angle of their rotation the wheels meet the step.
     #[garde(custom(within(OFFSET_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = OFFSET_M.min, max = OFFSET_M.max)))]
     pub start_m: f64,
@@ -238,6 +261,9 @@ impl Scenario {
                         let meant = did_you_mean(&name, known.split(", "));
                         source.refuse("vehicle", format!("{name:?}{meant}, allowed: {known}"))
                     }
+                    Error::Io { path, source: reason } if reason.kind() == std::io::ErrorKind::NotFound => {
+                        source.refuse("vehicle", format!("{name:?}{}: {reason}", meant_file(&path)))
+                    }
                     other => other,
                 })?;
                 Vehicle::from_source(&vehicle, &for_vehicle)?
@@ -248,7 +274,10 @@ impl Scenario {
             Some(other) => {
                 return Err(source.refuse("vehicle", format!("{other}, allowed: a name, a path or a table")));
             }
-            None => return Err(source.refuse("top level", "missing field `vehicle`")),
+            None => {
+                let example = "for example vehicle = \"chugo7\"";
+                return Err(source.refuse("top level", format!("missing field `vehicle`; {example}")));
+            }
         };
         // Plain data read from TOML: it can be written as TOML.
         let inline =
@@ -257,7 +286,8 @@ impl Scenario {
         HeightMap::embed(source, &mut table)?;
         CommandFile::embed(source, &mut table)?;
         Command::complete(&mut table);
-        let mut scenario: Self = read(source, table)?;
+        let whole = || Self::load("step", &[]).ok()?.to_toml().ok()?.parse().ok();
+        let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         scenario.check(source)?;
         scenario.check_couplings(source)?;
         scenario.check_rollers(source)?;
@@ -304,8 +334,8 @@ impl Scenario {
             let most = LOWEST * wheel.contact_radius_m() * stiffness;
             if wheel.preload_n.abs() > most {
                 let message = format!(
-                    "{}, allowed: -{most:.0} to {most:.0} with a contact of {stiffness:.0} N/m: it would be mounted lower by more than a \
-                     tenth of the radius",
+                    "{}, allowed: -{most:.0} to {most:.0} with a contact of {stiffness:.0} N/m: a larger one moves the wheel by \
+                     more than a tenth of its radius",
                     wheel.preload_n
                 );
                 return Err(source.refuse(format!("vehicle.wheel[{i}].preload_n"), message));
@@ -336,7 +366,7 @@ impl Scenario {
                 return Err(source.refuse(format!("fault[{i}].{key}"), message));
             }
             if matches!(fault, Fault::EmergencyStop { .. }) && self.drive.is_none() {
-                let message = "\"emergency_stop\", allowed: only with a [drive], which has one";
+                let message = "\"emergency_stop\", allowed: only with [drive], which has the emergency stop";
                 return Err(source.refuse(format!("fault[{i}].kind"), message));
             }
         }
@@ -360,13 +390,13 @@ impl Scenario {
             let bearing = libm::atan2(y, x) + heading;
             // The least angle between the wheel's bearing and straight ahead.
             let off = (bearing - core::f64::consts::TAU * (bearing / core::f64::consts::TAU).round()).abs();
-            x.hypot(y) * libm::cos((off - spread).max(0.0)) + wheel.radius_m
+            libm::hypot(x, y) * libm::cos((off - spread).max(0.0)) + wheel.radius_m
         };
         let reach = self.vehicle.wheel.iter().map(foremost).fold(0.0, f64::max);
         let least = reach + self.start.x_m + self.perturbation.start_m;
         if obstacle.from_m <= least {
             let message = format!(
-                "{}, allowed: more than {least:.3}, where the foremost wheel may stand at the start",
+                "{}, allowed: more than {least:.3}, the farthest that a wheel may reach at the start",
                 obstacle.from_m
             );
             return Err(source.refuse("terrain.at_m", message));
@@ -430,8 +460,8 @@ impl Scenario {
         }
         if rolling && parts < least {
             let message = format!(
-                "{parts}, allowed: {least} to {most} at physics.step_us = {step_us}: in parts of more than {ROLLER_STEP_US} us \
-                 rollers shake"
+                "{parts}, allowed: {least} to {most} at physics.step_us = {step_us}: rollers vibrate in parts of more \
+                 than {ROLLER_STEP_US} us"
             );
             return Err(source.refuse("physics.roller_substeps", message));
         }

@@ -35,7 +35,7 @@ pub use seeds::Seeds;
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    /// Version of the file format; always 1.
     #[garde(skip)] // checked before anything else is read
     #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
@@ -46,8 +46,8 @@ pub struct Study {
     /// A built-in scenario, or a path relative to the study's file.
     #[garde(skip)] // checked when it is read
     pub scenario: String,
-    /// Keys of the scenario that are replaced in every run: `"vehicle.motor.stall_torque_n_m" = 1.0`. A table inside replaces the
-    /// keys it names.
+    /// Keys of the scenario that are replaced in every run: `"vehicle.motor.stall_torque_n_m" = 1.0`. An inner table replaces only
+    /// the keys that it names.
     #[serde(default)]
     #[garde(skip)]
     #[cfg_attr(
@@ -62,7 +62,7 @@ pub struct Study {
     /// Seeds that each combination is run with.
     #[garde(skip)] // checked when it is read
     pub seeds: Seeds,
-    /// What is shown of the results.
+    /// The map of the results.
     #[serde(default)]
     #[garde(dive)]
     pub map: MapAxes,
@@ -99,13 +99,13 @@ pub struct Axis {
     #[garde(custom(is_finite))]
     to: Option<f64>,
     /// How many, 2 to 10000.
-    #[serde(default, deserialize_with = "crate::whole::axis_count")]
+    #[serde(default, deserialize_with = "crate::integers::axis_count")]
     #[garde(inner(custom(within(AXIS_COUNT))))]
     #[cfg_attr(feature = "schema", schemars(range(min = AXIS_COUNT.min, max = AXIS_COUNT.max)))]
     count: Option<u32>,
 }
 
-/// Which axes are the map's, and which figures of the outcome it shows.
+/// Axes of the map, and the figures of the outcome that it shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -136,7 +136,7 @@ fn is_key(key: &str, _: &()) -> garde::Result {
     match key {
         "" => Err(garde::Error::new("\"\", allowed: a key of the scenario")),
         "seed" => Err(garde::Error::new(
-            "\"seed\", allowed: any other key; seeds are given by `seeds`",
+            "\"seed\", allowed: any other key; set the seeds with `seeds`",
         )),
         _ => Ok(()),
     }
@@ -239,14 +239,14 @@ impl Study {
         }
         let settings = study.settings();
         if settings.iter().any(|set| set.key() == "seed") {
-            return Err(source.refuse("set.seed", "allowed: any other key; seeds are given by `seeds`"));
+            return Err(source.refuse("set.seed", "allowed: any other key; set the seeds with `seeds`"));
         }
         for (i, axis) in study.axis.iter().enumerate() {
             if study.axis[..i].iter().any(|other| other.key == axis.key) {
                 return Err(source.refuse(format!("axis[{i}].key"), format!("{:?} twice", axis.key)));
             }
             if settings.iter().any(|set| set.key() == axis.key) {
-                let message = "is an axis too; allowed: one of the two";
+                let message = "is also an axis, allowed: one of the two";
                 return Err(source.refuse(format!("set.{}", axis.key), message));
             }
         }

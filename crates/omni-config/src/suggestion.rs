@@ -1,5 +1,12 @@
 //! The name that was meant.
 
+use toml::{Table, Value};
+
+use crate::Error;
+
+/// Names of others and what they are called here.
+const ALIASES: [(&str, &str); 1] = [("pid", "independent")];
+
 /// Likeness (Jaro and Winkler's, 0 to 1) from which on a name is taken for a slip of another.
 const ALIKE: f64 = 0.8;
 
@@ -21,15 +28,115 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     if name.len() > 80 {
         return None;
     }
-    let alike = |known: &'a str| {
-        (
-            strsim::jaro_winkler(&name.to_lowercase(), &known.to_lowercase()),
-            known,
-        )
-    };
+    let name = name.to_lowercase();
+    let known: Vec<_> = known.into_iter().collect();
+    // What is called otherwise here.
+    if let Some((_, ours)) = ALIASES.iter().find(|(theirs, _)| *theirs == name)
+        && let Some(found) = known.iter().find(|known| *known == ours)
+    {
+        return Some(found);
+    }
+    let alike = |known: &'a str| (likeness(&name, &known.to_lowercase()), known);
     let best = known.into_iter().map(alike).max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE)
         .map(|(_, known)| known)
+}
+
+/// How alike a name is to another, or to words in it, as `noise` to `gyro_noise_rad_s`, 0 to 1.
+fn likeness(name: &str, known: &str) -> f64 {
+    let words: Vec<_> = known.split('_').collect();
+    let runs = (0..words.len()).flat_map(|from| (from + 1..=words.len()).map(move |to| (from, to)));
+    let of_run = |(from, to)| {
+        let run = words.get(from..to).unwrap_or_default().join("_");
+        match run == name {
+            true => PART,
+            // Words of a few letters are like too many others.
+            false if run.len() < 4 => 0.0,
+            false => PART * strsim::jaro_winkler(name, &run),
+        }
+    };
+    runs.map(of_run).fold(strsim::jaro_winkler(name, known), f64::max)
+}
+
+/// What likeness to a part of a name counts for, against likeness to the whole of it.
+const PART: f64 = 0.9;
+
+/// A refusal with what a whole file tells about it: the place of a key that is in another table, as `terrain.friction` for a `friction`
+/// at the top level, and an example of a key that is missing or whose value is of another type.
+pub(crate) fn with_place(mut error: Error, whole: impl FnOnce() -> Option<Table>) -> Error {
+    let Error::Key { key, message, .. } = &mut error else {
+        return error;
+    };
+    let named = |start: &str| Some(message.strip_prefix(start)?.split_once('`')?.0.to_owned());
+    let is_wrong_type = message.contains("expected") && message.starts_with("invalid ");
+    let (unknown, missing) = (named("unknown field `"), named("missing field `"));
+    if unknown.is_none() && missing.is_none() && !is_wrong_type {
+        return error;
+    }
+    let whole = Value::Table(whole().unwrap_or_default());
+    if let Some(name) = unknown {
+        let mut places = Vec::new();
+        collect(&whole, "", &mut places);
+        let of_table = |place: &&String| place.rsplit('.').next() == Some(&name) && !place.contains(".0.");
+        let found: Vec<_> = places.iter().filter(of_table).cloned().collect();
+        // That very name elsewhere is meant rather than one alike here; in a table of another kind it is no key at all.
+        if !found.is_empty() && found.iter().all(|place| place != key) {
+            *message = format!("unknown field `{name}`; use `{}`", found.join("` or `"));
+        }
+        return error;
+    }
+    let place = match (missing, key.as_str()) {
+        (Some(name), "top level") => name,
+        (Some(name), table) => format!("{table}.{name}"),
+        (None, key) => key.to_owned(),
+    };
+    if let Some(example) = example(&whole, &place) {
+        *message += &format!("; for example {example}");
+    }
+    error
+}
+
+/// What a file says at a place such as `body[1].mass_kg`, as it is written; nothing that is long.
+fn example(whole: &Value, place: &str) -> Option<String> {
+    let (mut value, mut name) = (whole, "");
+    for part in place.split(['.', '[']) {
+        value = match (value, part.strip_suffix(']')) {
+            (Value::Array(items), Some(index)) => items.get(index.parse::<usize>().ok()?).or(items.first())?,
+            (Value::Table(table), None) => table.get(part)?,
+            _ => return None,
+        };
+        name = if part.ends_with(']') { name } else { part };
+    }
+    let written = match value {
+        Value::Table(_) => format!("[{place}]"),
+        plain => format!("{name} = {plain}"),
+    };
+    (written.len() <= LONGEST_EXAMPLE).then_some(written)
+}
+
+/// Longest example in a message, in bytes.
+const LONGEST_EXAMPLE: usize = 60;
+
+/// The keys of a value and of what is in it, those in tables before those deeper inside.
+fn collect(value: &Value, before: &str, places: &mut Vec<String>) {
+    let inside: Vec<_> = match value {
+        Value::Table(table) => table.iter().map(|(key, inner)| (key.clone(), inner)).collect(),
+        // The elements of a list are alike.
+        Value::Array(items) => items
+            .iter()
+            .take(1)
+            .map(|inner| ("0".to_owned(), inner))
+            .collect(),
+        _ => return,
+    };
+    let path = |key: &str| match before {
+        "" => key.to_owned(),
+        before => format!("{before}.{key}"),
+    };
+    places.extend(inside.iter().map(|(key, _)| path(key)));
+    for (key, inner) in inside {
+        collect(inner, &path(&key), places);
+    }
 }
 
 /// serde's message about a key or a kind that there is not, with the one that was meant.
@@ -73,6 +180,8 @@ mod tests {
             with_nearest(alone),
             "unknown field `radios` (did you mean `radius`?), expected `radius`"
         );
+        assert!(said("friktion_coefficient").contains("did you mean `friction`"));
+        assert!(said("at").contains("did you mean `at_m`"));
         let other = "missing field `name`".to_owned();
         assert_eq!(with_nearest(other.clone()), other);
     }

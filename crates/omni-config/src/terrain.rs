@@ -8,13 +8,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::height_map::HeightMap;
+use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
     BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED, SLOPE_RAD,
     STEP_HEIGHT_M, TREAD_M, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
-use crate::tagged::deserialize_by_kind;
 
-/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `at_m` on, an obstacle across the way. Every kind has
+/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `at_m` on, an obstacle across the path. Every kind has
 /// `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
 ///
 /// ```
@@ -148,7 +148,7 @@ pub enum Terrain {
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
         at_m: f64,
     },
-    /// Round bars across the way, sunk into the ground: cables and sills.
+    /// Round bars across the path, sunk into the ground: cables and sills.
     Bumps {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
@@ -257,7 +257,7 @@ enum TerrainByKind {
         friction: f64,
         height_m: f64,
         tread_m: f64,
-        #[serde(deserialize_with = "crate::whole::count")]
+        #[serde(deserialize_with = "crate::integers::count")]
         count: u32,
         at_m: f64,
     },
@@ -285,7 +285,7 @@ enum TerrainByKind {
         height_m: f64,
         width_m: f64,
         spacing_m: f64,
-        #[serde(deserialize_with = "crate::whole::count")]
+        #[serde(deserialize_with = "crate::integers::count")]
         count: u32,
         at_m: f64,
     },
@@ -295,7 +295,7 @@ enum TerrainByKind {
         wavelength_m: f64,
         length_m: f64,
         width_m: f64,
-        #[serde(default, deserialize_with = "crate::whole::seed_32")]
+        #[serde(default, deserialize_with = "crate::integers::seed_32")]
         seed: u32,
         at_m: f64,
     },
@@ -321,7 +321,7 @@ pub struct Obstacle {
     pub to_m: f64,
 }
 
-/// A rectangle of the ground with a friction of its own: oil, ice, a carpet.
+/// A rectangle of the ground with another friction: oil, ice, a carpet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

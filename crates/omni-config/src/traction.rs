@@ -193,12 +193,12 @@ impl Scenario {
         let mut notes = Vec::new();
         if self.sensors.no_imu {
             notes.push(format!(
-                "{policy} without an inertial measurement unit: the base counts as level, and the wheels say how it turns"
+                "{policy} without an inertial measurement unit: it takes the base as level and estimates the yaw rate from the wheels"
             ));
         }
         if self.sensors.no_hinge_encoders && !self.vehicle().hinge.is_empty() {
             notes.push(format!(
-                "{policy} without encoders on hinges: rows that climb are not told from wheels that slip"
+                "{policy} without hinge encoders: it cannot tell a climbing row from slipping wheels"
             ));
         }
         let wanted = SupervisorConfig::<f64>::reach(self.period_s()).ladder;
@@ -206,10 +206,10 @@ impl Scenario {
         if preset == TractionPreset::Reach && spare < wanted.spin_m_s {
             let fastest = self.vehicle().no_load_rad_s().unwrap_or(f64::INFINITY);
             let spun = if spare < LEAST_SPIN_M_S {
-                "rows are not spun up before a try".to_owned()
+                "wheels are not spun up before a retry, which is weaker then".to_owned()
             } else {
                 format!(
-                    "rows are spun up by {spare:.2} m/s before a try, not by {:.2}",
+                    "wheels are spun up by {spare:.2} m/s before a retry, not by {:.2}, so it is weaker",
                     wanted.spin_m_s
                 )
             };

@@ -24,18 +24,19 @@ use crate::ranges::{
 use crate::ranges::{DIRECTION, NAME};
 use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
+use crate::suggestion::with_place;
 use crate::wheel_spec::{WheelContact, WheelSpec};
 pub use coupling::{Coupling, CouplingSpring};
 pub use motor::Motor;
 
-/// A vehicle file. Lengths are in the vehicle's frame as it stands on flat ground: x forward, y left, z up, z = 0 at the
-/// ground, the origin under the point that the kinematics refer to.
+/// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from the ground. The commanded
+/// twist is that of the frame's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Vehicle {
-    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    /// Version of the file format; always 1.
     #[garde(skip)] // checked before anything else is read
     #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
@@ -73,7 +74,7 @@ pub struct Vehicle {
     #[serde(default)]
     #[garde(dive)]
     pub gains: Option<Gains>,
-    /// What the vehicle may be commanded to do; anything if left out.
+    /// Limits of the commanded twist; unlimited if left out.
     #[serde(default)]
     #[garde(dive)]
     pub limits: Option<Limits>,
@@ -157,12 +158,12 @@ pub struct Limits {
     #[garde(custom(within(SPEED_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
     pub wz_rad_s: f64,
-    /// Speeding up and braking, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: at once.
+    /// Acceleration and deceleration, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: unlimited.
     #[serde(default)]
     #[garde(inner(custom(within(ACCELERATION_M_S2))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub linear_m_s2: Option<f64>,
-    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: at once.
+    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: unlimited.
     #[serde(default)]
     #[garde(inner(custom(within(ACCELERATION_RAD_S2))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
@@ -268,7 +269,8 @@ impl Vehicle {
         for each in overrides {
             each.apply(source, &mut table)?;
         }
-        let vehicle: Self = read(source, table)?;
+        let whole = || Source::vehicle("chugo7", None).ok()?.table().ok();
+        let vehicle: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         vehicle.check(source)?;
         Ok(vehicle)
     }

@@ -177,7 +177,7 @@ impl Vehicle {
             let squares: f64 = rows.iter().map(|row| row[axis] * row[axis]).sum();
             let taken = rows.iter().zip(&loads).map(|(row, load)| {
                 let torque = inertias[axis] * row[axis].abs() / squares;
-                torque * row[0].hypot(row[1]) / load
+                torque * libm::hypot(row[0], row[1]) / load
             });
             taken.fold(0.0, f64::max)
         }))

@@ -5,6 +5,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
     CONTACT_N_M, GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, PRELOAD_N, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M,
     direction, is_name, one, within,
@@ -12,9 +13,8 @@ use crate::ranges::{
 #[cfg(feature = "schema")]
 use crate::ranges::{DIRECTION, NAME};
 use crate::rollers::Rollers;
-use crate::tagged::deserialize_by_kind;
 
-/// What of a wheel touches the ground.
+/// The part of a wheel that touches the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -57,11 +57,11 @@ pub struct WheelSpec {
     #[garde(custom(is_name))]
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub body: String,
-    /// Place on the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
+    /// Position in the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
     #[garde(custom(within(PLACE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub position_m: [f64; 2],
-    /// The way the vehicle moves when this wheel alone turns positively.
+    /// Direction in which this wheel drives the vehicle when it turns positively.
     #[garde(custom(direction))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max))))]
     pub rolling_direction: [f64; 2],
@@ -75,7 +75,7 @@ pub struct WheelSpec {
     #[garde(custom(within(RADIUS_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
     pub radius_m: f64,
-    /// Width \[m\], 0.001 to 10, for pictures and URDF: the physics ask for none. Left out: half the radius.
+    /// Width \[m\], 0.001 to 10, for pictures and URDF; the physics does not use it. Left out: half the radius.
     #[serde(default)]
     #[garde(inner(custom(within(WIDTH_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
@@ -93,14 +93,14 @@ pub struct WheelSpec {
     #[garde(custom(within(GEAR)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GEAR.min, max = GEAR.max)))]
     pub gear: f64,
-    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_hz` with the wheel's mass. Where the
-    /// frame is rigid it decides how wheels of a row share their load. Only with `physics.engine = "articulated"`.
+    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_hz` with the wheel's mass. On a
+    /// rigid frame it sets how the wheels of a row share their load. Only with `physics.engine = "articulated"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(CONTACT_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_N_M.min, max = CONTACT_N_M.max)))]
     pub contact_stiffness_n_m: Option<f64>,
-    /// By how much more than the others it is pressed on the ground \[N\], -1e5 to 1e5: it is mounted lower by this over the stiffness of its
-    /// contact. On a frame that it shares with others; 0 if left out.
+    /// Extra force that presses it on the ground \[N\], -1e5 to 1e5: it is mounted lower by this force over the stiffness of
+    /// its contact. Only on a frame with other wheels; 0 if left out.
     #[serde(default)]
     #[garde(custom(within(PRELOAD_N)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PRELOAD_N.min, max = PRELOAD_N.max)))]
@@ -114,7 +114,7 @@ impl WheelSpec {
     /// Rate that its encoder reads per rate at which the nose, and the left side, of its body go up.
     pub(crate) fn carrier(&self) -> [f64; 2] {
         let [x, y] = self.rolling_direction;
-        [x, y].map(|part| part / x.hypot(y) / self.gear)
+        [x, y].map(|part| part / libm::hypot(x, y) / self.gear)
     }
 
     /// Radius of the ball that a wheel touches the ground with where it is one \[m\]: its own, or its rollers'.

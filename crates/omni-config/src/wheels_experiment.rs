@@ -16,13 +16,13 @@ use crate::ranges::{
 };
 use crate::vehicle::Gains;
 
-/// Three motors, each with an inertia, a friction and dampers that come and go.
+/// Three motors, each with an inertia, a friction and dampers that act for a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelsExperiment {
-    /// Version of the file format, [`SCHEMA_VERSION`](crate::SCHEMA_VERSION): 1.
+    /// Version of the file format; always 1.
     #[garde(skip)] // checked before anything else is read
     #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
     pub schema_version: u32,
@@ -39,7 +39,7 @@ pub struct WheelsExperiment {
     #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
     /// Control period \[us\], 1 to 100000.
-    #[serde(deserialize_with = "crate::whole::period_us")]
+    #[serde(deserialize_with = "crate::integers::period_us")]
     #[garde(custom(within(PERIOD_US)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
     pub period_us: u64,

@@ -300,7 +300,7 @@ fn words_and_lists_that_a_schema_refuses_are_refused_by_the_loader() {
                         .collect();
                     let said = load(kind, &overrides).expect_err("so many");
                     let expected =
-                        format!("file: {}: {count} of them, allowed: {least} to {most}", place.key);
+                        format!("file: {}: {count} entries, allowed: {least} to {most}", place.key);
                     assert!(said.starts_with(&expected), "{said}");
                 }
             }

@@ -7,7 +7,7 @@ mod config;
 mod correction;
 mod input;
 mod matrix;
-mod standing;
+mod standstill;
 mod step;
 
 use crate::constants::constant_struct;

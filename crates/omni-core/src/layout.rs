@@ -202,7 +202,7 @@ impl<R: Real> Wheel<R> {
             "-pi/2 to pi/2, ends excluded",
         )?;
         if value.cos().abs() < R::of(1e-3) {
-            let allowed = "away from +-pi/2: a roller axis along the axle pushes nothing";
+            let allowed = "away from +-pi/2: a roller whose axis is along the axle transmits no force";
             return Err(ConfigError::new("roller_angle_rad", value.as_f64(), allowed));
         }
         Ok(())

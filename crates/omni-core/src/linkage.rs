@@ -231,7 +231,7 @@ impl<R: Real, const N: usize> Linkage<R, N> {
                 let error = ConfigError::new(
                     "hinge.parent",
                     parent as f64,
-                    "a body that hangs on the base, body 0",
+                    "a body that hinges join to the base, body 0",
                 );
                 return Err(error.at(index));
             };
@@ -368,7 +368,7 @@ fn check<R: Real>(hinge: &HingeGeometry<R>, all: &[HingeGeometry<R>]) -> Result<
     }
     let carried = all.iter().filter(|other| other.child == hinge.child).count();
     if hinge.child == 0 || carried > 1 {
-        let allowed = "a body that no other hinge carries, not the base, 0";
+        let allowed = "a body that is no other hinge's child and not the base, 0";
         return Err(ConfigError::new("hinge.child", hinge.child as f64, allowed));
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! What torque an actuator can give.
 //!
-//! | room | covers |
+//! | module | covers |
 //! |---|---|
 //! | [`TorqueLimit`] | torque-speed line in four quadrants with a cap, the limit the loops use every step |
 //! | [`TorqueTable`] | the same from measured points |
@@ -10,7 +10,7 @@
 //! | [`GearFriction`] | a gearbox with dry and viscous friction, and the torque that makes up for them |
 //! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |
 //!
-//! Loops take [`TorqueLimit`]s; what the other rooms allow at the moment goes in as [`TorqueRanges`] with
+//! Loops take [`TorqueLimit`]s; what the other modules allow at the moment goes in as [`TorqueRanges`] with
 //! [`crate::WheelController::step_within`].
 
 mod dc;

@@ -9,7 +9,6 @@
 //! - [`Supervisor`] chooses the target speed: more of it for rows that need a run-up, another try where the vehicle is stuck.
 //! - [`TractionPolicy`] is both behind the face of any controller.
 
-mod act;
 mod config;
 mod encoder;
 mod observation;
@@ -17,13 +16,14 @@ mod observe;
 mod policy;
 mod record;
 mod sample;
-mod sense;
+mod sensor_input;
 mod state;
 mod supervisor;
 #[cfg(test)]
 mod tests;
+mod torque_law;
 mod torques;
-mod way;
+mod travel_direction;
 mod wheels;
 
 use crate::constants::{constant_struct, each};

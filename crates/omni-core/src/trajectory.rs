@@ -3,9 +3,9 @@
 //! A path is made of pieces, polynomials of the way along it; a segment, from one waypoint to the next, says when how much of the way is
 //! behind. Both are plain numbers, so that a trajectory can be made on a computer and lie in a microcontroller's flash.
 
-mod lay;
 mod limits;
 mod path;
+mod path_geometry;
 mod planner;
 mod schedule;
 #[cfg(test)]

@@ -19,7 +19,7 @@ const LONGEST: usize = 32;
 /// |---|---|---|
 /// | `Window` | `d / (n T)` | `n T / 2` |
 /// | `Edges` | the time stamps' error over the time between edges, as a part of the velocity | half the time between edges, or `T / 2` |
-/// | `Observer` | `bandwidth d / e`, e = 2.718 | `2 / bandwidth` |
+/// | `Observer` | `bandwidth d / e`, e = 2.718, and 2 % where `bandwidth T` is near 0.5 | `2 / bandwidth` |
 ///
 /// ```
 /// use omni_core::VelocityMethod;

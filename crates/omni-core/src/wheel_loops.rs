@@ -83,7 +83,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// ```
     pub fn new(config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         if config.coordination.integral == Integral::Shared {
-            let allowed = "per wheel (0): wheels without a vehicle share no motion";
+            let allowed = "per wheel (0): wheels without a vehicle cannot share an integral";
             return Err(ConfigError::new("integral", 1.0, allowed));
         }
         Self::with_layout(config)

@@ -18,6 +18,15 @@ pub enum Error {
         /// What the system said.
         reason: String,
     },
+    /// A live run cannot be on ROS 2.
+    #[cfg(feature = "ros2")]
+    #[error("ROS 2, domain {domain}: {reason}")]
+    Ros2 {
+        /// The domain.
+        domain: u16,
+        /// What the system said.
+        reason: String,
+    },
 }
 
 impl From<omni_config::Error> for Error {
@@ -37,6 +46,8 @@ impl Error {
                 matches!(error, Busy { .. } | Create { .. } | Lacks { .. } | Read { .. })
             }
             Self::Live { .. } => true,
+            #[cfg(feature = "ros2")]
+            Self::Ros2 { .. } => true,
         }
     }
 }

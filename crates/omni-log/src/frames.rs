@@ -58,7 +58,7 @@ impl Frames {
             own.parent == link.header.frame_id && own.child == link.child_frame_id
         };
         if transforms.len() != self.links.len() || !self.links.iter().zip(&transforms).all(same) {
-            return said("not those of the first message");
+            return said("other frames than in the first message");
         }
         let row = self.times_s.len();
         self.times_s.push(time_ns as f64 / 1e9);
@@ -105,7 +105,7 @@ impl Frames {
 }
 
 /// A pose in the frame that `carrier` is the pose of.
-fn placed([x, y, z, a, b, c, w]: [f64; 7], [px, py, pz, d, e, f, v]: [f64; 7]) -> [f64; 7] {
+pub(crate) fn placed([x, y, z, a, b, c, w]: [f64; 7], [px, py, pz, d, e, f, v]: [f64; 7]) -> [f64; 7] {
     let [dx, dy, dz] = rotate([a, b, c, w], [px, py, pz]);
     let [d, e, f, v] = after([a, b, c, w], [d, e, f, v]);
     [x + dx, y + dy, z + dz, d, e, f, v]
@@ -140,7 +140,7 @@ mod tests {
             .expect_err("refused");
         assert_eq!(
             said,
-            "/tf at t = 0.02 s: 1 frames, not those of the first message"
+            "/tf at t = 0.02 s: 1 frames, other frames than in the first message"
         );
         assert!(frames.links.is_empty());
     }

@@ -5,43 +5,58 @@
 //! [`RunLog`] writes a run while it goes on, [`record`] and [`run_logged`] run a scenario into one; [`read_log`] and [`LoggedRun`] read
 //! it back, [`replay`] feeds its measurements to the controller again; [`Recording`] makes such a log of what was measured on a
 //! vehicle. With the feature `live`, `run_live` serves a run to
-//! viewers while it goes on.
+//! viewers while it goes on, with `ros2` to a ROS 2 graph, too.
 #![forbid(unsafe_code)]
 
+mod base_pose;
 mod error;
 mod frames;
+mod in_memory;
 #[cfg(feature = "live")]
 mod live;
-mod located;
+mod log_error;
 mod logged_run;
+mod message_rates;
 mod messages;
+mod mjcf;
 mod part_file;
 mod reader;
 mod record;
 mod recording;
 mod replay;
 pub mod ros2;
+mod ros2_controllers;
 mod rotation;
 mod run_log;
+mod scene;
 mod size_limits;
 mod track;
 mod tree;
 mod urdf;
 mod writer;
+mod xml;
 
 pub use error::Error;
+pub use in_memory::InMemory;
+#[cfg(feature = "ros2")]
+pub use live::Ros2;
 #[cfg(feature = "live")]
-pub use live::{Live, run_live};
+pub use live::{Live, Opened, Pilot, Until, run_live};
+pub use log_error::LogError;
 pub use logged_run::LoggedRun;
 pub use messages::topic;
-pub use part_file::FinishedLog;
+pub use mjcf::mjcf;
+pub use part_file::{FinishedLog, PartFile, Place};
 pub use reader::{LogFile, LogMessage, read_log};
 pub use record::{Record, record, run_logged};
 pub use recording::Recording;
 pub use replay::{Difference, Replay, WheelReplay, replay};
+pub use ros2_controllers::ros2_controllers;
 pub use run_log::RunLog;
+pub use scene::{View, driving_pace};
 pub use track::Track;
 pub use urdf::{
-    BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m, link_name, vehicle_urdf, wheel_link,
+    BASE_LINK, IMU_LINK, JointInterface, MAP_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m,
+    link_name, ros2_control_urdf, vehicle_urdf, wheel_link,
 };
-pub use writer::{Channel, LogError, LogWriter};
+pub use writer::{Channel, LogWriter};

@@ -1,103 +1,87 @@
-//! A run that viewers watch, and steer if they may, while it goes on: the only room that names foxglove.
+//! A run that others watch, and steer if they may, while it goes on: viewers by Foxglove's WebSocket protocol, and ROS 2.
 //!
-//! The messages are those of a log, over Foxglove's WebSocket protocol. With [`Live::steer`], parameters, and
-//! `geometry_msgs/msg/Twist` that a client publishes on `/cmd_vel`, change the run.
+//! The messages are those of a log, which may be written beside them.
 
 mod client;
 mod guard;
+mod http;
+mod options;
+mod pacer;
+mod page;
+mod pilot;
 mod requests;
+#[cfg(feature = "ros2")]
+mod ros;
 mod server;
+#[cfg(test)]
+mod tests;
+mod viewers;
 
 use std::cell::RefCell;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use guard::Guard;
 use omni_config::Scenario;
+use omni_core::BodyTwist;
 use omni_sim::controller::AnyController;
-use omni_sim::{Outcome, Simulation, drive};
-use requests::{COMMAND_HOLDS, Requests};
-use server::{Event, Hub, Server, Topic};
+use omni_sim::{Outcome, Simulation, control_periods, drive_until};
+pub use options::{Live, Opened, Until};
+use pacer::Pacer;
+pub use pilot::Pilot;
+use requests::{ClientId, Requests};
+#[cfg(feature = "ros2")]
+use ros::OnRos;
+#[cfg(feature = "ros2")]
+pub use ros::Ros2;
+use viewers::Viewers;
 
-use crate::Error;
-use crate::messages::{Messages, Sink, topic};
 use crate::record::End;
-use crate::ros2::{
-    self, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
-};
-
-/// Where and how fast a live run is, and what others may do to it.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Live {
-    /// Port on 127.0.0.1; 0 for any that is free.
-    pub port: u16,
-    /// Simulated seconds a second on the clock, 0.001 and more; infinity for as fast as it goes.
-    pub speed: f64,
-    /// Starts when the first client subscribes to something.
-    pub wait: bool,
-    /// Clients may change command, policy and torque limit; else they watch.
-    pub steer: bool,
-    /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
-    pub origins: Vec<String>,
-}
-
-impl Live {
-    /// A run on that port, 0 for any that is free, as fast as the clock: it starts at once, and others watch.
-    ///
-    /// ```
-    /// let live = omni_log::Live::new(8765);
-    /// assert_eq!((live.port, live.speed, live.steer), (8765, 1.0, false));
-    /// ```
-    #[must_use]
-    pub fn new(port: u16) -> Self {
-        Self {
-            port,
-            speed: 1.0,
-            wait: false,
-            steer: false,
-            origins: Vec::new(),
-        }
-    }
-}
+use crate::{Error, RunLog};
 
 /// Slowest run: an hour of it is then six weeks.
 const SLOWEST: f64 = 1e-3;
-/// How far ahead of the clock a run may be before it waits.
-const AHEAD: Duration = Duration::from_millis(2);
 /// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Runs a scenario in step with the clock and serves it on 127.0.0.1. `started` is told the address, as `ws://127.0.0.1:8765`,
-/// before the first period; `warn`, on any thread and at most 21 times, of connections that were refused; `watch` is called after
-/// every control period with the part done, every 20 ms while the run waits for the clock, and, without a simulation, while it
-/// waits for the first client: its error ends the run.
+/// Says what whoever started the run should know; called on any thread.
+type Warn = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is told where it is before
+/// the first period; `warn`, on any thread and at most 42 times, of connections and commands that were refused; `watch` is called after
+/// every control period with the part done (0 where there is no end), every 20 ms while the run waits for the clock, and, without a simulation,
+/// while it waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that is more than 0.5 s behind
+/// the clock goes on from where it is.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine and of
 /// [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A handshake may take 10 s, and 16
-/// clients may be there at a time.
-///
-/// With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist: from
-/// then on the vehicle follows these, not the scenario. 0.5 s on the clock after the last of them, or when the client goes or
-/// publishes no longer, the command is rest until another comes. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
+/// clients may be there at a time. With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`,
+/// `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
 /// they stay when the client goes; the controller goes on from the state that it has. What is not allowed changes nothing, and the
 /// client is told why.
 ///
+/// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with [`Ros2::joints`] they publish
+/// `sensor_msgs/msg/JointState` on `/joint_commands` instead.
+///
+/// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after the last of them, or when the client
+/// goes or publishes no longer, the command is rest until another comes; it is rest, too, after the end of the scenario's own.
+///
 /// # Errors
-/// [`omni_sim::Error::Argument`] for a speed below 0.001 and for an origin that is none, [`Error::Live`] where the port cannot be had; as
-/// [`omni_sim::run()`], and whatever `watch` returns.
+/// [`omni_sim::Error::Argument`] for a speed below 0.001, an origin that is none, a rate or a namespace that is none;
+/// [`Error::Live`] where the port cannot be had, `Error::Ros2` where the domain cannot; as [`omni_sim::run()`], and whatever `watch` returns.
 ///
 /// ```
-/// use omni_log::{Error, Live, run_live};
+/// use std::ops::ControlFlow;
+/// use omni_log::{Error, Live, Opened, run_live};
 /// use omni_sim::config::{Override, Scenario};
 /// let mut live = Live::new(0); // a free port
 /// live.speed = f64::INFINITY;
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
 /// let mut periods = 0;
-/// let started = |address: &str| assert!(address.starts_with("ws://127.0.0.1:"));
-/// let (_, ended) = run_live::<Error>(&scenario, &live, started, |warning| eprintln!("{warning}"), |simulation, _| {
+/// let opened = |opened: &Opened| assert!(matches!(opened, Opened::Port(address) if address.starts_with("ws://127.0.0.1:")));
+/// let (_, ended) = run_live::<Error>(&scenario, &live, opened, |warning| eprintln!("{warning}"), |simulation, _| {
 ///     periods += usize::from(simulation.is_some());
-///     Ok(())
+///     Ok(ControlFlow::Continue(()))
 /// })?;
 /// assert!(ended.is_none() && periods >= 100);
 /// # Ok::<(), omni_log::Error>(())
@@ -105,141 +89,278 @@ const LOOK: Duration = Duration::from_millis(20);
 pub fn run_live<E: From<Error>>(
     scenario: &Scenario,
     live: &Live,
-    started: impl FnOnce(&str),
+    opened: impl FnMut(&Opened),
     warn: impl Fn(&str) + Send + Sync + 'static,
-    mut watch: impl FnMut(Option<&Simulation>, f64) -> Result<(), E>,
+    mut watch: impl FnMut(Option<&Simulation>, f64) -> Result<ControlFlow<()>, E>,
 ) -> Result<(Outcome, Option<omni_sim::Error>), E> {
-    if live.speed.is_nan() || live.speed < SLOWEST {
-        return Err(refused(omni_sim::Error::Argument {
-            name: "--speed",
-            value: live.speed.to_string(),
-            allowed: "0.001 and more",
-        }));
-    }
-    let guard = Guard::new(&live.origins).map_err(|value| {
-        refused(omni_sim::Error::Argument {
-            name: "--allow-origin",
-            value,
-            allowed: "an origin of web pages, as https://viewer.example:8080, without a path",
-        })
-    })?;
-    let controller = AnyController::new(scenario).map_err(refused)?;
-    let requests = Arc::new(Requests::new(scenario));
-    let steering = (live.steer, guard);
-    let server = Server::start(
-        live.port,
-        requests.clone(),
-        &TOPICS.map(|topic| topic()),
-        steering,
-        Box::new(warn),
-    );
-    let server = server.map_err(|error| Error::Live {
-        port: live.port,
-        reason: error.to_string(),
-    })?;
-    let messages = Messages::new(scenario, &controller);
-    let mut served = Served {
-        hub: server.hub.clone(),
-        buffer: Vec::new(),
+    check(live)?;
+    let end = match live.until {
+        Until::Scenario => Some(control_periods(scenario)),
+        Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
+        Until::Told => None,
     };
-    started(&format!("ws://127.0.0.1:{}", server.port));
-    while live.wait && !requests.take_subscribed() {
-        if let Err(error) = watch(None, 0.0) {
-            server.stop();
-            return Err(error);
-        }
-        std::thread::sleep(LOOK);
-    }
-    // Sending cannot fail: who is too slow misses messages.
-    let _ = messages.describe(&mut served);
-    let start = Instant::now();
-    let messages = RefCell::new(messages);
-    let steer = |simulation: &mut Simulation| -> Result<_, omni_sim::Error> {
-        if let Some(changed) = requests.take_changed() {
-            simulation.take_control(&changed)?;
-            // From the next message on; the description is sent to whoever subscribes next.
-            messages.borrow_mut().describes(&changed);
-        }
-        if requests.time_out(Instant::now()) {
-            server
-                .hub
-                .rests(&format!("no command for {} s", COMMAND_HOLDS.as_secs_f64()));
-        }
-        Ok(requests
-            .command()
-            .unwrap_or_else(|| simulation.scenario_command()))
-    };
-    let ended = drive(scenario, controller, steer, |simulation, part| {
-        let mut messages = messages.borrow_mut();
-        if requests.take_subscribed() {
-            // Latched, as ROS has it: who comes later gets them too.
-            let _ = messages.describe(&mut served);
-        }
-        let _ = messages.push(simulation.sample(), simulation.observation(), &mut served);
-        let due = Duration::try_from_secs_f64(simulation.time_ns() as f64 * 1e-9 / live.speed);
-        let due = due.unwrap_or(Duration::MAX);
-        loop {
-            watch(Some(simulation), part).map_err(End)?;
-            let ahead = due.saturating_sub(start.elapsed());
-            if ahead <= AHEAD {
-                return Ok(());
+    let warn: Warn = Arc::new(warn);
+    let (controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
+    outlets.tell(opened);
+    while live.wait && !outlets.take_subscribed() {
+        match watch(None, 0.0) {
+            Ok(ControlFlow::Continue(())) => std::thread::sleep(LOOK),
+            // It ends with its first period.
+            Ok(ControlFlow::Break(())) => break,
+            Err(error) => {
+                let _ = outlets.close().map(RunLog::leave);
+                return Err(error);
             }
-            std::thread::sleep(ahead.min(LOOK));
+        }
+    }
+    outlets.describe();
+    let start = Instant::now();
+    let mut pacer = Pacer::new(live.speed, start);
+    let mut periods = 0;
+    let outlets = RefCell::new(outlets);
+    let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
+    let ended = drive_until(scenario, controller, steer, |simulation| {
+        outlets
+            .borrow_mut()
+            .push(simulation)
+            .map_err(|error| End(error.into()))?;
+        periods += 1;
+        let time_s = simulation.time_ns() as f64 * 1e-9;
+        let part = end.map_or(0.0, |end| periods as f64 / end as f64);
+        loop {
+            let now = Instant::now();
+            if watch(Some(simulation), part).map_err(End)?.is_break() || end == Some(periods) {
+                return Ok(ControlFlow::Break(()));
+            }
+            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.wall_clock_s {
+                let wall_clock_s = scenario.wall_clock_s;
+                return Err(omni_sim::Error::OutOfTime { time_s, wall_clock_s }.into());
+            }
+            match pacer.wait(time_s, now) {
+                Some(wait) => std::thread::sleep(wait.min(LOOK)),
+                None => return Ok(ControlFlow::Continue(())),
+            }
         }
     });
-    server.stop();
-    ended.map_err(|End(error)| error)
-}
-
-/// An error of the simulation, as the caller has it.
-fn refused<E: From<Error>>(error: omni_sim::Error) -> E {
-    Error::from(error).into()
-}
-
-/// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
-const TOPICS: [fn() -> Topic; 9] = [
-    || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
-    || topic_of::<StringMessage>(topic::TERRAIN),
-    || topic_of::<VehicleState>(topic::VEHICLE_STATE),
-    || topic_of::<TfMessage>(topic::TF),
-    || topic_of::<JointState>(topic::JOINT_STATES),
-    || topic_of::<Odometry>(topic::ODOM),
-    || topic_of::<Odometry>(topic::GROUND_TRUTH),
-    || topic_of::<TwistStamped>(topic::CMD_VEL),
-    || topic_of::<MarkerArray>(topic::MARKERS),
-];
-
-fn topic_of<M: RosMessage>(name: &'static str) -> Topic {
-    Topic {
-        name,
-        schema_name: M::TYPE,
-        schema: M::schema(),
+    let log = outlets.into_inner().close();
+    if pacer.lost_s() > 0.0 {
+        let lost_s = pacer.lost_s();
+        warn(&format!(
+            "the run was slower than the clock and fell behind by {lost_s:.1} s"
+        ));
+    }
+    match (ended, log) {
+        (Ok(ended), Some(log)) => {
+            log.finish(&ended.0).map_err(Error::from)?;
+            Ok(ended)
+        }
+        (Err(End(error)), Some(log)) => {
+            // What ended the run is told, not what is wrong with its log, too.
+            let _ = log.leave();
+            Err(error)
+        }
+        (ended, None) => ended.map_err(|End(error)| error),
     }
 }
 
-/// Where the run's messages go: to whoever wants them.
-struct Served {
-    hub: Arc<Hub>,
-    buffer: Vec<u8>,
+/// Is it something that a live run can do?
+fn check(live: &Live) -> Result<(), Error> {
+    let refuse =
+        |name, value: String, allowed| Err(Error::from(omni_sim::Error::Argument { name, value, allowed }));
+    if live.speed.is_nan() || live.speed < SLOWEST {
+        return refuse("--speed", live.speed.to_string(), "at least 0.001");
+    }
+    if let Until::Seconds(seconds) = live.until
+        && !(seconds > 0.0 && seconds <= LONGEST_S)
+    {
+        return refuse("--for", seconds.to_string(), "above 0, at most 1e9 s");
+    }
+    if live.steer && live.log.is_some() {
+        return refuse(
+            "--steer",
+            "true".into(),
+            "only without --log, because a log has one policy from start to end",
+        );
+    }
+    #[cfg(feature = "ros2")]
+    if live.steer && live.ros2.as_ref().is_some_and(|ros2| ros2.joints.is_some()) {
+        return refuse(
+            "--steer",
+            "true".into(),
+            "only where no client drives single wheels",
+        );
+    }
+    Ok(())
 }
 
-impl Sink for Served {
-    type Error = std::convert::Infallible;
+/// Longest run that has an end \[s\]: 32 years.
+const LONGEST_S: f64 = 1e9;
 
-    fn send<M: RosMessage>(
+/// The number that a [`Pilot`] commands under: viewers count from 1, ROS 2 is 0.
+const PILOT: ClientId = ClientId::MAX;
+
+/// Where a run is shown, and what comes from there.
+struct Outlets {
+    requests: Arc<Requests>,
+    pilot: Option<Pilot>,
+    warn: Warn,
+    /// The wheels are driven one by one.
+    #[cfg(feature = "ros2")]
+    by_joints: bool,
+    viewers: Option<Viewers>,
+    #[cfg(feature = "ros2")]
+    ros: Option<(u16, OnRos)>,
+    log: Option<RunLog>,
+}
+
+impl Outlets {
+    /// Opens what is asked for, with the controller that the run has then.
+    fn open(scenario: &Scenario, live: &Live, warn: &Warn) -> Result<(AnyController, Self), Error> {
+        let requests = Arc::new(Requests::new(scenario));
+        if live.stands {
+            requests.rest();
+        }
+        let boxed = || {
+            let warn = warn.clone();
+            Box::new(move |line: &str| warn(line))
+        };
+        #[cfg(feature = "ros2")]
+        let joints = match &live.ros2 {
+            Some(Ros2 {
+                joints: Some(interface),
+                ..
+            }) => Some(Arc::new(ros::JointCommands::new(scenario, *interface))),
+            _ => None,
+        };
+        #[cfg(feature = "ros2")]
+        let controller = match &joints {
+            Some(joints) => ros::joint_controller(scenario, joints)?,
+            None => AnyController::new(scenario)?,
+        };
+        #[cfg(not(feature = "ros2"))]
+        let controller = AnyController::new(scenario)?;
+        let open = |port| Viewers::open(scenario, &controller, (live, port), &requests, boxed());
+        let viewers = live.port.map(open).transpose()?;
+        #[cfg(feature = "ros2")]
+        let ros = match &live.ros2 {
+            Some(ros2) => {
+                let told = (&requests, joints.as_ref());
+                Some((
+                    ros2.domain,
+                    OnRos::open(scenario, &controller, ros2, told, boxed())?,
+                ))
+            }
+            None => None,
+        };
+        let create = |path| RunLog::create(path, scenario, &controller);
+        let outlets = Self {
+            requests,
+            pilot: live.pilot.clone(),
+            warn: warn.clone(),
+            #[cfg(feature = "ros2")]
+            by_joints: joints.is_some(),
+            viewers,
+            #[cfg(feature = "ros2")]
+            ros,
+            log: live.log.as_ref().map(create).transpose()?,
+        };
+        Ok((controller, outlets))
+    }
+
+    fn tell(&self, mut opened: impl FnMut(&Opened)) {
+        if let Some(viewers) = &self.viewers {
+            opened(&Opened::Port(viewers.address()));
+        }
+        #[cfg(feature = "ros2")]
+        if let Some((domain, _)) = &self.ros {
+            opened(&Opened::Ros2(*domain));
+        }
+    }
+
+    /// Has somebody subscribed since the last time?
+    fn take_subscribed(&mut self) -> bool {
+        let subscribed = self.requests.take_subscribed();
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &self.ros {
+            return ros.take_subscribed() || subscribed;
+        }
+        subscribed
+    }
+
+    fn describe(&mut self) {
+        if let Some(viewers) = &mut self.viewers {
+            viewers.describe();
+        }
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &mut self.ros {
+            ros.describe();
+        }
+    }
+
+    /// The next period's command, and the controller that somebody wants from now on.
+    fn command(
         &mut self,
-        topic: &'static str,
-        time_ns: u64,
-        message: &M,
-    ) -> Result<(), Self::Error> {
-        let place = TOPICS.iter().position(|known| known().name == topic);
-        if let Some(place) = place
-            && self.hub.is_wanted(place)
-            && ros2::encode_into(message, &mut self.buffer).is_ok()
+        scenario: &Scenario,
+        simulation: &mut Simulation,
+    ) -> Result<BodyTwist<f64>, omni_sim::Error> {
+        if let Some(changed) = self.requests.take_changed() {
+            simulation.take_control(&changed)?;
+            if let Some(viewers) = &mut self.viewers {
+                viewers.describes(&changed);
+            }
+            #[cfg(feature = "ros2")]
+            if let Some((_, ros)) = &mut self.ros {
+                ros.describes(&changed);
+            }
+        }
+        if let Some(twist) = self.pilot.as_ref().and_then(Pilot::take)
+            && let Err(why) = self.requests.drive(PILOT, twist, Instant::now())
         {
-            let data = self.buffer.as_slice().into();
-            self.hub.send(Event::Message(place, time_ns, data));
+            (self.warn)(&why);
+        }
+        if self.requests.time_out(Instant::now())
+            && let Some(viewers) = &self.viewers
+        {
+            viewers.timed_out();
+        }
+        #[cfg(feature = "ros2")]
+        if self.by_joints {
+            // Nobody says where the vehicle shall go but by its wheels: it is judged by what they amount to.
+            let twist = simulation.observation().odometry.twist;
+            let known = twist.to_array().iter().all(|part| part.is_finite());
+            return Ok(if known { twist } else { BodyTwist::ZERO });
+        }
+        let over = simulation.time_ns() as f64 * 1e-9 >= scenario.duration_s;
+        Ok(match self.requests.command() {
+            Some(command) => command,
+            None if over => BodyTwist::ZERO,
+            None => simulation.scenario_command(),
+        })
+    }
+
+    fn push(&mut self, simulation: &Simulation) -> Result<(), Error> {
+        if let Some(viewers) = &mut self.viewers {
+            viewers.push(simulation);
+        }
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &mut self.ros {
+            ros.push(simulation);
+        }
+        if let Some(log) = &mut self.log {
+            log.push(simulation.sample(), simulation.observation())?;
         }
         Ok(())
+    }
+
+    /// Closes all but the log, which is returned.
+    fn close(self) -> Option<RunLog> {
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = self.ros {
+            ros.close();
+        }
+        if let Some(viewers) = self.viewers {
+            viewers.close();
+        }
+        self.log
     }
 }

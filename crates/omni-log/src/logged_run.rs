@@ -177,7 +177,7 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), String> {
     let taken = |name: &String| COMMON.contains(&name.as_str()) || name.starts_with("wheel_");
     if names.len() > MOST_SIGNALS || names.iter().enumerate().any(twice) || names.iter().any(taken) {
         return Err(format!(
-            "{}: {} names, allowed: up to {MOST_SIGNALS}, each once, none of a column that every log has",
+            "{}: {} names, allowed: up to {MOST_SIGNALS} different names, none of a column that every log has",
             topic::CONTROLLER_SIGNALS,
             names.len()
         ));
@@ -201,11 +201,13 @@ impl Own {
             check_names(&message.name)?;
             self.names = message.name;
         } else if self.names != message.name {
-            return Err(format!("{topic}: a message of other signals than the first"));
+            return Err(format!("{topic}: a message with other signals than the first"));
         }
         if self.names.len() != message.value.len() {
             let (names, values) = (self.names.len(), message.value.len());
-            return Err(format!("{topic}: a message of {names} names and {values} values"));
+            return Err(format!(
+                "{topic}: a message with {names} names and {values} values"
+            ));
         }
         self.times_ns.push(time_ns);
         self.values.extend(message.value);
@@ -221,7 +223,7 @@ impl Own {
         }
         let topics = [topic::CONTROLLER_SIGNALS, topic::VEHICLE_STATE];
         Err(format!(
-            "{own} messages on {}, not one for each of the {states} on {}",
+            "{own} messages on {}, but {states} on {}",
             topics[0], topics[1]
         ))
     }

@@ -17,13 +17,16 @@ use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
-use crate::located;
+use crate::base_pose;
+use crate::message_rates::Rates;
 use crate::ros2::{
     ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
     StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
 };
-use crate::tree::{Placement, transforms};
-use crate::urdf::{BASE_LINK, WORLD_LINK, ground_urdf, vehicle_urdf, wheel_link};
+use crate::tree::{Placement, Roots, transforms};
+use crate::urdf::{
+    BASE_LINK, JointInterface, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf, wheel_link,
+};
 
 /// Topics, by what they carry.
 pub mod topic {
@@ -47,6 +50,14 @@ pub mod topic {
     pub const ROBOT_DESCRIPTION: &str = "/robot_description";
     /// The ground as URDF.
     pub const TERRAIN: &str = "/terrain/robot_description";
+    /// Frames that do not move; live on ROS 2 alone.
+    pub const TF_STATIC: &str = "/tf_static";
+    /// Simulated time; live on ROS 2 alone.
+    pub const CLOCK: &str = "/clock";
+    /// The inertial measurement unit; live on ROS 2 alone.
+    pub const IMU: &str = "/imu";
+    /// What the wheels are told by a controller of somebody else's; live on ROS 2 alone.
+    pub const JOINT_COMMANDS: &str = "/joint_commands";
 }
 
 /// Length of the arrow of a force \[m/N\].
@@ -66,43 +77,6 @@ pub(crate) trait Sink {
     ) -> Result<(), Self::Error>;
 }
 
-/// When a topic is due.
-#[derive(Clone, Copy)]
-pub(crate) struct Pace {
-    /// None: never.
-    period_ns: Option<u64>,
-    next_ns: u64,
-}
-
-impl Pace {
-    fn every(period_ns: u64) -> Self {
-        let period_ns = Some(period_ns);
-        Self {
-            period_ns,
-            next_ns: 0,
-        }
-    }
-
-    pub(crate) fn hz(rate: f64) -> Self {
-        let period_ns = (rate > 0.0).then(|| (1e9 / rate).round() as u64);
-        Self {
-            period_ns,
-            next_ns: 0,
-        }
-    }
-
-    pub(crate) fn due(&mut self, time_ns: u64) -> bool {
-        let Some(period_ns) = self.period_ns else {
-            return false;
-        };
-        if time_ns < self.next_ns {
-            return false;
-        }
-        self.next_ns = time_ns - time_ns % period_ns.max(1) + period_ns;
-        true
-    }
-}
-
 /// Makes the messages of a scenario's run while it goes on.
 pub(crate) struct Messages {
     scenario: Scenario,
@@ -111,32 +85,38 @@ pub(crate) struct Messages {
     signals: Vec<String>,
     period_s: f64,
     wheel_angles: Vec<f64>,
-    vehicle_state: Pace,
-    tf: Pace,
-    joint_states: Pace,
-    odom: Pace,
-    cmd_vel: Pace,
-    markers: Pace,
+    rates: Rates,
+    roots: Roots,
 }
 
 impl Messages {
     pub(crate) fn new(scenario: &Scenario, controller: &AnyController) -> Self {
-        let rates = &scenario.log;
+        let control_period_ns = scenario.control.period_us * 1000;
+        let rates = Rates::of_log(&scenario.log, control_period_ns);
+        Self::at_rates(scenario, controller, rates, Roots::World)
+    }
+
+    /// The same messages at other rates, with another frame at the top.
+    pub(crate) fn at_rates(
+        scenario: &Scenario,
+        controller: &AnyController,
+        rates: Rates,
+        roots: Roots,
+    ) -> Self {
         Self {
             wheel_angles: vec![0.0; scenario.vehicle().wheel.len()],
             period_s: scenario.period_s(),
-            vehicle_state: rates
-                .vehicle_state_hz
-                .map_or(Pace::every(scenario.control.period_us * 1000), Pace::hz),
-            tf: Pace::hz(rates.tf_hz),
-            joint_states: Pace::hz(rates.joint_states_hz),
-            odom: Pace::hz(rates.odom_hz),
-            cmd_vel: Pace::hz(rates.cmd_vel_hz),
-            markers: Pace::hz(rates.markers_hz),
+            rates,
+            roots,
             policy: controller.policy().into(),
             signals: controller.signal_names().to_vec(),
             scenario: scenario.clone(),
         }
+    }
+
+    /// The scenario as it is now.
+    pub(crate) fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// Another scenario of the same vehicle from now on: another policy or torque limit.
@@ -146,11 +126,19 @@ impl Messages {
         self.scenario = scenario.clone();
     }
 
-    /// What is sent once, at the start.
-    pub(crate) fn describe<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
+    /// What is sent once, at the start; of wheels that ros2_control drives, with its block.
+    pub(crate) fn describe<S: Sink>(
+        &self,
+        driven: Option<JointInterface>,
+        sink: &mut S,
+    ) -> Result<(), S::Error> {
         let text = |data| StringMessage { data };
-        let vehicle = text(vehicle_urdf(self.scenario.vehicle()));
-        sink.send(topic::ROBOT_DESCRIPTION, 0, &vehicle)?;
+        let vehicle = self.scenario.vehicle();
+        let vehicle = match driven {
+            None => vehicle_urdf(vehicle),
+            Some(interface) => ros2_control_urdf(vehicle, interface),
+        };
+        sink.send(topic::ROBOT_DESCRIPTION, 0, &text(vehicle))?;
         sink.send(topic::TERRAIN, 0, &text(ground_urdf(&self.scenario)))
     }
 
@@ -161,40 +149,45 @@ impl Messages {
         seen: &Observation,
         sink: &mut S,
     ) -> Result<(), S::Error> {
-        for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
-            // A wheel that nobody measured is shown where it was: NaN would stay.
-            if wheel.measured_rad_s.is_finite() {
-                *angle += wheel.measured_rad_s * self.period_s;
-            }
-        }
+        self.turn_wheels(sample);
         let time = seen.time_ns;
-        if self.vehicle_state.due(time) {
+        if self.rates.vehicle_state.due(time) {
             sink.send(topic::VEHICLE_STATE, time, &self.vehicle_state(sample, seen))?;
             if !self.signals.is_empty() {
                 sink.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(sample, time))?;
             }
         }
-        if self.tf.due(time) {
+        if self.rates.tf.due(time) {
             sink.send(topic::TF, time, &self.transforms(seen))?;
         }
-        if self.joint_states.due(time) {
+        if self.rates.joint_states.due(time) {
             sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
         }
-        if self.odom.due(time) {
-            sink.send(topic::ODOM, time, &located::odometry(seen))?;
-            sink.send(topic::GROUND_TRUTH, time, &located::ground_truth(seen))?;
+        if self.rates.odom.due(time) {
+            sink.send(topic::ODOM, time, &base_pose::odometry(seen))?;
+            sink.send(topic::GROUND_TRUTH, time, &base_pose::ground_truth(seen))?;
         }
-        if self.cmd_vel.due(time) {
+        if self.rates.cmd_vel.due(time) {
             let command = TwistStamped {
                 header: Header::new(time, BASE_LINK),
                 twist: twist(&sample.command),
             };
             sink.send(topic::CMD_VEL, time, &command)?;
         }
-        if self.markers.due(time) {
+        if self.rates.markers.due(time) {
             sink.send(topic::MARKERS, time, &forces(seen))?;
         }
         Ok(())
+    }
+
+    /// What wheels turned in a control period; part of [`Messages::push`].
+    pub(crate) fn turn_wheels(&mut self, sample: &ControlSample) {
+        for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
+            // A wheel that nobody measured is shown where it was: NaN would stay.
+            if wheel.measured_rad_s.is_finite() {
+                *angle += wheel.measured_rad_s * self.period_s;
+            }
+        }
     }
 
     /// As many values as names; none is known of a period that the controller had no part in.
@@ -245,14 +238,14 @@ impl Messages {
     }
 
     /// The frames that observation and wheels amount to.
-    fn transforms(&self, seen: &Observation) -> TfMessage {
+    pub(crate) fn transforms(&self, seen: &Observation) -> TfMessage {
         let placement = Placement {
             base: (seen.pose.position_m, seen.pose.rotation_xyzw),
-            odometry: located::by_odometry(seen),
+            odometry: base_pose::by_odometry(seen),
             hinges_rad: &mut seen.hinges.iter().map(|hinge| hinge.angle_rad),
             wheels_rad: &self.wheel_angles,
         };
-        transforms(self.scenario.vehicle(), seen.time_ns, placement)
+        transforms(self.scenario.vehicle(), seen.time_ns, self.roots, placement)
     }
 
     fn joints(&self, sample: &ControlSample, seen: &Observation) -> JointState {

@@ -1,7 +1,7 @@
 //! The file of a log that is not finished: locked, so that nobody else writes it, and made anew, so that no link is followed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::LogError;
@@ -25,11 +25,26 @@ impl FinishedLog {
     }
 }
 
+/// Where a log is written: a file that gets its name when it is whole, or memory.
+pub trait Place {
+    /// What takes the bytes.
+    type Sink: Write;
+
+    /// What messages call the log.
+    fn path(&self) -> &Path;
+
+    /// What the system said, with the log's name.
+    fn io_error(&self, source: io::Error) -> LogError {
+        let path = self.path().to_path_buf();
+        LogError::Io { path, source }
+    }
+}
+
 /// The unfinished file, removed on drop unless it is to be kept.
 ///
 /// Every change of what the name `*.part` stands for is made by the program that holds the lock of the file it stood for.
 #[derive(Debug)]
-pub(crate) struct PartFile {
+pub struct PartFile {
     part: PathBuf,
     path: PathBuf,
     /// Holds the lock.
@@ -82,21 +97,9 @@ impl PartFile {
         Err(LogError::Busy { path })
     }
 
-    /// The log's final name.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// The file, to write to.
     pub(crate) fn writer(&self) -> Result<File, LogError> {
         self.file.try_clone().map_err(|source| self.io_error(source))
-    }
-
-    pub(crate) fn io_error(&self, source: io::Error) -> LogError {
-        LogError::Io {
-            path: self.path.clone(),
-            source,
-        }
     }
 
     /// Lets the file stay as it is, and returns its name.
@@ -121,6 +124,15 @@ impl PartFile {
             Ok(()) => Ok(FinishedLog { path, _file: writer }),
             Err(source) => Err(LogError::Rename { path, part, source }),
         }
+    }
+}
+
+impl Place for PartFile {
+    type Sink = File;
+
+    /// The log's final name.
+    fn path(&self) -> &Path {
+        &self.path
     }
 }
 
@@ -165,7 +177,7 @@ fn remove_left(part: &Path) -> Result<(), Left> {
         Err(TryLockError::WouldBlock) => Err(Left::Busy),
         Err(TryLockError::Error(error)) => {
             let reason = format!(
-                "it is there, and whether a program writes it cannot be known ({error}): remove it if none does"
+                "it exists, and it is unknown whether a program writes it ({error}): remove it if none does"
             );
             Err(Left::Failed(io::Error::new(ErrorKind::AlreadyExists, reason)))
         }

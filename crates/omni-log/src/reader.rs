@@ -174,7 +174,9 @@ pub(crate) fn read_log_watched(
                 // Records of nothing are work too.
                 unpacked += size_limits::HEAD_BYTES + data.len() as u64;
                 if unpacked > size_limits::most_unpacked(length) {
-                    return Err(damaged(format!("{length} bytes that unpack to {unpacked} and more")).into());
+                    return Err(
+                        damaged(format!("{length} bytes that unpack to more than {unpacked}")).into(),
+                    );
                 }
                 size_limits::fits(opcode, data).map_err(damaged)?;
                 let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
@@ -195,10 +197,10 @@ pub(crate) fn read_log_watched(
                 }
             }
             Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
-                return Err(lacks("not an MCAP file, or nothing of it was written").into());
+                return Err(lacks("not an MCAP file, or an empty one").into());
             }
             Some(Err(McapError::UnsupportedCompression(name))) => {
-                return Err(lacks(&format!("compressed by {name:?}: not a run of omnistep")).into());
+                return Err(lacks(&format!("compressed with {name:?}: not a log of omnistep")).into());
             }
             // A killed run ends anywhere, but never with what ends a whole file.
             Some(Err(McapError::UnexpectedEof)) if last != mcap::MAGIC => break false,
@@ -210,10 +212,9 @@ pub(crate) fn read_log_watched(
         return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
     }
     // Of a log of something else nothing more is said.
-    let text = seen
-        .scenario
-        .take()
-        .ok_or_else(|| lacks("no attachment scenario.toml: not a run of omnistep, or killed at its start"))?;
+    let text = seen.scenario.take().ok_or_else(|| {
+        lacks("no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start")
+    })?;
     if let Some(reason) = doubt {
         return Err(damaged(reason).into());
     }
@@ -279,7 +280,7 @@ fn fitting_wheels(found: usize, expected: usize) -> Result<(), String> {
     } else {
         let topic = topic::VEHICLE_STATE;
         Err(format!(
-            "{topic}: a message of {found} wheels, expected {expected}"
+            "{topic}: a message with {found} wheels, expected {expected}"
         ))
     }
 }
@@ -305,7 +306,7 @@ impl Seen {
             ("metadata records", self.tables, said.metadata_count.into()),
         ] {
             if here != said {
-                return Err(format!("{here} {what}, its statistics say {said}"));
+                return Err(format!("{here} {what}, but its statistics count {said}"));
             }
         }
         Ok(())
@@ -349,7 +350,7 @@ impl Seen {
     fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<(u64, LogMessage)>, String> {
         let Some(name) = self.topics.get(&header.channel_id) else {
             return Err(format!(
-                "a message of channel {}, which is not there",
+                "a message of channel {}, which does not exist",
                 header.channel_id
             ));
         };
@@ -398,6 +399,6 @@ fn decode<M: RosMessage + DeserializeOwned>(data: &[u8]) -> Result<M, String> {
     let body = data.get(4..).unwrap_or_default();
     match cdr_encoding::from_bytes::<M, LittleEndian>(body) {
         Ok((message, _)) => Ok(message),
-        Err(error) => Err(format!("a message that is no {}: {error}", M::TYPE)),
+        Err(error) => Err(format!("a message that is not a {}: {error}", M::TYPE)),
     }
 }

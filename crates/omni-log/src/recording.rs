@@ -6,15 +6,16 @@ use std::path::Path;
 use omni_config::{Scenario, shortened};
 use omni_core::BodyTwist;
 
-use crate::located::{Located, unknown_covariance};
+use crate::base_pose::{BasePose, unknown_covariance};
 use crate::logged_run::check_names;
-use crate::messages::{Pace, Sink, quaternion, twist};
+use crate::message_rates::Pace;
+use crate::messages::{Sink, quaternion, twist};
 use crate::ros2::{
     ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, StringMessage,
     TwistStamped, TwistWithCovariance, VehicleState, WheelState,
 };
 use crate::run_log::{MAP, RECORDED, RUN, SCENARIO};
-use crate::tree::{Placement, transforms};
+use crate::tree::{Placement, Roots, transforms};
 use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, vehicle_urdf, wheel_link};
 use crate::{Error, FinishedLog, LogError, LogWriter, topic};
 
@@ -139,7 +140,7 @@ impl<'a> Columns<'a> {
         if let Some((name, column)) = columns.iter().find(|(_, column)| column.len() != rows) {
             let (name, found) = (shortened(name), column.len());
             return Err(format!(
-                "column {name}: {found} rows, allowed: {rows} as of the others"
+                "column {name}: {found} rows, allowed: {rows}, as in the other columns"
             ));
         }
         let of = |name: &str| columns.get(name).map(Vec::as_slice);
@@ -217,7 +218,11 @@ impl<'a> Columns<'a> {
                     hinges_rad: &mut hinges_rad.iter().copied(),
                     wheels_rad: &angles_rad,
                 };
-                log.send(topic::TF, time, &transforms(scenario.vehicle(), time, placement))?;
+                log.send(
+                    topic::TF,
+                    time,
+                    &transforms(scenario.vehicle(), time, Roots::World, placement),
+                )?;
             }
             if joints.due(time) {
                 log.send(
@@ -290,7 +295,7 @@ impl<'a> Columns<'a> {
     }
 
     /// The base in the world and by odometry: the one for the other where only one of them is known, none where neither is.
-    fn base(&self, row: usize) -> Option<(Located, Located)> {
+    fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
         // Where somebody saw the vehicle from outside, what odometry says meanwhile is in a frame of its own.
         let base = seen.or(if self.somebody_saw { None } else { reckoned })?;
@@ -298,7 +303,7 @@ impl<'a> Columns<'a> {
     }
 
     /// As somebody saw it from outside; none where nobody knows.
-    fn seen(&self, row: usize) -> Option<Located> {
+    fn seen(&self, row: usize) -> Option<BasePose> {
         let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
         let [x, y] = known([x, y])?;
         // A pose in the plane has neither height nor tilt.
@@ -308,7 +313,7 @@ impl<'a> Columns<'a> {
         Some(([x, y, z], turn))
     }
 
-    fn reckoned(&self, row: usize) -> Option<Located> {
+    fn reckoned(&self, row: usize) -> Option<BasePose> {
         let [x, y, yaw] = known(self.odometry.map(|column| at(column, row)))?;
         Some(([x, y, 0.0], about_z(yaw)))
     }
@@ -330,7 +335,7 @@ fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
 }
 
 /// A pose whose twist nobody measured.
-fn placed(time: u64, frame: &str, ([x, y, z], turn): Located) -> Odometry {
+fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
     let orientation = quaternion(turn);
     let unknown = BodyTwist::from_array([f64::NAN; 3]);
     Odometry {

@@ -117,7 +117,7 @@ fn columns_that_cannot_be_are_refused_in_one_line() {
     let (_folder, _, done) = written(&[("asked_vx_m_s", vec![0.0; 3]), ("gyro_rad_s", vec![0.0; 2])]);
     let said = done.expect_err("refused").to_string();
     assert!(
-        said.ends_with("column gyro_rad_s: 2 rows, allowed: 3 as of the others"),
+        said.ends_with("column gyro_rad_s: 2 rows, allowed: 3, as in the other columns"),
         "{said}"
     );
     let (_folder, _, done) = written(&[("wheel_99_measured_rad_s", vec![0.0])]);

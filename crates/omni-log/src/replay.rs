@@ -87,7 +87,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         Ok(())
     })?;
     if file.own_controller {
-        let policy = file.run.get("policy").map_or("one of its own", String::as_str);
+        let policy = file.run.get("policy").map_or("a custom one", String::as_str);
         let what = format!(
             "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
             omni_config::shortened(policy)
@@ -107,7 +107,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
     // The first period that is missing is the one after the last message of all, and there is one before it.
     if missing <= file.until_ns || states.is_empty() {
         let what = format!(
-            "no /vehicle_state at t = {} s, and replay asks for one every control period: leave log.vehicle_state_hz out",
+            "no /vehicle_state at t = {} s, but replay needs one every control period: record the run without log.vehicle_state_hz",
             missing as f64 / 1e9
         );
         return Err(LogError::Lacks {
@@ -148,8 +148,8 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
                 .is_some_and(|(_, heard)| sensed.take_signals(scenario.vehicle(), &heard.name, &heard.value))
             {
                 let what = format!(
-                    "the readings of hinges and inertial measurement unit at t = {} s are not in it, and {} needs them, allowed: a log of \
-                     steady or reach, or a policy of loops of the wheels",
+                    "no readings of hinges and inertial measurement unit at t = {} s, but {} needs them, \
+                     allowed: a log of steady or reach, or a policy of wheel speed loops",
                     *time_ns as f64 / 1e9,
                     scenario.control.law()
                 );
@@ -163,7 +163,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         if file.recorded {
             if scenario.heading_hold.is_some() && state.gyro_rad_s.is_nan() {
                 let what = format!(
-                    "no gyro at t = {} s, and control.heading_hold needs one, allowed: a log with a gyro all the time, or no heading hold",
+                    "no gyro reading at t = {} s, but control.heading_hold needs one, allowed: a log with gyro readings throughout, or no heading hold",
                     *time_ns as f64 / 1e9
                 );
                 return Err(LogError::Lacks {

@@ -3,11 +3,18 @@
 //! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
 //! z is up, counter-clockwise is positive.
 
+mod inertial;
+
 use byteorder::LittleEndian;
+pub use inertial::{Clock, Imu};
 use serde::{Deserialize, Serialize};
 
 /// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
 const CDR_LE: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
+
+/// Length of that header \[bytes\].
+#[cfg(feature = "ros2")]
+pub(crate) const HEADER: usize = CDR_LE.len();
 
 /// A message that can have a topic of its own.
 pub trait RosMessage: Serialize {
@@ -75,6 +82,8 @@ ros_messages! {
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
     VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
     ControllerSignals => "omni_msgs/msg/ControllerSignals", "ControllerSignals.msg";
+    Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
+    Imu => "sensor_msgs/msg/Imu", "Imu.msg";
 }
 
 /// `builtin_interfaces/msg/Time`: simulated time since the start of the run.

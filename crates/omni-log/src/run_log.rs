@@ -11,7 +11,9 @@ use omni_sim::Outcome;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 
+use crate::in_memory::InMemory;
 use crate::messages::{Messages, Sink};
+use crate::part_file::{PartFile, Place};
 use crate::ros2::RosMessage;
 use crate::{FinishedLog, LogError, LogWriter};
 
@@ -28,12 +30,12 @@ pub(crate) const RUN: &str = "run";
 pub(crate) const OUTCOME: &str = "outcome";
 
 /// Writes a run while it goes on; the file gets its name when [`RunLog::finish`] has succeeded.
-pub struct RunLog {
-    writer: LogWriter,
+pub struct RunLog<P: Place = PartFile> {
+    writer: LogWriter<P>,
     messages: Messages,
 }
 
-impl Sink for LogWriter {
+impl<P: Place> Sink for LogWriter<P> {
     type Error = LogError;
 
     fn send<M: RosMessage>(
@@ -57,7 +59,86 @@ impl RunLog {
         scenario: &Scenario,
         controller: &AnyController,
     ) -> Result<Self, LogError> {
-        let mut writer = LogWriter::create(&path)?;
+        Self::begin(LogWriter::create(&path)?, path.as_ref(), scenario, controller)
+    }
+
+    /// Adds the outcome and completes the file.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(mut self, outcome: &Outcome) -> Result<FinishedLog, LogError> {
+        self.writer.metadata(OUTCOME, table(outcome))?;
+        self.writer.finish()
+    }
+
+    /// Ends the log of a run that was stopped: all of it until now stays in its `.part` file, whose name is returned.
+    ///
+    /// # Errors
+    /// As [`LogWriter::leave`].
+    pub fn leave(self) -> Result<PathBuf, LogError> {
+        self.writer.leave()
+    }
+}
+
+impl RunLog<InMemory> {
+    /// The same in memory, where there are no files.
+    ///
+    /// ```
+    /// use omni_log::RunLog;
+    /// use omni_sim::{SteppedRun, config::{Override, Scenario}, controller::AnyController};
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
+    /// let controller = AnyController::new(&scenario)?;
+    /// let mut log = RunLog::in_memory(&scenario, &controller)?;
+    /// let mut run = SteppedRun::new(&scenario, controller)?;
+    /// for _ in 0..100 {
+    ///     run.step(&run.simulation().scenario_command())?;
+    ///     log.push(run.simulation().sample(), run.simulation().observation())?;
+    /// }
+    /// let mut bytes = log.take();
+    /// bytes.extend(log.finish(&run.outcome())?);
+    /// assert_eq!((&bytes[..5], &bytes[bytes.len() - 8..]), (&b"\x89MCAP"[..], &b"\x89MCAP0\r\n"[..]));
+    /// # Ok::<(), omni_log::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`LogWriter::in_memory`] and [`LogWriter::metadata`].
+    pub fn in_memory(scenario: &Scenario, controller: &AnyController) -> Result<Self, LogError> {
+        let name = scenario.name.as_str();
+        Self::begin(LogWriter::in_memory(name)?, Path::new(name), scenario, controller)
+    }
+
+    /// As [`LogWriter::take`].
+    pub fn take(&mut self) -> Vec<u8> {
+        self.writer.take()
+    }
+
+    /// Adds the outcome and returns the last piece of the file.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(mut self, outcome: &Outcome) -> Result<Vec<u8>, LogError> {
+        self.writer.metadata(OUTCOME, table(outcome))?;
+        self.writer.finish()
+    }
+}
+
+/// The metadata `outcome`.
+fn table(outcome: &Outcome) -> BTreeMap<String, String> {
+    match serde_json::to_value(outcome) {
+        Ok(serde_json::Value::Object(fields)) => {
+            fields.into_iter().map(|(k, v)| (k, v.to_string())).collect()
+        }
+        _ => BTreeMap::new(),
+    }
+}
+
+impl<P: Place> RunLog<P> {
+    fn begin(
+        mut writer: LogWriter<P>,
+        path: &Path,
+        scenario: &Scenario,
+        controller: &AnyController,
+    ) -> Result<Self, LogError> {
         let mut facts = vec![
             ("omnistep", omni_sim::VERSION.to_owned()),
             ("scenario", scenario.name.clone()),
@@ -73,12 +154,12 @@ impl RunLog {
         writer.metadata(RUN, facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())?;
         // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
         let text = toml::to_string(scenario).map_err(|error| LogError::Io {
-            path: path.as_ref().to_path_buf(),
+            path: path.to_path_buf(),
             source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),
         })?;
         writer.attachment(SCENARIO, "application/toml", text.as_bytes())?;
         let messages = Messages::new(scenario, controller);
-        messages.describe(&mut writer)?;
+        messages.describe(None, &mut writer)?;
         Ok(Self { writer, messages })
     }
 
@@ -88,29 +169,6 @@ impl RunLog {
     /// As [`LogWriter::write`].
     pub fn push(&mut self, sample: &ControlSample, seen: &Observation) -> Result<(), LogError> {
         self.messages.push(sample, seen, &mut self.writer)
-    }
-
-    /// Adds the outcome and completes the file.
-    ///
-    /// # Errors
-    /// As [`LogWriter::finish`].
-    pub fn finish(mut self, outcome: &Outcome) -> Result<FinishedLog, LogError> {
-        let table: BTreeMap<String, String> = match serde_json::to_value(outcome) {
-            Ok(serde_json::Value::Object(fields)) => {
-                fields.into_iter().map(|(k, v)| (k, v.to_string())).collect()
-            }
-            _ => BTreeMap::new(),
-        };
-        self.writer.metadata(OUTCOME, table)?;
-        self.writer.finish()
-    }
-
-    /// Ends the log of a run that was stopped: all of it until now stays in its `.part` file, whose name is returned.
-    ///
-    /// # Errors
-    /// As [`LogWriter::leave`].
-    pub fn leave(self) -> Result<PathBuf, LogError> {
-        self.writer.leave()
     }
 }
 

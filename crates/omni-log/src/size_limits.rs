@@ -69,7 +69,7 @@ pub(crate) fn fits(opcode: u8, record: &[u8]) -> Result<(), String> {
     });
     inside.ok_or_else(|| {
         let length = record.len();
-        format!("a record of kind {opcode:#04x} and {length} bytes that says it holds more")
+        format!("a record of kind {opcode:#04x} and {length} bytes that claims to hold more")
     })
 }
 
@@ -140,7 +140,7 @@ mod tests {
                     lying[at..at + 4].copy_from_slice(&far.to_le_bytes());
                     let said = fits(opcode, &lying).expect_err("refused");
                     assert!(
-                        said.ends_with("bytes that says it holds more"),
+                        said.ends_with("bytes that claims to hold more"),
                         "{opcode:#04x} at {at}: {said}"
                     );
                 }

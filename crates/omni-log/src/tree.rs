@@ -2,27 +2,50 @@
 
 use omni_config::{Vehicle, WheelSpec};
 
-use crate::located::{Located, odometry_from_base};
+#[cfg(feature = "ros2")]
+use crate::base_pose::chained;
+use crate::base_pose::{BasePose, inverse};
 use crate::messages::{quaternion, vector};
 use crate::ros2::{Header, TfMessage, Transform, TransformStamped};
 use crate::rotation::about;
+#[cfg(feature = "ros2")]
+use crate::urdf::MAP_LINK;
 use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, wheel_link};
 
 /// Where the parts of a vehicle are.
 pub(crate) struct Placement<'a> {
     /// The base in the world.
-    pub base: Located,
+    pub base: BasePose,
     /// The base by odometry.
-    pub odometry: Located,
+    pub odometry: BasePose,
     /// Angle of each hinge in the vehicle's order \[rad\].
     pub hinges_rad: &'a mut dyn Iterator<Item = f64>,
     /// What the actuator of each wheel has turned in the vehicle's order \[rad\].
     pub wheels_rad: &'a [f64],
 }
 
-/// World to base, base to odometry's frame, parent to child of every hinge, carrier to every wheel.
-pub(crate) fn transforms(vehicle: &Vehicle, time_ns: u64, placement: Placement<'_>) -> TfMessage {
-    let between = |parent: &str, child: &str, (at, turn): Located| TransformStamped {
+/// Which frame the others hang from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Roots {
+    /// The world: below it the base as it is, below the base the frame of odometry.
+    World,
+    /// The frame of odometry, as REP 105 asks of a robot: below it the base by odometry, and the world, so that what is in the world is shown
+    /// where it is. Whoever localises the robot puts its map above.
+    #[cfg(feature = "ros2")]
+    Odometry,
+    /// The same below a map, which is the world: a localisation without error.
+    #[cfg(feature = "ros2")]
+    Map,
+}
+
+/// Those of the base, parent to child of every hinge, carrier to every wheel.
+pub(crate) fn transforms(
+    vehicle: &Vehicle,
+    time_ns: u64,
+    roots: Roots,
+    placement: Placement<'_>,
+) -> TfMessage {
+    let between = |parent: &str, child: &str, (at, turn): BasePose| TransformStamped {
         header: Header::new(time_ns, parent),
         child_frame_id: child.to_owned(),
         transform: Transform {
@@ -35,10 +58,25 @@ pub(crate) fn transforms(vehicle: &Vehicle, time_ns: u64, placement: Placement<'
         let origin = link_frame_m(vehicle, body);
         [0, 1, 2].map(|k| point[k] - origin[k])
     };
-    let mut transforms = vec![
-        between(WORLD_LINK, BASE_LINK, placement.base),
-        between(BASE_LINK, ODOM_LINK, odometry_from_base(placement.odometry)),
-    ];
+    let Placement { base, odometry, .. } = placement;
+    let mut transforms = match roots {
+        Roots::World => vec![
+            between(WORLD_LINK, BASE_LINK, base),
+            between(BASE_LINK, ODOM_LINK, inverse(odometry)),
+        ],
+        #[cfg(feature = "ros2")]
+        Roots::Odometry | Roots::Map => {
+            let odometry_in_world = chained(base, inverse(odometry));
+            let mut top = vec![
+                between(ODOM_LINK, BASE_LINK, odometry),
+                between(ODOM_LINK, WORLD_LINK, inverse(odometry_in_world)),
+            ];
+            if roots == Roots::Map {
+                top.push(between(MAP_LINK, ODOM_LINK, odometry_in_world));
+            }
+            top
+        }
+    };
     for (hinge, angle_rad) in vehicle.hinge.iter().zip(placement.hinges_rad) {
         transforms.push(between(
             link_name(vehicle, &hinge.parent),

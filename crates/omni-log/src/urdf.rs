@@ -1,58 +1,25 @@
-//! Vehicles and ground as URDF, for viewers and other simulators: the only room that names quick-xml.
+//! Vehicles and ground as URDF, for viewers and other simulators.
 //!
 //! A link's frame is where the joint that carries it is, as URDF has it; the base's is the vehicle's. Frames of a log's `/tf` and
 //! joints of its `/joint_states` have the same names and places.
 
 mod ground;
+mod ros2_control;
 mod vehicle;
 
 use std::fmt::Display;
 use std::io;
 
-use quick_xml::Writer;
-
+use crate::xml::{Xml, document, element, leaf, list};
 pub use ground::ground_urdf;
-pub use vehicle::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, vehicle_urdf, wheel_link};
-
-/// XML that is being written.
-type Xml = Writer<Vec<u8>>;
+pub use ros2_control::{JointInterface, ros2_control_urdf};
+pub use vehicle::{
+    BASE_LINK, IMU_LINK, MAP_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, vehicle_urdf, wheel_link,
+};
 
 /// A robot: what `parts` writes into it.
 fn robot(name: &str, parts: impl FnOnce(&mut Xml) -> io::Result<()>) -> String {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-    // Memory takes all that is written, and names and numbers are text.
-    let _ = element(&mut xml, "robot", &[("name", name)], parts);
-    String::from_utf8(xml.into_inner()).unwrap_or_default()
-}
-
-/// An element with something in it.
-fn element(
-    xml: &mut Xml,
-    name: &str,
-    attributes: &[(&str, &str)],
-    inner: impl FnOnce(&mut Xml) -> io::Result<()>,
-) -> io::Result<()> {
-    let element = xml
-        .create_element(name)
-        .with_attributes(attributes.iter().copied());
-    element.write_inner_content(inner).map(drop)
-}
-
-/// An element of attributes only.
-fn leaf(xml: &mut Xml, name: &str, attributes: &[(&str, &dyn Display)]) -> io::Result<()> {
-    let texts = attributes.iter().map(|(key, value)| (*key, value.to_string()));
-    let texts: Vec<_> = texts.collect();
-    let attributes = texts.iter().map(|(key, text)| (*key, text.as_str()));
-    xml.create_element(name)
-        .with_attributes(attributes)
-        .write_empty()
-        .map(drop)
-}
-
-/// Numbers as URDF has them, side by side.
-fn list(numbers: &[f64]) -> String {
-    let texts: Vec<_> = numbers.iter().map(f64::to_string).collect();
-    texts.join(" ")
+    document("robot", &[("name", name)], parts)
 }
 
 /// A place \[m\], and roll, pitch and yaw \[rad\] about the parent's axes.

@@ -4,17 +4,17 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::BufWriter;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::write::NoSeek;
-use mcap::{Compression, McapError, WriteOptions, records};
-use omni_config::shortened;
+use mcap::{McapError, WriteOptions, records};
 
-use crate::part_file::{FinishedLog, PartFile};
+use crate::in_memory::InMemory;
+use crate::log_error::LogError;
+use crate::part_file::{FinishedLog, PartFile, Place};
 use crate::ros2::{self, RosMessage};
 
 /// Uncompressed size a chunk is closed at \[bytes\]: what a killed run can lose between two flushes.
@@ -22,140 +22,6 @@ const CHUNK_BYTES: u64 = 256 * 1024;
 /// Channels a file may have: below the format's 65535, where the counter of the `mcap` crate would overflow.
 const MAX_CHANNELS: usize = 60_000;
 const SECOND_NS: u64 = 1_000_000_000;
-
-/// A path, no longer than somebody reads it.
-fn short(path: &Path) -> String {
-    shortened(&path.display().to_string()).into_owned()
-}
-
-/// Why a log could not be written; every message starts with the file's path.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LogError {
-    /// The file could not be created.
-    #[error("{}: cannot create the log: {source}", path.display())]
-    Create {
-        /// File that was to be created.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Another program, or another run of this one, writes the log or has just written it and still tells of it.
-    #[error("{}: is being written by another run: wait for that one, or name another file or folder", path.display())]
-    Busy {
-        /// The log's name.
-        path: PathBuf,
-    },
-    /// The system refused to write, for instance because the disk is full.
-    #[error("{}: cannot write the log: {source}", path.display())]
-    Io {
-        /// File that was written.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The container refused a record.
-    #[error("{}: cannot write the log: {source}", path.display())]
-    Mcap {
-        /// File that was written.
-        path: PathBuf,
-        /// What the container said.
-        source: McapError,
-    },
-    /// A message has no CDR form.
-    #[error("{}: cannot encode a {type_name} of topic {topic}: {source}", path.display())]
-    Encode {
-        /// File that was written.
-        path: PathBuf,
-        /// Topic of the message.
-        topic: String,
-        /// ROS 2 type of the message.
-        type_name: &'static str,
-        /// What the encoder said.
-        source: cdr_encoding::Error,
-    },
-    /// A topic was opened with two types.
-    #[error("{}: topic {topic} has type {first}, and cannot have {second} as well", path.display())]
-    TopicType {
-        /// File that was written.
-        path: PathBuf,
-        /// The topic.
-        topic: String,
-        /// Type it was opened with.
-        first: &'static str,
-        /// Type it was opened with again.
-        second: &'static str,
-    },
-    /// A channel of one log was used in another.
-    #[error("{}: a channel for {type_name} belongs to another log", path.display())]
-    ForeignChannel {
-        /// File that was written.
-        path: PathBuf,
-        /// ROS 2 type of the channel.
-        type_name: &'static str,
-    },
-    /// A log could not be opened or read.
-    #[error("{}: {source}", short(path))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A log's bytes are not what was written.
-    #[error("{}: damaged: {}", short(path), shortened(reason))]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Which checksum or record is wrong.
-        reason: String,
-    },
-    /// A log has not what it is asked for.
-    #[error("{}: {}", short(path), shortened(what))]
-    Lacks {
-        /// The file.
-        path: PathBuf,
-        /// What is missing, and where it would come from.
-        what: String,
-    },
-    /// Reading was stopped by whoever watched it.
-    #[error("{}: reading was stopped", path.display())]
-    Stopped {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The finished log could not be given its final name; it is complete and keeps the name of `part`.
-    #[error("{}: the log is complete, but cannot be renamed from {}: {source}", path.display(), part.display())]
-    Rename {
-        /// Final name.
-        path: PathBuf,
-        /// Name the log has.
-        part: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-}
-
-impl LogError {
-    /// The log concerned.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        match self {
-            Self::Create { path, .. }
-            | Self::Busy { path }
-            | Self::Io { path, .. }
-            | Self::Mcap { path, .. }
-            | Self::Encode { path, .. }
-            | Self::TopicType { path, .. }
-            | Self::ForeignChannel { path, .. }
-            | Self::Read { path, .. }
-            | Self::Damaged { path, .. }
-            | Self::Lacks { path, .. }
-            | Self::Stopped { path }
-            | Self::Rename { path, .. } => path,
-        }
-    }
-}
 
 /// A topic of one log, for messages of type `M`; made by [`LogWriter::channel`].
 pub struct Channel<M> {
@@ -193,10 +59,12 @@ struct Topic {
 ///
 /// A writer dropped without `finish` removes its `.part` file, unless the thread is panicking; then, as when the
 /// process is killed, the file stays as evidence. Nothing in the file depends on the clock or the machine.
-pub struct LogWriter {
+///
+/// [`LogWriter::in_memory`] makes one where there are no files.
+pub struct LogWriter<P: Place = PartFile> {
     // Dropped in this order. Dropping the container closes it, which writes and ignores errors; the file goes after.
-    writer: mcap::Writer<NoSeek<BufWriter<File>>>,
-    part: PartFile,
+    writer: mcap::Writer<NoSeek<BufWriter<P::Sink>>>,
+    part: P,
     number: u64,
     topics: Vec<Topic>,
     second: Option<u64>,
@@ -215,22 +83,85 @@ impl LogWriter {
         Self::over(part, file)
     }
 
-    fn over(part: PartFile, file: File) -> Result<Self, LogError> {
+    /// Completes the log and gives it its final name, replacing a file that has it. For as long as the result lives, no other run
+    /// gets that name.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
+    /// [`LogError::Rename`] where only the final name is refused (the complete `.part` file is left).
+    pub fn finish(self) -> Result<FinishedLog, LogError> {
+        let Self { mut writer, part, .. } = self;
+        writer.finish().map_err(|source| mcap_error(&part, source))?;
+        let file = writer.into_inner().into_inner().into_inner();
+        let file = file.map_err(|error| part.io_error(error.into_error()))?;
+        part.complete(file)
+    }
+
+    /// Ends a log that is not whole: hands all so far to the system and returns the name of its `.part` file, which stays.
+    ///
+    /// # Errors
+    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written; nothing is left then.
+    pub fn leave(self) -> Result<PathBuf, LogError> {
+        let Self { mut writer, part, .. } = self;
+        writer.flush().map_err(|source| mcap_error(&part, source))?;
+        // Taken apart, not dropped: that would close the log, which then looked whole.
+        let file = writer.into_inner().into_inner().into_inner();
+        file.map_err(|error| part.io_error(error.into_error()))?;
+        Ok(part.leave())
+    }
+}
+
+impl LogWriter<InMemory> {
+    /// Starts a log in memory that messages call `name`.
+    ///
+    /// # Errors
+    /// [`LogError::Mcap`] where the container refuses it.
+    pub fn in_memory(name: &str) -> Result<Self, LogError> {
+        let bytes = InMemory::new(name);
+        Self::over(bytes.clone(), bytes)
+    }
+
+    /// What has been written since the last time: these pieces one after the other, up to that of [`finish`](Self::finish), are the file.
+    pub fn take(&mut self) -> Vec<u8> {
+        self.part.take()
+    }
+
+    /// Completes the log and returns the last piece.
+    ///
+    /// # Errors
+    /// [`LogError::Mcap`] where the container refuses it.
+    pub fn finish(self) -> Result<Vec<u8>, LogError> {
+        let Self { mut writer, part, .. } = self;
+        writer.finish().map_err(|source| mcap_error(&part, source))?;
+        drop(writer); // hands on what it held back
+        Ok(part.take())
+    }
+}
+
+/// How logs are written.
+fn options() -> WriteOptions {
+    let options = WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
+        .chunk_size(Some(CHUNK_BYTES))
+        .disable_seeking(true) // a chunk reaches the file whole or not at all
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .calculate_attachment_crcs(true);
+    #[cfg(feature = "zstd")]
+    let options = options
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1) // faster than the default for two per cent more bytes
+        .compression_threads(0); // with threads, bytes depend on how many cores there are
+    options
+}
+
+impl<P: Place> LogWriter<P> {
+    fn over(part: P, sink: P::Sink) -> Result<Self, LogError> {
         // Tells this process's logs apart, so that no channel is used with the wrong one; never written.
         static WRITERS: AtomicU64 = AtomicU64::new(0);
-        let options = WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
-            .compression_level(1) // faster than the default for two per cent more bytes
-            .compression_threads(0) // with threads, bytes depend on how many cores there are
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true) // a chunk reaches the file whole or not at all
-            .calculate_chunk_crcs(true)
-            .calculate_data_section_crc(true)
-            .calculate_summary_section_crc(true)
-            .calculate_attachment_crcs(true);
-        let writer = mcap::Writer::with_options(NoSeek::new(BufWriter::new(file)), options)
+        let writer = mcap::Writer::with_options(NoSeek::new(BufWriter::new(sink)), options())
             .map_err(|source| mcap_error(&part, source))?;
         let number = WRITERS.fetch_add(1, Ordering::Relaxed);
         Ok(Self {
@@ -365,37 +296,10 @@ impl LogWriter {
             .and_then(|()| self.writer.flush())
             .map_err(|source| mcap_error(&self.part, source))
     }
-
-    /// Completes the log and gives it its final name, replacing a file that has it. For as long as the result lives, no other run
-    /// gets that name.
-    ///
-    /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
-    /// [`LogError::Rename`] where only the final name is refused (the complete `.part` file is left).
-    pub fn finish(self) -> Result<FinishedLog, LogError> {
-        let Self { mut writer, part, .. } = self;
-        writer.finish().map_err(|source| mcap_error(&part, source))?;
-        let file = writer.into_inner().into_inner().into_inner();
-        let file = file.map_err(|error| part.io_error(error.into_error()))?;
-        part.complete(file)
-    }
-
-    /// Ends a log that is not whole: hands all so far to the system and returns the name of its `.part` file, which stays.
-    ///
-    /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written; nothing is left then.
-    pub fn leave(self) -> Result<PathBuf, LogError> {
-        let Self { mut writer, part, .. } = self;
-        writer.flush().map_err(|source| mcap_error(&part, source))?;
-        // Taken apart, not dropped: that would close the log, which then looked whole.
-        let file = writer.into_inner().into_inner().into_inner();
-        file.map_err(|error| part.io_error(error.into_error()))?;
-        Ok(part.leave())
-    }
 }
 
 /// What the container says, with the log's name.
-fn mcap_error(part: &PartFile, source: McapError) -> LogError {
+fn mcap_error(part: &impl Place, source: McapError) -> LogError {
     match source {
         McapError::Io(source) => part.io_error(source), // its own message leaves out the reason
         source => LogError::Mcap {
@@ -405,7 +309,7 @@ fn mcap_error(part: &PartFile, source: McapError) -> LogError {
     }
 }
 
-impl fmt::Debug for LogWriter {
+impl<P: Place> fmt::Debug for LogWriter<P> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("LogWriter")
             .field("path", &self.part.path())

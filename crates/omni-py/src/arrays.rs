@@ -28,7 +28,7 @@ pub(crate) fn numbers(
                 shortened(&format!("{name}: {}, allowed: {allowed}", error.value(py))).into_owned(),
             )
         } else if error.is_instance_of::<PyOverflowError>(py) {
-            let value = "an integer beyond every float".into();
+            let value = "an integer too large for a float".into();
             exception(Error::Argument { name, value, allowed })
         } else {
             error
@@ -46,9 +46,9 @@ pub(crate) fn fixed<const N: usize>(
     exactly(name, &found, allowed).copied()
 }
 
-/// `values` as one number a wheel.
+/// `values` as one number for each wheel.
 pub(crate) fn sized<'a, const N: usize>(name: &str, values: &'a [f64]) -> PyResult<&'a [f64; N]> {
-    exactly(name, values, &format!("{N} numbers, one a wheel"))
+    exactly(name, values, &format!("{N} numbers, one for each wheel"))
 }
 
 fn exactly<'a, const N: usize>(name: &str, values: &'a [f64], allowed: &str) -> PyResult<&'a [f64; N]> {

@@ -10,7 +10,7 @@ use crate::error::exception;
 use crate::scenario::{ScenarioArg, load};
 use crate::values::Pickled;
 
-/// What a step takes of a vehicle, beside what it has. Arrays over rows are (3,), the front row first.
+/// Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Bound {
@@ -62,13 +62,13 @@ impl Bound {
         self.inner.step.friction
     }
 
-    /// Torque that each actuator has [N.m].
+    /// Torque of each actuator [N.m].
     #[getter]
     fn torque_n_m(&self) -> f64 {
         self.inner.torque_n_m
     }
 
-    /// Speed at which each row is taken to meet the edge [m/s].
+    /// Speed at which each row is assumed to meet the edge [m/s].
     #[getter]
     fn speed_m_s(&self) -> f64 {
         self.inner.speed_m_s
@@ -98,9 +98,9 @@ impl Bound {
         self.inner.rows.iter().map(|row| row.wheels.clone()).collect()
     }
 
-    /// Of each row: `torque` suffices at any speed; the `run_up` makes up for it; it is `open`; or `impossible`.
+    /// For each row: `torque` suffices at any speed; the `run_up` compensates for it; it is `open`; or `impossible`.
     ///
-    /// Open is what depends on how much of the run-up the impact on the edge leaves.
+    /// Open means that the result depends on the part of the run-up that the impact on the edge leaves.
     #[getter]
     fn verdicts(&self) -> Vec<&'static str> {
         self.inner.rows.iter().map(|row| row.verdict.name()).collect()
@@ -130,7 +130,7 @@ impl Bound {
         self.column(py, |row| row.kept_at_most)
     }
 
-    /// The part that it leaves where all of it has to go along the path, 0 to ``kept_at_most``.
+    /// The part that it leaves if all motion must follow the path, 0 to ``kept_at_most``.
     #[getter]
     fn kept_on_path<'py>(&self, py: Python<'py>) -> pyo3::Bound<'py, PyArray1<f64>> {
         self.column(py, |row| row.kept_on_path)
@@ -163,11 +163,10 @@ impl Bound {
     }
 }
 
-/// What the step of a scenario takes at least, from the balance of forces: nothing is simulated.
+/// Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 ///
-/// The torque is that of the scenario's motors at rest, the speed the fastest that it is told to drive ahead: every
-/// row of wheels is taken to meet the edge at that. docs/derivations.md, What a climb takes at least, says what is
-/// assumed.
+/// The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
+/// wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 ///
 /// Args:
 ///     scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
@@ -175,11 +174,11 @@ impl Bound {
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///
 /// Returns:
-///     Torque and run-up that each row of wheels takes, and whether the vehicle has them.
+///     Torque and run-up that each row of wheels needs, and whether the vehicle has them.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong; the ground is no plain step of one friction, met head-on; or the
-///         vehicle is not two frames on one hinge across with three rows of wheels.
+///     ConfigError: a name, key or value is wrong; the ground is not a plain step with one friction, met head-on; or
+///         the vehicle is not two frames on one transverse hinge with three rows of wheels.
 ///
 /// Example:
 ///     >>> import omnistep

@@ -46,7 +46,7 @@ pub(crate) struct Controller {
 fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
     // Traction control reads hinges and an IMU, which a step here has not.
     scenario
-        .without_traction("in a Controller, which reads no hinges (a Simulation does)")
+        .without_traction("in a Controller, which does not read hinges (a Simulation does)")
         .map_err(exception)?;
     AnyController::new(scenario).map_err(exception)
 }
@@ -72,8 +72,8 @@ impl Controller {
     /// Args:
     ///     commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
     ///         the other.
-    ///     measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel whose encoder says
-    ///         nothing.
+    ///     measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel without an encoder
+    ///         reading.
     ///
     /// Returns:
     ///     Every signal, one row each.
@@ -113,19 +113,19 @@ impl Controller {
         columns.finish(py, count, wheels)
     }
 
-    /// Be as freshly started.
+    /// Return to the initial state.
     fn reset(&mut self) -> PyResult<()> {
         self.inner = started(&self.scenario)?;
         Ok(())
     }
 
-    /// What it was made for.
+    /// The scenario of the controller.
     #[getter]
     fn scenario(&self) -> Scenario {
         Scenario::of(self.scenario.clone())
     }
 
-    /// Name of the coordination policy, with what is chosen instead of its parts.
+    /// Name of the coordination policy, with its replaced parts.
     #[getter]
     fn policy(&self) -> String {
         self.scenario.control.law()
@@ -199,12 +199,12 @@ impl Columns {
     }
 }
 
-/// What one step of a :class:`Controller` did, or each of T: then every shape below begins with T.
+/// Signals of one step of a :class:`Controller`, or of T steps: then every shape below begins with T.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct ControlSample {
     /// The command within the vehicle's limits, (3,).
     command: Py<PyArrayDyn<f64>>,
-    /// The twist that the measured velocities amount to, (3,).
+    /// The twist from the measured velocities, (3,).
     estimated: Py<PyArrayDyn<f64>>,
     /// Factor of the policy on all torques or all references, 0 to 1, ().
     common_factor: Py<PyArrayDyn<f64>>,
@@ -216,7 +216,7 @@ pub(crate) struct ControlSample {
     i_n_m: Py<PyArrayDyn<f64>>,
     /// Derivative terms [N.m], (N,).
     d_n_m: Py<PyArrayDyn<f64>>,
-    /// Torques asked for with the whole reference [N.m], (N,).
+    /// Torques requested with the whole reference [N.m], (N,).
     requested_n_m: Py<PyArrayDyn<f64>>,
     /// Torques to apply [N.m], (N,), within the limits.
     applied_n_m: Py<PyArrayDyn<f64>>,

@@ -28,7 +28,7 @@ impl Elements {
             return Ok(self);
         }
         let message = format!(
-            "{name} = an array of shape {}, allowed: a number, or that of {}, {}",
+            "{name} = an array of shape {}, allowed: a number, or the shape of {}, {}",
             tuple(&self.shape),
             other.0,
             tuple(&other.1.shape)

@@ -231,7 +231,8 @@ impl VelocityEstimator {
         )?;
         let only_with = |name: &str, given: bool, with: &str| {
             if given && method != with {
-                let message = format!("{name} is given with method = {method:?}, allowed: with {with:?}");
+                let message =
+                    format!("{name} is given with method = {method:?}, allowed: only with {with:?}");
                 return Err(refused(name, &message));
             }
             Ok(())
@@ -287,7 +288,7 @@ impl VelocityEstimator {
                 let (ages, found) = self.beside.read("since_edge_s", given)?;
                 if found != shape {
                     let message = format!(
-                        "since_edge_s = an array of shape {found:?}, allowed: that of counts, {shape:?}"
+                        "since_edge_s = an array of shape {found:?}, allowed: the shape of counts, {shape:?}"
                     );
                     return Err(refused("since_edge_s", &message));
                 }

@@ -56,7 +56,7 @@ pub(crate) fn refused(key: &str, message: &str) -> PyErr {
     Python::attach(|py| raised(py, "ConfigError", &message, Some(key), None).unwrap_or_else(|failed| failed))
 }
 
-/// A message whose values are cut, so that somebody reads it: at 200 characters, what is allowed is kept.
+/// A message with its values cut at 200 characters; the allowed values are kept.
 #[pyfunction]
 pub(crate) fn shortened(message: &str) -> String {
     omni_sim::config::shortened(message).into_owned()

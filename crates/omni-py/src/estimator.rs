@@ -8,25 +8,25 @@ use crate::error::refused;
 use crate::estimate::{Beside, Estimate};
 use crate::kinematics::Kinematics;
 
-/// The pose from wheels, gyro and accelerometer at once, while wheels slip; and how far it may be off.
+/// The pose from wheels, gyro and accelerometer, also while wheels slip; with its covariance.
 ///
-/// An extended Kalman filter in whose state is the slip of all wheels together, which no redundancy sees and an
-/// accelerometer does. Wheels that disagree are believed less; a vehicle that is told to rest and stands has no
-/// velocity, and teaches the gyro's bias. What is NaN was not heard and is left out.
+/// An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
+/// accelerometer can. Wheels that disagree get less weight. A vehicle at rest with a command of rest has no velocity,
+/// and the filter then estimates the gyro's bias. NaN is a missing reading and is left out.
 ///
 /// Args:
-///     kinematics: how wheels say how the vehicle moves.
+///     kinematics: the map from wheel velocities to the vehicle's motion.
 ///     period_s: time between two steps [s], 1e-6 to 10.
 ///     wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
 ///     gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
 ///     accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
-///     wander_m_s_per_sqrt_s: how far the velocity wanders where no acceleration is told [m/s per root of s]; 0.3.
+///     wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
 ///     bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
-///     bias_walk_rad_s_per_sqrt_s: how far the bias wanders [rad/s per root of s]; 1e-4.
+///     bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
 ///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-///     slip_s: time in which a slip comes and goes [s]; 0.3.
-///     still_wheel_rad_s: a vehicle told to rest stands where its wheels turn by no more, beyond noise, on average
-///         over 50 ms [rad/s], 0 to 1000; 0.05.
+///     slip_s: correlation time of the slip [s]; 0.3.
+///     still_wheel_rad_s: with a command of rest the vehicle counts as at rest where its wheels turn no faster than
+///         this, beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
 ///     still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
 ///         the bias as it is known [rad/s], 0 to 1000; 0.05.
 ///     still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
@@ -118,7 +118,7 @@ impl Estimator {
         array(py, vec![3], self.filter.twist().to_vec())
     }
 
-    /// What all wheels together show beyond that motion, as a twist, (3,).
+    /// Common slip of all wheels: their twist less that motion, (3,).
     #[getter]
     fn slip<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.filter.slip().to_vec())
@@ -130,7 +130,7 @@ impl Estimator {
         array(py, vec![3, 3], self.filter.covariance().as_flattened().to_vec())
     }
 
-    /// What the gyro says at rest [rad/s].
+    /// Estimated reading of the gyro at rest [rad/s].
     #[getter]
     fn gyro_bias_rad_s(&self) -> f64 {
         self.filter.bias()

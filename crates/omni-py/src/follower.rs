@@ -10,13 +10,13 @@ use crate::trajectory::TrajectorySample;
 
 /// Follows a trajectory: its velocity in the vehicle's axes, and a correction in proportion to the distance from it.
 ///
-/// It remembers nothing. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter
-/// turn. The code is that of firmware, in float64.
+/// It has no state. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter turn.
+/// The code is that of firmware, in float64.
 ///
 /// Args:
-///     gain_per_s: velocity asked for per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
+///     gain_per_s: commanded velocity per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
 ///         return, should be several times that of the wheels' loops.
-///     heading_gain_per_s: yaw rate asked for per heading error [rad/s per rad], 0 to 1000.
+///     heading_gain_per_s: commanded yaw rate per heading error [rad/s per rad], 0 to 1000.
 ///     limit_m_s: largest correction of the velocity [m/s], 0 to 1000.
 ///     limit_rad_s: largest correction of the yaw rate [rad/s], 0 to 1000.
 ///
@@ -56,12 +56,12 @@ impl HolonomicFollower {
         Ok(Self { inner })
     }
 
-    /// The twist to command, for a vehicle at a pose that should be where a sample says.
+    /// The twist to command, for a vehicle at a pose and the sample as its reference.
     ///
     /// Args:
     ///     sample: of one time or of T.
-    ///     pose: where the vehicle is (x [m], y [m], yaw [rad]), (3,) or (T, 3). One that is not finite corrects
-    ///         nothing: the trajectory's own twist is driven.
+    ///     pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). With a pose that is not finite there is
+    ///         no correction: the result is the trajectory's own twist.
     ///
     /// Raises:
     ///     ConfigError: a shape is wrong, or the lengths differ.

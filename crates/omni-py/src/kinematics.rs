@@ -18,15 +18,15 @@ use crate::wheel_count;
 
 /// Body twist to actuator velocities and back, for one twist or T of them; float64 throughout.
 ///
-/// Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). What is handed in is not changed;
-/// every array handed out is new.
+/// Twists are (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise). Arguments are not changed, and every
+/// returned array is new.
 ///
 /// Args:
 ///     layout: the wheels.
-///     forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum
-///         of squared wheel errors, or the mean of what each wheel says, eq. (7) of the paper.
+///     forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum of
+///         squared wheel errors, or the average over the wheels, eq. (7) of the paper.
 ///     weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
-///         of what each wheel says. A wheel of weight 0 has no say.
+///         of each wheel's measurement. A wheel of weight 0 is ignored.
 ///
 /// Raises:
 ///     ConfigError: an unknown ``forward``, an average that does not undo the inverse map of this layout, or weights
@@ -75,7 +75,7 @@ impl Kinematics {
         {
             return Ok(vec![limit; self.wheels]);
         }
-        numbers("limits_rad_s", limits_rad_s, "a number, or one a wheel")
+        numbers("limits_rad_s", limits_rad_s, "a number, or one for each wheel")
     }
 
     fn reduced(&self, py: Python<'_>, rows: &Rows, reduced: Reduced) -> PyResult<Desaturated> {
@@ -101,7 +101,7 @@ impl Kinematics {
         ];
         let map = choice("forward", forward, &known)?;
         let built = layout.get();
-        let weights = weights.map(|weights| numbers("weights", weights, "one number a wheel"));
+        let weights = weights.map(|weights| numbers("weights", weights, "one number for each wheel"));
         let weights = weights.transpose()?;
         let maps = match (&weights, map) {
             (None, _) => for_wheel_count!(built.len(), named[](built, map), wheel_count::refuse)?,
@@ -110,7 +110,7 @@ impl Kinematics {
             }
             (Some(_), _) => {
                 let message =
-                    format!("weights given with forward = {forward:?}, allowed: with \"least_squares\"");
+                    format!("weights given with forward = {forward:?}, allowed: only with \"least_squares\"");
                 return Err(refused("weights", &message));
             }
         };
@@ -146,7 +146,7 @@ impl Kinematics {
         array(py, rows.shape(self.wheels), velocities)
     }
 
-    /// The twists that actuator velocities amount to.
+    /// The twists from actuator velocities.
     ///
     /// Args:
     ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -221,14 +221,14 @@ impl Kinematics {
         self.reduced(py, &rows, reduced)
     }
 
-    /// Wheel velocities scaled by one factor into their limits, whatever twist they came from.
+    /// Wheel velocities scaled by one factor into their limits, also where no twist gives them.
     ///
     /// Args:
     ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
     ///     limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
     ///
     /// Returns:
-    ///     The velocities within the limits, and the twist that they amount to; both factors are the one.
+    ///     The velocities within the limits, and their twist; both factors are equal.
     ///
     /// Raises:
     ///     ConfigError: a shape is wrong, a number is not finite, or a limit is out of range.
@@ -283,7 +283,7 @@ impl Kinematics {
     }
 }
 
-/// Twists that every wheel can follow, and what became of those asked for; made by :meth:`Kinematics.desaturate`.
+/// Twists that every wheel can follow, and their scale factors; made by :meth:`Kinematics.desaturate`.
 ///
 /// Shapes are those for (3,) and for (T, 3) twists.
 #[pyclass(frozen, get_all, module = "omnistep")]
@@ -292,9 +292,9 @@ pub(crate) struct Desaturated {
     twist: Py<PyArrayDyn<f64>>,
     /// The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N).
     velocities: Py<PyArrayDyn<f64>>,
-    /// What translation was multiplied by, 0 to 1, () or (T,).
+    /// Factor on the translation, 0 to 1, () or (T,).
     translation_factor: Py<PyArrayDyn<f64>>,
-    /// What the yaw rate was multiplied by, 0 to 1, () or (T,).
+    /// Factor on the yaw rate, 0 to 1, () or (T,).
     yaw_factor: Py<PyArrayDyn<f64>>,
     /// Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,).
     limiting: Py<PyArrayDyn<i64>>,

@@ -14,9 +14,9 @@ use crate::wheel_count::{self, unusable};
 /// One driven wheel with free rollers on its rim. Its numbers are checked when a :class:`Layout` is built.
 ///
 /// Args:
-///     position_m: place of the contact point in the body frame [m] (x forward, y left), each within +-1000.
-///     rolling_direction: the way the vehicle moves when this wheel alone turns positively, (x, y) of any length but
-///         zero; forward by default.
+///     position_m: position of the contact point in the body frame [m] (x forward, y left), each within +-1000.
+///     rolling_direction: direction in which the vehicle moves when this wheel alone turns positively, (x, y) of any
+///         length but zero; forward by default.
 ///     roller_angle_rad: angle from the rolling direction to the axis of the roller on the ground [rad],
 ///         counter-clockwise is positive: 0 for an omni wheel, +-pi/4 for a mecanum wheel, never +-pi/2.
 ///     radius_m: rolling radius [m], 0.0001 to 100.
@@ -66,13 +66,13 @@ impl Wheel {
         Ok(Self { inner })
     }
 
-    /// Place of the contact point [m], x and y.
+    /// Position of the contact point [m], x and y.
     #[getter]
     fn position_m(&self) -> (f64, f64) {
         self.inner.position_m.into()
     }
 
-    /// The way the vehicle moves when this wheel alone turns positively, as given.
+    /// Direction in which the vehicle moves when this wheel alone turns positively, as given.
     #[getter]
     fn rolling_direction(&self) -> (f64, f64) {
         self.inner.rolling_direction.into()
@@ -129,7 +129,7 @@ impl Wheel {
     }
 }
 
-/// Wheels that together can move the vehicle in every direction: 3 to 8 of them, N in what follows.
+/// Wheels that together can move the vehicle in every direction: 3 to 8 wheels, N below.
 ///
 /// Args:
 ///     wheels: the wheels; their order is that of every array over wheels.

@@ -11,15 +11,13 @@ use crate::arrays::array;
 use crate::error::exception;
 use crate::scenario::{ScenarioArg, load};
 
-/// Environments of one task, stepped together: what :mod:`omnistep.gym` wraps for Gymnasium.
+/// Environments of one task, stepped together, which :mod:`omnistep.gym` wraps for Gymnasium.
 ///
 /// Args:
 ///     task: ``"step_climb"`` or ``"drive"``.
-///     scenario, policy, overrides: as of :class:`Simulation`.
-///     ranges: what replaces the ranges that episodes' differences are drawn from, by name.
-///     frame_skip: control periods that an action is held for, 1 to 1000.
-///     num_envs: number of environments, 1 to 65536.
-///     threads: threads; 0 for one a core.
+///     scenario, policy, overrides: as in :class:`Simulation`. ranges: new ranges of the random values of episodes, by
+///     name. frame_skip: number of control periods for which an action is held, 1 to 1000. num_envs: number of
+///     environments, 1 to 65536. threads: threads; 0 for one a core.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
@@ -89,16 +87,16 @@ impl Episodes {
     /// Start the next episode of those in `mask`.
     ///
     /// Args:
-    ///     seeds: one an environment; None goes on with its row of random numbers.
+    ///     seeds: one for each environment; None continues its sequence of random numbers.
     ///     fixed: values that are not drawn.
-    ///     mask: one flag an environment.
+    ///     mask: one flag for each environment.
     ///
     /// Returns:
-    ///     Observations, (num_envs, observations), and figures by name: an array of each, and one ``_name`` that says
-    ///     which of its values count. What no environment knows is left out.
+    ///     Observations, (num_envs, observations), and figures by name: an array of each, and one mask ``_name`` of its
+    ///     valid values. A figure without any valid value is left out.
     ///
     /// Raises:
-    ///     ConfigError: a name or value is wrong; the present episodes go on then.
+    ///     ConfigError: a name or value is wrong; the present episodes then continue.
     fn reset<'py>(
         &mut self,
         py: Python<'py>,
@@ -119,7 +117,7 @@ impl Episodes {
         ))
     }
 
-    /// Step all environments, outside the interpreter's lock.
+    /// Step all environments, without the interpreter's lock.
     ///
     /// Args:
     ///     actions: num_envs x actions numbers, clipped to -1 to 1.
@@ -130,7 +128,7 @@ impl Episodes {
     ///     last observation of each (None for the others) and their figures.
     ///
     /// Raises:
-    ///     ConfigError: the actions are wrong, or an episode is over; nothing happened then.
+    ///     ConfigError: the actions are wrong, or an episode is over; the state is unchanged.
     #[expect(clippy::type_complexity, reason = "Gymnasium's own")]
     fn step<'py>(
         &mut self,
@@ -201,7 +199,7 @@ impl Episodes {
         self.engine
     }
 
-    /// What differs between episodes, and its range.
+    /// Values that differ between episodes, and their ranges.
     #[getter]
     fn ranges(&self) -> Vec<(&'static str, (f64, f64))> {
         let draws = self.batch.episodes()[0].draws();

@@ -23,6 +23,7 @@ mod motion;
 mod motor;
 mod odometry;
 mod outcome;
+mod outside;
 mod pid;
 mod plan;
 mod policy;
@@ -78,7 +79,9 @@ mod _omnistep {
     #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
-    use crate::outcome::Outcome;
+    use crate::outcome::{Outcome, figures};
+    #[pymodule_export]
+    use crate::outside::run_outside;
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
     #[pymodule_export]

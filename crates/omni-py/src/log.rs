@@ -31,15 +31,14 @@ pub(crate) struct Log {
     complete: bool,
     recorded: bool,
     scenario: String,
-    /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
+    /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
     ///
-    /// These are what the controller was told, estimated and did, and the torques and forces at the wheels;
-    /// ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
-    /// ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
-    /// energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
-    /// ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
-    /// that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
-    /// every column again.
+    /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
+    /// and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+    /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
+    /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
+    /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
+    /// log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
     trace: Py<Trace>,
     outcome: Option<Outcome>,
     frame_time_s: Vec<f64>,
@@ -94,13 +93,13 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     })
 }
 
-/// Write what was measured on a vehicle as a log.
+/// Write measurements on a vehicle as a log.
 ///
 /// Args:
 ///     path: the log.
-///     scenario: vehicle and control period, and what a simulation would be told.
-///     columns: a number a control period each, NaN where nothing is known, by the names that columns of a trace have.
-///     facts: what the log shall say of itself, by name.
+///     scenario: vehicle, control period, and the commands for a simulation.
+///     columns: one number for each control period, NaN where unknown, by the column names of a trace.
+///     facts: metadata of the log, by name.
 ///     map: how it was read, a text in TOML.
 ///
 /// Raises:
@@ -156,9 +155,9 @@ impl Log {
         self.complete
     }
 
-    /// Was it measured on a vehicle (:func:`omnistep.import_log`)? What nobody measured is NaN then.
+    /// Was it measured on a vehicle (:func:`omnistep.import_log`)? Unmeasured values are NaN then.
     ///
-    /// There is no outcome, and the scenario is what a simulation of it would be told.
+    /// There is no outcome, and the scenario holds the recorded commands for a simulation.
     #[getter]
     fn recorded(&self) -> bool {
         self.recorded
@@ -170,15 +169,14 @@ impl Log {
         &self.scenario
     }
 
-    /// Every control period: the columns of the run's own trace that its log has, and what was asked for.
+    /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
     ///
-    /// These are what the controller was told, estimated and did, and the torques and forces at the wheels;
-    /// ``asked_*`` and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks:
-    /// ``command_*``, ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the
-    /// energies (``*_j``) and ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``,
-    /// ``normal_*``, ``contact_*`` and their places ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures
-    /// that show places take the log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` has
-    /// every column again.
+    /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
+    /// and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+    /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
+    /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
+    /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
+    /// log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
     #[getter]
     fn trace(&self, py: Python<'_>) -> Py<Trace> {
         self.trace.clone_ref(py)

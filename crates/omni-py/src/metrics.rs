@@ -169,7 +169,7 @@ fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResul
 /// Args:
 ///     reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
 ///     velocity_rad_s: measured velocities [rad/s], in that shape, or (N,).
-///     floor_rad_s: wheels with a smaller reference [rad/s] have no say; above 0.
+///     floor_rad_s: wheels with a smaller reference [rad/s] are ignored; above 0.
 ///
 /// Returns:
 ///     Spreads [-], () or (T,).

@@ -7,10 +7,10 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Array, Rows, array, as_many_or_one, each_row, fixed, floats, positive};
 use crate::error::refused;
 
-/// Twists that, held for a period, end where a straight line along the twists given would.
+/// Twists that, held for a period, end where a straight line along the given twists would.
 ///
-/// A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period are
-/// straightened by this.
+/// A vehicle that turns while it moves drifts off the commanded line. This function corrects commands that are held for
+/// a period.
 ///
 /// Args:
 ///     twists: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
@@ -67,7 +67,8 @@ pub(crate) fn moved_by<'py>(
     let (shape, expected) = (by.shape(3), from.shape(3));
     if shape != expected {
         let (found, allowed) = (PyTuple::new(py, shape)?, PyTuple::new(py, expected)?);
-        let message = format!("displacements = an array of shape {found}, allowed: that of poses, {allowed}");
+        let message =
+            format!("displacements = an array of shape {found}, allowed: the shape of poses, {allowed}");
         return Err(refused("displacements", &message));
     }
     let (poses_read, _) = from.values.as_chunks();
@@ -124,12 +125,12 @@ pub(crate) fn at_point<'py>(
     of_twists(twists.py(), &rows, |_, twist| twist.at_point(point).to_array())
 }
 
-/// Twists of the origin that give a point of the body the twists given: commands for another centre of rotation.
+/// Twists of the origin from the twists of a point of the body: commands for another centre of rotation.
 ///
 /// Undoes :func:`at_point`.
 ///
 /// Args:
-///     twists: what the point shall do, along the body's axes (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
+///     twists: twists of the point, along the body's axes (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3).
 ///     point_m: the point (x forward, y left) from the origin [m], (2,).
 ///
 /// Returns:
@@ -216,7 +217,7 @@ pub(crate) fn to_world<'py>(
     })
 }
 
-/// Twists along the world's axes as body twists: what a vehicle with this yaw is to be told.
+/// Twists along the world's axes as body twists: commands for a vehicle with this yaw.
 ///
 /// Undoes :func:`to_world`.
 ///

@@ -197,14 +197,14 @@ impl DcMotor {
     }
 }
 
-/// What a bridge is to do for each torque, and what comes of it, in the shape of what was asked for.
+/// Duty cycle of a bridge for each torque, with the resulting current and torque, in the shape of the request.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct MotorDuty {
     /// Part of the supply's voltage at the terminals, -1 to 1; 0 shorts the motor, which brakes.
     duty: Py<PyArrayDyn<f64>>,
     /// Current that flows with it [A], positive forwards.
     current_a: Py<PyArrayDyn<f64>>,
-    /// Torque at the shaft with it [N.m]: what was asked for, unless limited.
+    /// Torque at the shaft with it [N.m]: the requested torque, unless limited.
     torque_n_m: Py<PyArrayDyn<f64>>,
     /// The supply or the driver's current limit gives no more than this.
     limited: Py<PyArrayDyn<bool>>,
@@ -218,10 +218,10 @@ impl MotorDuty {
     }
 }
 
-/// The duty of a bridge without a current loop, from a motor's torque at rest and what speed takes of it.
+/// Duty cycle of a bridge without a current loop, from a motor's stall torque and its decrease with speed.
 ///
-/// The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs no more than a data
-/// sheet's stall torque and no-load speed; :class:`DcMotor` also tells the current.
+/// The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs only a data sheet's
+/// stall torque and no-load speed; :class:`DcMotor` also gives the current.
 ///
 /// Args:
 ///     torque_n_m: torque at the actuator [N.m], an array of any shape or a number.

@@ -10,13 +10,13 @@ use crate::track::Track;
 /// Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 ///
 /// Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
-/// counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity changes nothing; positions make up for it
-/// with the next row.
+/// counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; with positions the next row
+/// includes its motion.
 ///
 /// Args:
-///     kinematics: how wheels say how the vehicle moves.
+///     kinematics: the map from wheel velocities to the vehicle's motion.
 ///     period_s: time between two steps [s], 1e-6 to 10.
-///     pose: where it starts; the origin, facing +x, by default.
+///     pose: the initial pose; the origin, facing +x, by default.
 ///
 /// Raises:
 ///     ConfigError: ``period_s`` is out of range, or the pose is not three finite numbers.
@@ -32,7 +32,7 @@ use crate::track::Track;
 ///     ((50, 3), True)
 #[pyclass(module = "omnistep")]
 pub(crate) struct Odometry {
-    /// How wheels say how the vehicle moves.
+    /// The map from wheel velocities to the vehicle's motion.
     kinematics: Py<Kinematics>,
     period_s: f64,
     wheels: usize,
@@ -82,7 +82,7 @@ impl Odometry {
         Ok(odometry)
     }
 
-    /// How wheels say how the vehicle moves.
+    /// The map from wheel velocities to the vehicle's motion.
     #[getter]
     fn kinematics(&self, py: Python<'_>) -> Py<Kinematics> {
         self.kinematics.clone_ref(py)
@@ -118,7 +118,7 @@ impl Odometry {
         })
     }
 
-    /// What the actuators turned since the row before; the first row ever only starts.
+    /// Rotation of the actuators since the row before; the very first row only initialises.
     ///
     /// Args:
     ///     positions: actuator positions [rad], unwrapped, (N,) or (T, N).
@@ -136,7 +136,7 @@ impl Odometry {
         })
     }
 
-    /// What somebody else measured: displacements along arcs in the body's frame.
+    /// Displacements along arcs in the body's frame, from another source.
     ///
     /// Args:
     ///     displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).

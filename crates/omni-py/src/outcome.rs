@@ -1,14 +1,32 @@
 //! The figures of a run.
 
+use std::collections::HashMap;
+
+use omni_sim::Figure;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::values::Pickled;
 
+/// Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every figure, in the order of tables.
+#[pyfunction]
+pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str, &'static str)> {
+    let told = |figure: &Figure| {
+        (
+            figure.key,
+            figure.heading(),
+            figure.meaning,
+            figure.unit,
+            figure.better.name(),
+        )
+    };
+    Figure::ALL.iter().map(told).collect()
+}
+
 /// Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
 ///
-/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where it says so.
+/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {
@@ -45,9 +63,9 @@ impl Outcome {
         Ok(Self::new(inner))
     }
 
-    /// How it ended; `driven` on flat ground, `unfinished` where `duration_s` cut it off on its way.
+    /// Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
     ///
-    /// docs/conventions.md says what each of them means.
+    /// docs/conventions.md defines each of them.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()
@@ -59,13 +77,13 @@ impl Outcome {
         self.inner.climbed
     }
 
-    /// What simulated it: `rapier` or `articulated`.
+    /// Physics engine: `rapier`, `articulated`, or `mujoco` in :func:`omnistep.mujoco.run`.
     #[getter]
     fn engine(&self) -> &'static str {
         self.inner.engine.name()
     }
 
-    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them.
+    /// The wheel model is valid on this ground: rollers, or balls that represent them there.
     ///
     /// docs/physics.md, Where a ball is the wheel.
     #[getter]
@@ -73,7 +91,7 @@ impl Outcome {
         self.inner.wheel_model_valid
     }
 
-    /// From the foremost wheel's touch to the last wheel's stand [s]; None unless climbed.
+    /// From the foremost wheel's contact to the last wheel beyond the obstacle [s]; None unless climbed.
     #[getter]
     fn crossing_s(&self) -> Option<f64> {
         self.inner.crossing_s
@@ -133,7 +151,7 @@ impl Outcome {
         self.inner.spread_rms
     }
 
-    /// How differently driven wheels slip, over the speed asked of them: 0 where all roll, on an edge too.
+    /// Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too.
     #[getter]
     fn linkage_spread(&self) -> f64 {
         self.inner.linkage_spread
@@ -151,19 +169,19 @@ impl Outcome {
         self.inner.heat_n2m2s
     }
 
-    /// ``disturbed_rms`` by the name that control engineers have for it.
+    /// ``disturbed_rms`` under its name in control engineering.
     #[getter]
     fn relative_speed_error_rms(&self) -> f64 {
         self.inner.disturbed_rms
     }
 
-    /// ``spread_rms`` with what is spread.
+    /// ``spread_rms`` under the name of its quantity.
     #[getter]
     fn speed_ratio_spread_rms(&self) -> f64 {
         self.inner.spread_rms
     }
 
-    /// ``heat_n2m2s`` by what it is: heat is proportional to it.
+    /// ``heat_n2m2s`` under its exact name: heat is proportional to it.
     #[getter]
     fn torque_squared_n2m2s(&self) -> f64 {
         self.inner.heat_n2m2s
@@ -175,7 +193,7 @@ impl Outcome {
         self.inner.work_j
     }
 
-    /// That work over weight times way; None where it went less than 1 cm.
+    /// That work over weight times distance; None for less than 1 cm.
     #[getter]
     fn cost_of_transport(&self) -> Option<f64> {
         self.inner.cost_of_transport
@@ -187,19 +205,19 @@ impl Outcome {
         self.inner.e_over_mgh
     }
 
-    /// Friction that the wheels called for in 95 of 100 averages of 10 ms.
+    /// Friction that the wheels needed in 95 of 100 averages of 10 ms.
     #[getter]
     fn required_friction(&self) -> f64 {
         self.inner.required_friction
     }
 
-    /// Energy that the balance cannot place, over all that went through the motors.
+    /// Energy that the balance does not explain, over all that went through the motors.
     #[getter]
     fn energy_residual(&self) -> f64 {
         self.inner.energy_residual
     }
 
-    /// Root mean square over time of the distance from where the path wants the base [m]; None without a path.
+    /// Root mean square over time of the distance of the base from its reference pose [m]; None without a path.
     #[getter]
     fn path_error_rms_m(&self) -> Option<f64> {
         self.inner.path_error_rms_m
@@ -211,7 +229,7 @@ impl Outcome {
         self.inner.path_error_peak_m
     }
 
-    /// Distance of the base's origin from where odometry has it [m], at the end of the crossing or run.
+    /// Distance of the base's origin from its position by odometry [m], at the end of the crossing or run.
     #[getter]
     fn odometry_error_m(&self) -> f64 {
         self.inner.odometry_error_m
@@ -267,6 +285,12 @@ impl Outcome {
         dict.set_item("final_y_m", self.inner.final_y_m)?;
         dict.set_item("final_yaw_rad", self.inner.final_yaw_rad)?;
         Ok(dict)
+    }
+
+    /// Each figure's value as tables write it, and whether the command's tables have it of this run, by key.
+    fn _rows(&self) -> HashMap<&'static str, (Option<String>, bool)> {
+        let row = |figure: &Figure| (figure.key, (figure.shown(&self.inner), figure.is_of(&self.inner)));
+        Figure::ALL.iter().map(row).collect()
     }
 
     fn __repr__(&self) -> String {

@@ -122,7 +122,7 @@ impl Pid {
             }
             let is = if given { "given" } else { "not given" };
             let message = format!(
-                "{name} {is} with anti_windup = {anti_windup:?}, allowed: with {with:?}, and always there"
+                "{name} {is} with anti_windup = {anti_windup:?}, allowed: only with {with:?}, where it is required"
             );
             Err(refused(name, &message))
         };
@@ -163,7 +163,7 @@ impl Pid {
     ///
     /// Args:
     ///     reference_rad_s: reference [rad/s], a number or (T,); one number stays the same for every step.
-    ///     measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, changes nothing in the state and
+    ///     measured_rad_s: measurement [rad/s], likewise. NaN, or more than 1e6 rad/s, leaves the state unchanged and
     ///         yields the integral term alone.
     ///
     /// Returns:
@@ -219,7 +219,7 @@ impl Pid {
 
     /// Bumpless transfer: the next step with this reference and measurement yields ``output_n_m`` [N.m].
     ///
-    /// Without an integral gain, or with an error beyond the integral zone, there is nothing to set, and the output may
+    /// Without an integral gain, or with an error beyond the integral zone, this has no effect, and the output may
     /// jump.
     ///
     /// Raises:
@@ -240,7 +240,7 @@ impl Pid {
         Ok(())
     }
 
-    /// Be as freshly started.
+    /// Return to the initial state.
     fn reset(&mut self) {
         self.state = PidState::default();
     }
@@ -279,7 +279,7 @@ pub(crate) struct PidSample {
     d_n_m: Py<PyArrayDyn<f64>>,
     /// Feed-forward [N.m].
     ff_n_m: Py<PyArrayDyn<f64>>,
-    /// The limits took something away.
+    /// The limits reduced the output.
     saturated: Py<PyArrayDyn<bool>>,
 }
 

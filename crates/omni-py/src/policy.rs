@@ -63,7 +63,7 @@ pub(crate) fn load_with(
             let in_overrides =
                 |key: &&&str| overrides.is_some_and(|given| given.contains(**key).unwrap_or_default());
             if let Some(key) = OF_A_LAW.iter().find(in_overrides) {
-                let message = format!("policy is given, and {key} in overrides too, allowed: one of the two");
+                let message = format!("policy is given and overrides has {key}, allowed: one of the two");
                 return Err(refused(key, &message));
             }
             Ok((load(scenario, None, overrides, seed)?, Some(own)))
@@ -73,7 +73,7 @@ pub(crate) fn load_with(
     }
 }
 
-/// What tables and traces call a policy.
+/// Name of a policy in tables and traces.
 #[pyfunction]
 pub(crate) fn policy_name(policy: PolicyArg) -> String {
     match policy {
@@ -115,12 +115,12 @@ impl OwnPolicy {
         };
         let class = given.get_type();
         if let Ok(class) = given.cast::<PyType>() {
-            return refuse(format!("the class {} and no object of it", class.name()?));
+            return refuse(format!("the class {} instead of an object of it", class.name()?));
         }
         let callable = |name: &str| given.getattr(name).is_ok_and(|method| method.is_callable());
         let is_object = given.hasattr("step")?;
         if is_object && !(callable("step") && callable("reset")) {
-            return refuse(format!("{} with step and without reset(info)", class.name()?));
+            return refuse(format!("{} with step but without reset(info)", class.name()?));
         }
         if !is_object && !given.is_callable() {
             return refuse(class.to_string());
@@ -128,7 +128,7 @@ impl OwnPolicy {
         let name = match given.getattr_opt("name")? {
             Some(name) => match name.extract::<String>() {
                 Ok(name) => name,
-                Err(_) => return refuse(format!("{} whose name is no string", class.name()?)),
+                Err(_) => return refuse(format!("{} whose name is not a string", class.name()?)),
             },
             // Of a function its own.
             None => match given.getattr_opt("__name__")? {
@@ -309,7 +309,7 @@ impl Running {
         read_torques(&given, torques_n_m).map_err(|found| {
             let wheels = torques_n_m.len();
             Failure::Gave(format!(
-                "it gave {found}, allowed: {wheels} finite torques [N.m], one a wheel"
+                "it returned {found}, allowed: {wheels} finite torques [N.m], one for each wheel"
             ))
         })?;
         for ((attribute, value), name) in self.attributes.iter().zip(&mut self.values).zip(&self.names) {
@@ -412,7 +412,7 @@ fn read_torques(given: &Bound<'_, PyAny>, torques_n_m: &mut [f64]) -> Result<(),
     }
     let found: Vec<f64> = given
         .extract()
-        .map_err(|_| format!("{} with what is no number", class()))?;
+        .map_err(|_| format!("{} with a value that is not a number", class()))?;
     if found.len() != wheels {
         return Err(format!("{} values", found.len()));
     }

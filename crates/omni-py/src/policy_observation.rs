@@ -16,10 +16,10 @@ struct Scalars {
     pitch_rad: f64,
 }
 
-/// What a controller of your own sees in a control period: sensors, its own torques, its command. Nothing else.
+/// Inputs of a controller of your own in a control period: sensors, its own torques, its command.
 ///
-/// There is one a run. It and its arrays are written anew before every step: copy what you keep. Arrays cannot be
-/// written to. N wheels and H hinges are in the order of :class:`omnistep.PolicyInfo`.
+/// There is one object for each run. It and its arrays are overwritten before every step: copy the values that you
+/// keep. The arrays are read-only. N wheels and H hinges are in the order of :class:`omnistep.PolicyInfo`.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -37,7 +37,7 @@ pub(crate) struct Observation {
     numbers: Py<PyArray1<f64>>,
     /// The last command that arrived, (3,): vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise.
     ///
-    /// Behind the scenario's heading hold, before any limit of the vehicle.
+    /// It is the output of the scenario's heading hold, before any limit of the vehicle.
     #[pyo3(get)]
     command: Py<PyArray1<f64>>,
     /// Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived.
@@ -153,7 +153,8 @@ impl Observation {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        let message = "an Observation is written anew in every period: keep copies of its arrays, not itself";
+        let message =
+            "an Observation is overwritten in every period: keep copies of its arrays, not the Observation";
         Err(PyTypeError::new_err(message))
     }
 

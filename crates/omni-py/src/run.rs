@@ -18,11 +18,11 @@ const PERIODS_PER_LOOK: u32 = 64;
 ///
 /// Args:
 ///     scenario: a built-in name, a path or a :class:`Scenario`.
-///     policy: as there.
-///     overrides: as there.
-///     seed: as there.
-///     mcap: as there.
-///     on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the run.
+///     policy: as in :func:`omnistep.run`.
+///     overrides: as in :func:`omnistep.run`.
+///     seed: as in :func:`omnistep.run`.
+///     mcap: as in :func:`omnistep.run`.
+///     on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
 #[pyfunction]
 #[pyo3(signature = (scenario = ScenarioArg::default(), *, policy = None, overrides = None, seed = None, mcap = None,
     on_progress = None))]

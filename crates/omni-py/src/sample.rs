@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
-/// What one control period did and what came of it. Arrays over wheels are (N,).
+/// Signals and results of one control period. Arrays over wheels are (N,).
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Sample {
     body_names: Vec<String>,
@@ -69,7 +69,7 @@ macro_rules! wheel_arrays {
                 self.period.0.command.to_array().into()
             }
 
-            /// The twist that the encoders amount to, at the start of the period.
+            /// The twist from the encoders, at the start of the period.
             #[getter]
             fn estimated(&self) -> (f64, f64, f64) {
                 self.period.0.estimated.to_array().into()
@@ -162,7 +162,7 @@ wheel_arrays! {
     i_n_m = signal |w| w.i_n_m;
     /// Derivative term [N.m].
     d_n_m = signal |w| w.d_n_m;
-    /// Torque asked for with the whole reference [N.m].
+    /// Torque requested with the whole reference [N.m].
     requested_n_m = signal |w| w.requested_n_m;
     /// Torque applied [N.m], within the limits.
     applied_n_m = signal |w| w.applied_n_m;
@@ -176,7 +176,7 @@ wheel_arrays! {
     disturbed_ratio = signal WheelSignals::disturbed_ratio;
     /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
     slip_ratio = wheel WheelObservation::slip_ratio;
-    /// Speed that the wheel asks of its centre [m/s], from how it turns against the world.
+    /// Speed of the rim [m/s], from the wheel's rotation against the world.
     rim_m_s = wheel |w| w.rim_m_s;
     /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
     along_m_s = wheel |w| w.along_m_s;

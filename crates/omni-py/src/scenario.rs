@@ -16,7 +16,7 @@ use crate::trajectory::Trajectory;
 use crate::values::{self, Pickled};
 use crate::vehicle::{Vehicle, VehicleArg};
 
-/// A vehicle on a ground and what it is told to do, checked. It does not change; it pickles.
+/// A vehicle, its ground and its commands, checked. It is immutable, and it pickles.
 ///
 /// ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 ///
@@ -128,7 +128,7 @@ fn read(
         ("seed", "seed", seed.is_some()),
     ] {
         if given && overrides.iter().any(|each| each.key() == key) {
-            let message = format!("{argument} is given, and {key} in overrides too, allowed: one of the two");
+            let message = format!("{argument} is given and overrides has {key}, allowed: one of the two");
             return Err(refused(key, &message));
         }
     }
@@ -273,9 +273,17 @@ impl Scenario {
         Ok(Self { inner })
     }
 
-    /// The scenario as a file says it, its vehicle inside; gains that were derived are left out.
+    /// The scenario as a file, with its vehicle; derived gains are left out.
     fn to_toml(&self) -> String {
         self.text()
+    }
+
+    /// Vehicle and ground as MJCF, for MuJoCo: every roller a body of its own.
+    ///
+    /// Raises:
+    ///     ConfigError: a wheel without rollers, or patches of friction on ground that is not level.
+    fn mjcf(&self) -> PyResult<String> {
+        omni_log::mjcf(&self.inner).map_err(exception)
     }
 
     /// Every key of that file, the vehicle's under ``vehicle``.
@@ -286,7 +294,7 @@ impl Scenario {
     /// The value at a dotted key; elements of lists count from 0.
     ///
     /// Raises:
-    ///     KeyError: there is none; the message names what there is.
+    ///     KeyError: there is none; the message names the existing keys.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &self.table(), key)
     }
@@ -297,7 +305,7 @@ impl Scenario {
         &self.inner.name
     }
 
-    /// Name of the coordination policy, with what is chosen instead of its parts.
+    /// Name of the coordination policy, with its replaced parts.
     #[getter]
     fn policy(&self) -> String {
         self.inner.control.law()

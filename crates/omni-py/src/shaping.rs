@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Rows, array, as_many, each_row, fixed, flags};
 use crate::error::{of_core, refused};
 
-/// What stands between whoever commands a vehicle and its controller: limits, a time-out, an emergency stop.
+/// Conditions commands before they reach a vehicle's controller: limits, a time-out, an emergency stop.
 ///
 /// The code is that of firmware, in float64. It has a state; a call with T rows is the same as T calls with one.
 ///
@@ -22,8 +22,7 @@ use crate::error::{of_core, refused};
 ///     jerk: change of the acceleration, above 0, likewise [m/s^3, rad/s^3].
 ///     keeps_direction: limits along the motion, two numbers each (linear, yaw), so that its direction is kept while it
 ///         grows; else axis by axis, three numbers each, and the path bends where an axis lags.
-///     timeout_s: how old a command may become [s], 0 or more; after that the vehicle is told to rest. For ever if left
-///         out.
+///     timeout_s: greatest age of a command [s], 0 or more; after that the command is rest. No time-out if left out.
 ///     emergency_deceleration: (linear [m/s^2], yaw [rad/s^2]), above 0, of an emergency stop; at once if left out.
 ///
 /// Raises:
@@ -150,7 +149,7 @@ impl CommandShaper {
     ///         left out.
     ///
     /// Returns:
-    ///     What the vehicle is told.
+    ///     The shaped commands.
     ///
     /// Raises:
     ///     ConfigError: a shape is wrong, or the lengths differ.

@@ -29,24 +29,23 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A scenario being simulated, one control period at a time.
 ///
-/// Several threads may use one: their calls wait for each other, outside the interpreter's lock. It pickles, a
-/// controller of your own and what was recorded included: what comes out goes on bit for bit.
+/// Several threads may use one: their calls wait for each other, without the interpreter's lock. It pickles, with a
+/// controller of your own and the recorded periods: the copy continues bit for bit.
 ///
 /// Args:
 ///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
-///     policy: coordination policy instead of the scenario's, or a controller of your own, as :func:`omnistep.run`
-///         takes it.
+///     policy: coordination policy instead of the scenario's, or a controller of your own, as in :func:`omnistep.run`.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///     seed: seed of the scenario's perturbation.
 ///     record: keep every period, some 4 kB each, for ``trace``, ``outcome`` and ``finish``.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
-///     TypeError: a policy is none.
+///     TypeError: the policy is not a policy.
 ///
 /// Warns:
-///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has; or
-///         ``steady`` or ``reach`` is without sensors or motor speed that it makes use of.
+///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
+///         or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -161,10 +160,11 @@ impl Simulation {
     ///     command: body twist (vx [m/s] forward, vy [m/s] left, wz [rad/s] counter-clockwise).
     ///
     /// Raises:
-    ///     ConfigError: not three components, or one is not finite; nothing happened then.
-    ///     TypeError: not a sequence of numbers; nothing happened then.
-    ///     SimulationError: the physics left the finite numbers, or a policy of your own gave no torques. What that
-    ///         raises itself is raised as it is. There was a period without torque then, which is not recorded.
+    ///     ConfigError: not three components, or one is not finite; the state is unchanged.
+    ///     TypeError: not a sequence of numbers; the state is unchanged.
+    ///     SimulationError: the physics diverged (a value is not finite), or a policy of your own returned no valid
+    ///         torques. An exception of the policy itself is raised unchanged. That period had no torque and is not
+    ///         recorded.
     fn step(&self, py: Python<'_>, command: &Bound<'_, PyAny>) -> PyResult<Sample> {
         const ALLOWED: &str = "three finite numbers, vx [m/s], vy [m/s], wz [rad/s]";
         let components = numbers("command", command, ALLOWED)?;
@@ -185,27 +185,27 @@ impl Simulation {
         })
     }
 
-    /// Hold actuator torques for one control period, past the controller.
+    /// Hold actuator torques for one control period, without the controller.
     ///
-    /// The sample's ``applied_n_m`` and all that is observed are as ever; the controller's other signals are NaN
-    /// (``saturated`` is False). The controller's integrals stay as they are.
+    /// The sample's ``applied_n_m`` and all observations are as usual; the controller's other signals are NaN
+    /// (``saturated`` is False). The controller's integrals do not change.
     ///
     /// Args:
     ///     torques_n_m: torque of every actuator [N.m], (N,).
     ///
     /// Raises:
-    ///     ConfigError: not one finite torque a wheel; nothing happened then.
-    ///     TypeError: not a sequence of numbers; nothing happened then.
-    ///     SimulationError: the physics left the finite numbers.
+    ///     ConfigError: not one finite torque for each wheel; the state is unchanged.
+    ///     TypeError: not a sequence of numbers; the state is unchanged.
+    ///     SimulationError: the physics diverged (a value is not finite).
     fn step_torques(&self, py: Python<'_>, torques_n_m: &Bound<'_, PyAny>) -> PyResult<Sample> {
-        let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque a wheel")?;
+        let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque for each wheel")?;
         self.stepped(py, |simulation| {
             simulation.step_torques(&torques_n_m)?;
             Ok(ControlSample::past_the_controller(&torques_n_m))
         })
     }
 
-    /// Every signal of every period so far, those past the controller too.
+    /// Every signal of every period so far, including periods without the controller.
     ///
     /// Raises:
     ///     ConfigError: nothing was recorded.
@@ -227,7 +227,7 @@ impl Simulation {
         Ok(Outcome::new(outcome))
     }
 
-    /// What was run so far, as a trace and as a log; the simulation can go on.
+    /// The run so far, as a trace and as a log; the simulation can continue.
     ///
     /// Args:
     ///     mcap: path of an MCAP log to write.
@@ -252,9 +252,9 @@ impl Simulation {
         Ok(trace)
     }
 
-    /// Everything that :meth:`resume` needs to go on from here, bit for bit.
+    /// All data that :meth:`resume` needs to continue from here, bit for bit.
     ///
-    /// What was recorded, and what a policy of your own remembers, is not in it: pickle holds these too.
+    /// It does not include recorded periods and the state of a policy of your own: a pickle includes both.
     ///
     /// Raises:
     ///     SimulationError: the controller's state cannot be read.
@@ -274,11 +274,11 @@ impl Simulation {
     /// A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
     ///
     /// Args:
-    ///     scenario: as it was: a built-in name, the path of a .toml file or a :class:`Scenario`.
-    ///     state: what :meth:`save` gave.
-    ///     policy: as it was; a controller of your own goes on from what the object remembers, it is not reset.
-    ///     overrides: as they were.
-    ///     seed: as it was.
+    ///     scenario: the same scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
+    ///     state: the result of :meth:`save`.
+    ///     policy: the same policy; a controller of your own continues from the object's state and is not reset.
+    ///     overrides: the same overrides.
+    ///     seed: the same seed.
     ///
     /// Raises:
     ///     SimulationError: the state is damaged, or of another scenario or version.
@@ -320,7 +320,7 @@ impl Simulation {
         self.scenario.control.period_us as f64 * 1e-6
     }
 
-    /// Actuator velocities as the encoders see them now [rad/s], (N,): what a loop on `step_torques` measures.
+    /// Present encoder readings of the actuator velocities [rad/s], (N,), for a loop on `step_torques`.
     #[getter]
     fn measured_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
         let measured = self.with(py, |inner| inner.simulation.measured_rad_s().to_vec())?;
@@ -338,7 +338,7 @@ impl Simulation {
             .collect()
     }
 
-    /// What is being simulated.
+    /// The simulated scenario.
     #[getter]
     fn scenario(&self) -> PyScenario {
         PyScenario::of(self.scenario.clone())
@@ -394,7 +394,7 @@ impl Simulation {
         let here = thread::current().id();
         if *self.user.lock() == Some(here) {
             return Err(PyRuntimeError::new_err(
-                "a policy asks for the simulation that it controls, allowed: what its observation says",
+                "a policy used the simulation that it controls, allowed: its observation",
             ));
         }
         let mut work = Some(work);
@@ -445,7 +445,7 @@ impl Simulation {
                 .map(|kept| (names, controller.policy().to_owned(), kept))
         })?;
         let message =
-            "record = False: no period was kept, allowed: record=True for trace, outcome and finish";
+            "record = False: no period was recorded, allowed: record=True for trace, outcome and finish";
         recorded.ok_or_else(|| refused("record", message))
     }
 }

@@ -18,7 +18,7 @@ use crate::policy::{Packed, of_study};
 use crate::scenario::{ScenarioArg, load};
 use crate::values;
 
-/// The runs of a study or a sweep, every scenario checked: what :mod:`omnistep.ensembles` is made of.
+/// The runs of a study or a sweep, every scenario checked, for :mod:`omnistep.ensembles`.
 #[pyclass(frozen, module = "omnistep._omnistep")]
 pub(crate) struct Plan {
     inner: omni_study::Plan,
@@ -60,7 +60,7 @@ impl Plan {
     ///     policy: a coordination policy instead of the scenario's.
     ///     overrides: keys to replace in every run.
     ///     seeds: how many, or which.
-    ///     own: a controller of your own instead: its name, what tells it from others, its pickle.
+    ///     own: a controller of your own instead: its name, the identifier of its law, its pickle.
     ///
     /// Raises:
     ///     ConfigError: a name, key or value is wrong; the message names the point.
@@ -113,7 +113,7 @@ impl Plan {
         &self.inner.study().name
     }
 
-    /// Keys that vary.
+    /// Varied keys.
     #[getter]
     fn axes(&self) -> Vec<String> {
         self.inner
@@ -132,7 +132,7 @@ impl Plan {
         numbers.map(|column| column.name.as_str()).collect()
     }
 
-    /// What traction control does without in some runs, in a line; None where there is nothing.
+    /// Sensors that traction control lacks in some runs, in a line; None if it lacks none.
     fn traction_notes(&self) -> Option<String> {
         self.inner.traction_notes()
     }
@@ -142,7 +142,7 @@ impl Plan {
     }
 }
 
-/// A folder of results, held against other programs until it is closed.
+/// A folder of results, locked against other programs until it is closed.
 #[pyclass(module = "omnistep._omnistep")]
 pub(crate) struct Store {
     plan: Py<Plan>,
@@ -167,17 +167,17 @@ impl Store {
         })
     }
 
-    /// Let other programs have the folder.
+    /// Unlock the folder.
     fn close(&mut self) {
         self.lock = None;
     }
 
-    /// Take the rows with an error out, so that their runs are missing again; return how many.
+    /// Remove the rows with an error, so that their runs are missing again; return how many.
     fn forget_errors(&self, py: Python<'_>) -> PyResult<usize> {
         interruptible(py, |stop| self.store.forget_errors_until(stop))
     }
 
-    /// Every row of the plan that is there.
+    /// Every existing row of the plan.
     ///
     /// Raises:
     ///     ConfigError: the folder holds results of another study or version.
@@ -203,7 +203,7 @@ impl Store {
     /// Compute the rows that ``rows`` lacks and write each as soon as it is done.
     ///
     /// Args:
-    ///     rows: what is there.
+    ///     rows: the existing rows.
     ///     jobs: threads; as many as there are cores by default.
     ///     watch: called some times a second with how many rows are done and how many of them failed.
     ///
@@ -212,7 +212,7 @@ impl Store {
     ///
     /// Raises:
     ///     StudyError: the folder cannot be written.
-    ///     KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+    ///     KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
     #[pyo3(signature = (rows, *, jobs = None, watch = None))]
     fn compute(
         &self,
@@ -229,13 +229,13 @@ impl Store {
     }
 }
 
-/// Say what is wrong with the bytes of a Parquet file of results.
+/// Check the bytes of a Parquet file of results.
 ///
 /// Args:
 ///     path: the file; any Parquet file.
 ///
 /// Returns:
-///     Why it is not as it was written, or None; None for a file that omnistep has not written.
+///     The damage, or None; None for a file that omnistep has not written.
 ///
 /// Raises:
 ///     StudyError: it cannot be read.
@@ -244,21 +244,21 @@ pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static 
     py.detach(|| omni_study::damage(&path)).map_err(exception)
 }
 
-/// Compute what a batch's part in the folder lacks, each row written as soon as it is done.
+/// Compute the missing rows of a batch in the folder, each row written as soon as it is done.
 ///
 /// Args:
 ///     batch: of :meth:`Rows.batches`.
-///     folder: the folder of results, which some :class:`Store` holds.
+///     folder: the folder of results, which a :class:`Store` holds open.
 ///     jobs: threads; as many as there are cores by default.
-///     own: the controller of your own that its plan had.
+///     own: the controller of your own of its plan.
 ///
 /// Returns:
-///     How many rows were computed, and how many of them failed.
+///     Number of computed rows, and number of these that failed.
 ///
 /// Raises:
 ///     ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
 ///     StudyError: the folder cannot be written.
-///     KeyboardInterrupt: Ctrl-C was pressed; what is done is written.
+///     KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
 #[pyfunction]
 #[pyo3(signature = (batch, folder, *, jobs = None, own = None))]
 pub(crate) fn compute_batch(
@@ -300,7 +300,7 @@ impl Rows {
 
 #[pymethods]
 impl Rows {
-    /// How many runs have no row.
+    /// Number of runs without a row.
     #[getter]
     fn missing(&self) -> usize {
         self.missing.len()
@@ -362,7 +362,7 @@ impl Rows {
     ///     figures: names of figures; the map's by default.
     ///
     /// Raises:
-    ///     ConfigError: a figure is none.
+    ///     ConfigError: a name is not a figure.
     #[pyo3(signature = (figures = None))]
     fn cells<'py>(&self, py: Python<'py>, figures: Option<Vec<String>>) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
@@ -388,10 +388,10 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary a combination without that value: its figure less that of the one that has it, seed by seed.
+    /// One dictionary for each combination with another value: its figure less the given value's, seed by seed.
     ///
     /// Raises:
-    ///     ConfigError: the key does not vary, no run has the value, or the figure is none.
+    ///     ConfigError: the key does not vary, no run has the value, or the name is not a figure.
     fn paired<'py>(
         &self,
         py: Python<'py>,
@@ -450,7 +450,7 @@ pub(crate) fn wilson(yes: usize, runs: usize) -> Option<(f64, f64)> {
     omni_study::wilson(yes, runs).map(|[low, high]| (low, high))
 }
 
-/// Return the mean and its 95 % interval by Student's t; no interval of one measurement, None of none.
+/// Return the mean and its 95 % interval by Student's t; no interval for one measurement, None for none.
 #[pyfunction]
 pub(crate) fn mean_interval(measured: Vec<f64>) -> Option<(f64, Option<(f64, f64)>)> {
     let (mean, interval) = omni_study::mean_interval(&measured)?;
@@ -477,7 +477,7 @@ fn checked_seeds(seeds: &Bound<'_, PyAny>) -> PyResult<Seeds> {
 fn without_seed(overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<Override>> {
     let overrides = values::overrides(overrides)?;
     if overrides.iter().any(|each| each.key() == "seed") {
-        let message = "overrides: seed, allowed: any other key; seeds are given by seeds";
+        let message = "overrides: seed, allowed: any other key; set the seeds with seeds";
         return Err(refused("seed", message));
     }
     Ok(overrides)

@@ -23,7 +23,7 @@ fn factors<const N: usize>(py: Python<'_>, rows: &[Rows]) -> PyResult<Vec<f64>> 
 /// The common factor of eqs. (11) and (12) of the paper: the largest that brings every torque within its limits.
 ///
 /// Args:
-///     requested_n_m: torques asked for [N.m], (N,) or (T, N) of 3 to 8 wheels.
+///     requested_n_m: requested torques [N.m], (N,) or (T, N) of 3 to 8 wheels.
 ///     lower_n_m: lowest torques [N.m], each 0 or less, in that shape, or (N,).
 ///     upper_n_m: highest torques [N.m], each 0 or more, in that shape, or (N,).
 ///
@@ -124,7 +124,7 @@ pub(crate) fn reference_factor<'py>(
     array(py, rows[0].shape_of_scalars(), values)
 }
 
-/// What a motor gives at a velocity, eq. (13) of the paper: a line that falls with the speed.
+/// Torque range of a motor at a velocity, eq. (13) of the paper: a line that falls with the speed.
 ///
 /// Args:
 ///     velocity_rad_s: velocity of the actuator [rad/s], a number or (T,).

@@ -10,11 +10,11 @@ use crate::kinematics::Kinematics;
 use crate::plan::{Limits, Plan};
 use crate::waypoint::waypoints;
 
-/// Makes trajectories of waypoints, within what wheels turn and push. The code is that of firmware, in float64.
+/// Plans trajectories through waypoints, within the wheels' speeds and torques; firmware's code in float64.
 ///
-/// No wheel turns faster than ``share`` of its speed; bends, and speeding up and slowing down, take no more than
-/// ``share`` of what motors push at that speed; velocity, acceleration and jerk along the path and of the heading stay
-/// within their limits. Friction of the ground is not known: ``acceleration`` is where to say it.
+/// No wheel turns faster than ``share`` of its speed; curves and accelerations use no more than ``share`` of the
+/// motors' torque at that speed; velocity, acceleration and jerk along the path and of the heading stay within their
+/// limits. The planner does not know the ground's friction: limit ``acceleration`` for it.
 ///
 /// Args:
 ///     kinematics: the wheels.
@@ -22,7 +22,7 @@ use crate::waypoint::waypoints;
 ///     acceleration: change of it while it grows [m/s^2, rad/s^2], above 0 and finite.
 ///     deceleration: the same while it shrinks; as ``acceleration`` if left out.
 ///     jerk: change of the acceleration [m/s^3, rad/s^3], above 0; no limit if left out.
-///     mass_kg: mass of everything [kg], above 0.
+///     mass_kg: mass of the whole vehicle [kg], above 0.
 ///     yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
 ///     centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
 ///     speeds_rad_s: fastest that actuators turn [rad/s], above 0: a number, or one a wheel, as the three that follow.
@@ -31,8 +31,8 @@ use crate::waypoint::waypoints;
 ///     wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
 ///     fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way; no limit if left out.
 ///     quickest: largest change of each [m/s^2, m/s^2, rad/s^2], above 0; no limit if left out.
-///     share: how much of the wheels' speeds and torques a trajectory may take, 0.05 to 1: the rest is for whoever
-///         follows it.
+///     share: part of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the rest is a reserve for
+///         the follower.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range, or has the wrong length.
@@ -60,7 +60,7 @@ fn of_wheels(name: &'static str, value: &Bound<'_, PyAny>, wheels: usize) -> PyR
     {
         return Ok(vec![one; wheels]);
     }
-    numbers(name, value, "a number, or one a wheel")
+    numbers(name, value, "a number, or one for each wheel")
 }
 
 #[pymethods]
@@ -143,11 +143,11 @@ impl TrajectoryPlanner {
     /// The trajectory through waypoints, from rest to rest.
     ///
     /// Args:
-    ///     waypoints: 2 to 1000 of them; a pair of x and y [m] stands for one that is reached on a line.
+    ///     waypoints: 2 to 1000 of them; a pair of x and y [m] is a waypoint that is reached on a line.
     ///
     /// Raises:
-    ///     ConfigError: too few or too many; a value of one is out of range; there is nothing to do on the way to one;
-    ///         or limits do not let the vehicle be there so soon.
+    ///     ConfigError: too few or too many; a value of one is out of range; one repeats the waypoint before; or
+    ///         the limits do not allow its time.
     ///     TypeError: not waypoints.
     #[pyo3(signature = (waypoints, /))]
     fn plan(&self, waypoints: &Bound<'_, PyAny>) -> PyResult<Trajectory> {
@@ -167,7 +167,7 @@ impl TrajectoryPlanner {
         Ok(Trajectory { segments, pieces })
     }
 
-    /// Actuator velocities [rad/s] of a vehicle that is where a sample says, and moves so, (N,) or (T, N).
+    /// Actuator velocities [rad/s] of a vehicle that follows a sample exactly, (N,) or (T, N).
     #[pyo3(signature = (sample, /))]
     fn velocities<'py>(&self, sample: &Bound<'py, TrajectorySample>) -> PyResult<Array<'py, f64>> {
         let (py, sample) = (sample.py(), sample.get());
@@ -226,21 +226,21 @@ impl Trajectory {
         self.inner().duration_s()
     }
 
-    /// When the way to each waypoint after the first begins [s], (K,).
+    /// Start time of the segment to each waypoint after the first [s], (K,).
     #[getter]
     fn starts_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let starts: Vec<f64> = self.segments.iter().map(PathSegment::start_s).collect();
         array(py, vec![starts.len()], starts)
     }
 
-    /// How long those ways are [m], (K,); [rad] of a turn on the spot, 0 of waiting.
+    /// Length of each segment [m], (K,); [rad] for a turn on the spot, 0 for waiting.
     #[getter]
     fn lengths_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let lengths: Vec<f64> = self.segments.iter().map(PathSegment::length_m).collect();
         array(py, vec![lengths.len()], lengths)
     }
 
-    /// What it says of times.
+    /// The trajectory at given times.
     ///
     /// Args:
     ///     time_s: since its start [s], a number or (T,). Before 0, and of NaN, the first pose, at rest; from
@@ -271,7 +271,7 @@ impl Trajectory {
     }
 }
 
-/// What a :class:`Trajectory` says of one time, or of each of many.
+/// A :class:`Trajectory` at one time, or at each of many.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct TrajectorySample {
     pub(crate) samples: Vec<omni_core::TrajectorySample<f64>>,
@@ -307,13 +307,13 @@ impl TrajectorySample {
 
 #[pymethods]
 impl TrajectorySample {
-    /// The times asked for [s], () or (T,).
+    /// The given times [s], () or (T,).
     #[getter]
     fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         self.one(py, |sample| sample.time_s)
     }
 
-    /// Where to be (x [m], y [m], heading [rad] in (-pi, pi]), (3,) or (T, 3).
+    /// Reference pose (x [m], y [m], heading [rad] in (-pi, pi]), (3,) or (T, 3).
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         self.three(py, |sample| {
@@ -321,7 +321,7 @@ impl TrajectorySample {
         })
     }
 
-    /// How to move along the world's axes (x, y [m/s], yaw [rad/s]), (3,) or (T, 3).
+    /// Reference velocity along the world's axes (x, y [m/s], yaw [rad/s]), (3,) or (T, 3).
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         self.three(py, |sample| {
@@ -330,13 +330,13 @@ impl TrajectorySample {
         })
     }
 
-    /// How that changes (x, y [m/s^2], yaw [rad/s^2]), (3,) or (T, 3).
+    /// Reference acceleration (x, y [m/s^2], yaw [rad/s^2]), (3,) or (T, 3).
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         self.three(py, |sample| sample.acceleration)
     }
 
-    /// The body twist (vx, vy [m/s], wz [rad/s]) of a vehicle that is where it should be, (3,) or (T, 3).
+    /// The body twist (vx, vy [m/s], wz [rad/s]) of a vehicle at the reference pose, (3,) or (T, 3).
     #[getter]
     fn feed_forward<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         self.three(py, |sample| sample.feed_forward().to_array())

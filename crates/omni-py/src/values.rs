@@ -84,7 +84,7 @@ pub(crate) fn from_python(file: &str, key: &str, value: &Bound<'_, PyAny>) -> Py
 
 fn value_at(file: &str, key: &str, value: &Bound<'_, PyAny>, deeper: usize) -> PyResult<Value> {
     let Some(deeper) = deeper.checked_sub(1) else {
-        let message = format!("{file}: {key}: lists in lists in lists, allowed: {DEEPEST} of them");
+        let message = format!("{file}: {key}: lists nested too deeply, allowed: {DEEPEST} levels");
         return Err(PyTypeError::new_err(message));
     };
     if value.is_instance_of::<PyBool>() {

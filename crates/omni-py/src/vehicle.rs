@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use omni_log::vehicle_urdf;
+use omni_log::{JointInterface, ros2_control_urdf, ros2_controllers, vehicle_urdf};
 use omni_sim::config::{self, Source};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyTuple};
 use toml::{Table, Value};
 
-use crate::arrays::{Array, array};
+use crate::arrays::{Array, array, choice};
 use crate::error::{exception, refused};
 use crate::layout::Layout;
 use crate::values::{self, Pickled};
@@ -141,7 +141,7 @@ impl Vehicle {
         read(&Source::text(file, text(&self.inner)), overrides)
     }
 
-    /// The vehicle as a file says it.
+    /// The vehicle as a file.
     fn to_toml(&self) -> String {
         text(&self.inner)
     }
@@ -154,7 +154,7 @@ impl Vehicle {
     /// The value at a dotted key; elements of lists count from 0.
     ///
     /// Raises:
-    ///     KeyError: there is none; the message names what there is.
+    ///     KeyError: there is none; the message names the existing keys.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &table(&self.inner), key)
     }
@@ -171,19 +171,19 @@ impl Vehicle {
         self.inner.wheel.iter().map(|wheel| wheel.name.clone()).collect()
     }
 
-    /// What kinematics see of it.
+    /// The wheel layout for kinematics.
     #[getter]
     fn layout(&self) -> PyResult<Layout> {
         Layout::of_vehicle(&self.inner)
     }
 
-    /// Mass of everything [kg].
+    /// Mass of the whole vehicle [kg].
     #[getter]
     fn mass_kg(&self) -> f64 {
         self.inner.mass_kg()
     }
 
-    /// Centre of mass as the vehicle stands on flat ground [m], (3,).
+    /// Centre of mass of the vehicle at rest on flat ground [m], (3,).
     #[getter]
     fn centre_of_mass_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.inner.centre_of_mass_m().to_vec())
@@ -195,7 +195,7 @@ impl Vehicle {
         self.inner.no_load_rad_s()
     }
 
-    /// What each wheel carries on flat ground [N], (N,); None where moment balance alone does not say.
+    /// Load of each wheel on flat ground [N], (N,); None where moment balance alone does not determine it.
     ///
     /// Raises:
     ///     ConfigError: gravity is not above 0.
@@ -223,8 +223,38 @@ impl Vehicle {
     }
 
     /// The vehicle as URDF, for RViz, Rerun and other simulators.
-    fn urdf(&self) -> String {
-        vehicle_urdf(&self.inner)
+    ///
+    /// Args:
+    ///     ros2_control: adds a block for ros2_control, whose controllers command each wheel by its ``velocity``
+    ///         [rad/s] or ``effort`` [N.m]; None for none.
+    ///
+    /// Raises:
+    ///     ConfigError: ``ros2_control`` is none of these.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> omnistep.Vehicle("mecanum4").urdf(ros2_control="velocity").count("<command_interface ")
+    ///     4
+    #[pyo3(signature = (*, ros2_control = None))]
+    fn urdf(&self, ros2_control: Option<&str>) -> PyResult<String> {
+        let known = [JointInterface::Velocity, JointInterface::Effort].map(|each| (each.name(), each));
+        Ok(match ros2_control {
+            None => vehicle_urdf(&self.inner),
+            Some(name) => ros2_control_urdf(&self.inner, choice("ros2_control", name, &known)?),
+        })
+    }
+
+    /// The yaml of ros2_control, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
+    ///
+    /// Raises:
+    ///     ConfigError: neither controller would drive the vehicle as its kinematics do; the message names the wheel.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> print(omnistep.Vehicle("mecanum4").ros2_controllers().splitlines()[0])
+    ///     # ros2_control's controllers for the vehicle mecanum4. Units are m, rad and s.
+    fn ros2_controllers(&self) -> PyResult<String> {
+        ros2_controllers(&self.inner).map_err(exception)
     }
 
     fn __hash__(&self) -> u64 {

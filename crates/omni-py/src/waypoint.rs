@@ -66,8 +66,9 @@ impl Waypoint {
         )?;
         if sweep_rad.is_some() != (kind == "arc") {
             let is = if sweep_rad.is_some() { "given" } else { "not given" };
-            let message =
-                format!("sweep_rad {is} with kind = {kind:?}, allowed: with \"arc\", and always there");
+            let message = format!(
+                "sweep_rad {is} with kind = {kind:?}, allowed: only with \"arc\", where it is required"
+            );
             return Err(refused("sweep_rad", &message));
         }
         let mut inner = omni_core::Waypoint::at(x_m, y_m);

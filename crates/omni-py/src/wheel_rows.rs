@@ -1,10 +1,10 @@
-//! Arrays of one number a wheel that belong together, row by row.
+//! Arrays of one number for each wheel that belong together, row by row.
 
 use pyo3::prelude::*;
 
 use crate::arrays::{Rows, as_many_or_one, each_row};
 
-/// Rows of one number a wheel. The first array says how many columns and rows there are; one row serves for all.
+/// Rows of one number for each wheel. The first array says how many columns and rows there are; one row serves for all.
 pub(crate) fn wheels<const K: usize>(
     given: [(&'static str, &Bound<'_, PyAny>); K],
 ) -> PyResult<(usize, Vec<Rows>)> {

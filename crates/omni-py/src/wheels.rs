@@ -78,7 +78,7 @@ impl WheelsTrace {
 ///
 /// Args:
 ///     policy: ``independent``, ``paper`` or ``synchronised``.
-///     overrides: keys of the experiment and the values to put there: ``{"friction_n_m_s_rad": 2e-4}``.
+///     overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
 ///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
 ///
 /// Returns:

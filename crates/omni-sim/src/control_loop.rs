@@ -154,7 +154,7 @@ impl ControlLoop {
         let state = self.controller.save();
         if !state.is_some_and(|state| controller.restore(&state)) {
             return Err(Error::Snapshot {
-                reason: "another controller cannot take over the present one's state".into(),
+                reason: "another controller cannot take over the state of this one".into(),
             });
         }
         self.controller = controller;

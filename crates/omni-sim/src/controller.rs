@@ -342,7 +342,7 @@ impl AnyController {
             return Err(refused(
                 scenario,
                 "drive".into(),
-                "[drive], allowed: not with a controller of one's own, which would stand in its place",
+                "[drive], allowed: only without a custom controller, which replaces it",
             ));
         }
         let refuse = |_| Err(wheel_count_refused(scenario));
@@ -474,7 +474,7 @@ fn names(scenario: &Scenario, control: &dyn Loop) -> Vec<String> {
 }
 
 /// Where traction control is refused.
-const FAR_END: &str = "with a controller at the other end of a link";
+const FAR_END: &str = "for a controller at the other end of a link";
 
 /// A key of a scenario that its controller does not go with.
 fn refused(scenario: &Scenario, key: String, message: &str) -> Error {

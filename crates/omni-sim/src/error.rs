@@ -42,7 +42,7 @@ pub enum Error {
     },
     /// A controller of one's own gave something that is no torque.
     #[error(
-        "policy {}: it gave {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques",
+        "policy {}: it returned {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques",
         shortened(policy)
     )]
     Policy {
@@ -95,8 +95,18 @@ pub enum Error {
         /// Name of the first body concerned.
         body: String,
     },
+    /// Physics of somebody else's cannot go on.
+    #[error("{engine}: t = {time_s:.3} s: {}", shortened(reason))]
+    Outside {
+        /// What simulates.
+        engine: &'static str,
+        /// Simulated time \[s\].
+        time_s: f64,
+        /// Why.
+        reason: String,
+    },
     /// A joint gave way: forces beyond what the physics step can hold.
-    #[error("the vehicle fell apart at t = {time_s:.3} s: {part} parted by {:.1} mm", 1e3 * gap_m)]
+    #[error("the vehicle fell apart at t = {time_s:.3} s: {part} moved apart by {:.1} mm", 1e3 * gap_m)]
     FellApart {
         /// Simulated time \[s\].
         time_s: f64,
@@ -107,8 +117,8 @@ pub enum Error {
     },
     /// The contacts of too many steps did not come to rest: what they pushed with is not known.
     #[error(
-        "the contacts of more than one step in a hundred did not settle until t = {time_s:.3} s: no figure of this run holds; \
-         a physics.step_us shorter than {step_us} helps"
+        "the contacts did not converge in more than 1 % of the steps until t = {time_s:.3} s: no figure of this \
+         run is valid; use a physics.step_us below {step_us}"
     )]
     Unsettled {
         /// Simulated time \[s\].
@@ -118,8 +128,8 @@ pub enum Error {
     },
     /// The physics gave back more energy than was put in, beyond what is their error.
     #[error(
-        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of this run holds; a \
-         physics.step_us shorter than {step_us} helps"
+        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of \
+         this run is valid; use a physics.step_us below {step_us}"
     )]
     GainedEnergy {
         /// So much energy from nowhere \[J\].
@@ -157,6 +167,7 @@ impl Error {
                 | Self::GainedEnergy { .. }
                 | Self::OutOfTime { .. }
                 | Self::Link { .. }
+                | Self::Outside { .. }
                 | Self::PolicyFailed { .. }
         )
     }
@@ -167,6 +178,6 @@ pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Err
     config::Error::Key {
         file: format!("scenario {}", scenario.name),
         key: key.into(),
-        message: format!("{what}unknown to this simulation, which is older than its files"),
+        message: format!("{what}unknown to this simulation, which is older than the file"),
     }
 }

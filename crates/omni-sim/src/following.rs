@@ -27,7 +27,7 @@ pub(crate) fn true_pose(seen: &Observation) -> PlanarPose<f64> {
 pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2] {
     let is = true_pose(seen);
     let turned = omni_core::Real::wrapped_angle(is.yaw_rad - wanted.yaw_rad);
-    [(is.x_m - wanted.x_m).hypot(is.y_m - wanted.y_m), turned]
+    [libm::hypot(is.x_m - wanted.x_m, is.y_m - wanted.y_m), turned]
 }
 
 impl Following {

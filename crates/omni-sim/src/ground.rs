@@ -212,7 +212,7 @@ impl Ground {
     fn wedge(&mut self, from: f64, length: f64, height: f64) {
         let slope = libm::atan2(height, length);
         let (sin, cos) = (libm::sin(slope), libm::cos(slope));
-        let half = length.hypot(height) / 2.0 + HALF_THICKNESS / 2.0;
+        let half = libm::hypot(length, height) / 2.0 + HALF_THICKNESS / 2.0;
         // From the crest back along the slope, then down across it.
         let x = from + length - half * cos + HALF_THICKNESS * sin;
         let z = height - half * sin - HALF_THICKNESS * cos;

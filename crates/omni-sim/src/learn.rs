@@ -231,8 +231,8 @@ impl Episode {
     fn check(&self, action: &[f32]) -> Result<(), Error> {
         let refuse = |name, value: String, allowed| Err(Error::Argument { name, value, allowed });
         if self.over {
-            let value = "after the end of an episode, or before the first".into();
-            return refuse("step", value, "after reset()");
+            let value = "called after the end of an episode or before the first".into();
+            return refuse("step", value, "only after reset()");
         }
         if action.len() != self.action.len() {
             let value = format!("{} numbers", action.len());

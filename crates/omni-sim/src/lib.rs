@@ -16,6 +16,7 @@ mod run;
 mod sensing;
 mod simulation;
 mod snapshot;
+mod stepped_run;
 mod trace;
 mod wall_clock;
 mod world;
@@ -31,9 +32,15 @@ pub use error::Error;
 pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use odometry::OdometryEstimate;
-pub use outcome::{Outcome, Verdict};
-pub use run::{control_periods, drive, measure, own_command, run, run_with_callback, run_with_controller};
+pub use outcome::{Better, Figure, Outcome, Verdict};
+pub use run::{
+    control_periods, drive, drive_until, measure, own_command, run, run_outside, run_with_callback,
+    run_with_controller,
+};
 pub use sensing::Sensed;
 pub use simulation::Simulation;
+pub use stepped_run::SteppedRun;
 pub use trace::{Rows, Trace, TraceBuilder};
-pub use world::ground_heights_m;
+pub use world::{
+    AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch, ground_heights_m,
+};

@@ -211,7 +211,7 @@ pub struct WheelObservation {
     pub force_n: [f64; 3],
     /// Its part along the contact normals \[N\], >= 0.
     pub force_normal_n: f64,
-    /// Its part along the rolling direction in the contact's tangent plane \[N\]; drives the vehicle if positive.
+    /// Its part along the push (as of `rim_m_s`) in the contact's tangent plane \[N\]; drives the vehicle if positive.
     pub force_along_n: f64,
     /// Direction of the normal force, a unit vector; zero in the air.
     pub normal: [f64; 3],

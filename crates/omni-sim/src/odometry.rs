@@ -273,7 +273,7 @@ impl Odometer {
                 vy_m_s,
                 wz_rad_s,
             } = state.twist;
-            let had = [vx_m_s.hypot(vy_m_s), wz_rad_s.abs()];
+            let had = [libm::hypot(vx_m_s, vy_m_s), wz_rad_s.abs()];
             state.lost_at = [0, 1].map(|axis| self.top[axis].max(had[axis]));
         }
         state.twist = BodyTwist::ZERO;

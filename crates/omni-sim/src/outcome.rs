@@ -1,14 +1,16 @@
 //! What a run amounts to in a few numbers.
 
 mod criteria;
+mod figures;
 mod friction_use;
 mod linkage_spread;
 mod meter;
-mod whereabouts;
+mod pose_errors;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::{Engine, Scenario};
+pub use figures::{Better, Figure};
 pub(crate) use meter::Meter;
 
 /// How a run ended.
@@ -55,6 +57,32 @@ impl Verdict {
             Self::Leaned => "leaned",
             Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
+        }
+    }
+
+    /// What it says, in a sentence or two; docs/conventions.md has the exact criteria.
+    ///
+    /// ```
+    /// assert!(omni_sim::Verdict::Unfinished.meaning().contains("duration_s"));
+    /// ```
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Climbed => "Every wheel stands beyond the obstacle.",
+            Self::Stalled => {
+                "The obstacle was not passed, and in the last second the vehicle covered less than a tenth of the commanded distance."
+            }
+            Self::Unfinished => {
+                "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
+            }
+            Self::Driven => "There is no obstacle, and the run went to its end.",
+            Self::Tipped => "The base leaned by more than 60 degrees.",
+            Self::RanAway => "The vehicle was more than half as fast again as commanded for half a second.",
+            Self::Leaned => "A body leaned by 30 degrees more than the ground explains.",
+            Self::GainedEnergy => {
+                "The physics created energy, so no figure is valid. Use a shorter physics.step_us."
+            }
+            Self::Diverged => "The physics failed: no figure is valid. Use a shorter physics.step_us.",
         }
     }
 }

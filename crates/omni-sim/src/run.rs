@@ -1,13 +1,15 @@
 //! A whole scenario from start to end.
 
+use std::ops::ControlFlow;
+
 use omni_core::BodyTwist;
 
 use crate::config::Scenario;
 use crate::controller::AnyController;
-use crate::outcome::Meter;
 use crate::trace::{Trace, TraceBuilder};
 use crate::wall_clock::WallClock;
-use crate::{Error, Outcome, Simulation};
+use crate::world::OutsidePhysics;
+use crate::{Error, Outcome, Simulation, SteppedRun};
 
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
@@ -70,10 +72,75 @@ pub fn run_with_callback<E: From<Error>>(
 pub fn run_with_controller<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Trace, E> {
+    traced(
+        scenario,
+        Simulation::with_controller(scenario, controller)?,
+        watch,
+    )
+}
+
+/// [`run_with_controller`] on physics of somebody else's, which simulate the scenario's vehicle on its ground in its physics steps. What
+/// contacts and joints take of the energy is not told there: those columns and the outcome's `energy_residual` are NaN.
+///
+/// # Errors
+/// As [`Simulation::with_physics`] and [`run`]; [`Error::Outside`]; whatever `watch` returns.
+///
+/// ```
+/// use omni_sim::config::{Engine, Override, Scenario};
+/// use omni_sim::{AxleDrive, Error, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep};
+/// use omni_sim::{controller::AnyController, run_outside};
+/// /// A vehicle whose wheels turn as soon as they are told to, on a stand.
+/// struct Stand(Vec<f64>);
+/// impl OutsidePhysics for Stand {
+///     fn engine(&self) -> Engine {
+///         Engine::Mujoco
+///     }
+///     fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
+///         Ok(())
+///     }
+///     fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+///         for (i, axle) in axles.iter().enumerate() {
+///             self.0[i] += axle.torque_n_m * 5e-4 / 0.002178;
+///             shown.turned_rad[i] += self.0[i] * 5e-4;
+///         }
+///         shown.rate_rad_s.copy_from_slice(&self.0);
+///         Ok(())
+///     }
+///     fn observe(&mut self, _: &mut OutsideState) -> Result<(), OutsideFailure> {
+///         Ok(())
+///     }
+/// }
+/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
+/// let trace = run_outside::<Error>(&scenario, AnyController::new(&scenario)?, Box::new(Stand(vec![0.0; 7])), |_, _| Ok(()))?;
+/// let measured = trace.wheel("measured_rad_s", 3).expect("wheel 4");
+/// assert!((measured[1999] - 0.3 / 0.066).abs() < 0.05); // 0.3 m/s, said by its wheels
+/// assert_eq!(trace.outcome().engine, Engine::Mujoco);
+/// # Ok::<(), Error>(())
+/// ```
+pub fn run_outside<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
+    physics: Box<dyn OutsidePhysics>,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<Trace, E> {
+    traced(
+        scenario,
+        Simulation::with_physics(scenario, controller, physics)?,
+        watch,
+    )
+}
+
+/// Every signal of a run.
+fn traced<E: From<Error>>(
+    scenario: &Scenario,
+    simulation: Simulation,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
-    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), controller.signal_names());
-    let (outcome, ended) = drive(scenario, controller, own_command, |simulation, part| {
+    let signals = simulation.controller().signal_names();
+    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), signals);
+    let (outcome, ended) = steered(scenario, simulation, own_command, |simulation, part| {
         trace.push(simulation.sample(), simulation.observation());
         watch(simulation, part)
     })?;
@@ -149,46 +216,89 @@ pub fn measure<E: From<Error>>(
 pub fn drive<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
-    mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
+    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
+    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
+) -> Result<(Outcome, Option<Error>), E> {
+    let simulation = Simulation::with_controller(scenario, controller)?;
+    steered(scenario, simulation, steer, watch)
+}
+
+/// [`drive`] that goes on until `watch` breaks, beyond the scenario's `duration_s` and `wall_clock_s`. Where `stop_when_done` is set it
+/// ends, too, as soon as the vehicle is across.
+///
+/// # Errors
+/// As [`drive`], but for [`Error::OutOfTime`].
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, drive_until, own_command};
+/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 1.0)])?;
+/// let mut periods = 0;
+/// let (outcome, ended) = drive_until::<Error>(&scenario, AnyController::new(&scenario)?, own_command, |_| {
+///     periods += 1;
+///     Ok(if periods < 3000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
+/// })?;
+/// assert!(ended.is_none() && periods == 3000); // of 1 ms, three times the scenario's second
+/// assert!(outcome.work_j > 1.0);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+pub fn drive_until<E: From<Error>>(
+    scenario: &Scenario,
+    controller: AnyController,
+    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
+    mut watch: impl FnMut(&Simulation) -> Result<ControlFlow<()>, E>,
+) -> Result<(Outcome, Option<Error>), E> {
+    let simulation = Simulation::with_controller(scenario, controller)?;
+    run_periods(scenario, simulation, None, steer, |simulation, _| {
+        watch(simulation)
+    })
+}
+
+/// Runs a simulation that is at its start to the end of its scenario.
+fn steered<E: From<Error>>(
+    scenario: &Scenario,
+    simulation: Simulation,
+    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
     mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<(Outcome, Option<Error>), E> {
-    let mut simulation = Simulation::with_controller(scenario, controller)?;
-    let mut meter = Meter::new(scenario);
-    let periods = control_periods(scenario);
-    let clock = WallClock::start(scenario.wall_clock_s);
-    for k in 0..periods {
-        let command = steer(&mut simulation)?;
-        match simulation.step(&command) {
-            Ok(()) => {}
-            Err(error @ (Error::Diverged { .. } | Error::FellApart { .. } | Error::Unsettled { .. })) => {
-                return Ok((meter.outcome(true), Some(error)));
-            }
-            Err(error) => return Err(error.into()),
+    let count = control_periods(scenario);
+    run_periods(scenario, simulation, Some(count), steer, |simulation, part| {
+        watch(simulation, part).map(ControlFlow::Continue)
+    })
+}
+
+/// Runs a simulation that is at its start for that many control periods, on the scenario's time, or until `watch` breaks.
+fn run_periods<E: From<Error>>(
+    scenario: &Scenario,
+    simulation: Simulation,
+    periods: Option<u64>,
+    mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
+    mut watch: impl FnMut(&Simulation, f64) -> Result<ControlFlow<()>, E>,
+) -> Result<(Outcome, Option<Error>), E> {
+    let mut run = SteppedRun::of(scenario, simulation);
+    let clock = periods.map(|_| WallClock::start(scenario.wall_clock_s));
+    for k in 0..periods.unwrap_or(u64::MAX) {
+        let command = steer(run.simulation_mut())?;
+        if !run.step(&command)? {
+            break;
         }
-        meter.push(simulation.sample(), simulation.observation());
-        let done = scenario.stop_when_done && meter.is_across();
+        let done = scenario.stop_when_done && run.is_across();
         let part = if done {
             1.0
         } else {
-            (k + 1) as f64 / periods as f64
+            periods.map_or(0.0, |periods| (k + 1) as f64 / periods as f64)
         };
-        watch(&simulation, part)?;
-        if done {
+        if watch(run.simulation(), part)?.is_break() || done {
             break;
         }
-        if k % PERIODS_PER_LOOK == 0 && clock.has_expired() {
+        if k % PERIODS_PER_LOOK == 0 && clock.as_ref().is_some_and(WallClock::has_expired) {
             return Err(E::from(Error::OutOfTime {
-                time_s: simulation.time_ns() as f64 * 1e-9,
+                time_s: run.simulation().time_ns() as f64 * 1e-9,
                 wall_clock_s: scenario.wall_clock_s,
             }));
         }
     }
-    let gained = meter.gained().map(|gained| Error::GainedEnergy {
-        gained_j: gained.gained_j,
-        through_j: gained.through_j,
-        step_us: scenario.physics.step_us,
-    });
-    Ok((meter.outcome(false), gained))
+    Ok(run.ended())
 }
 
 /// Control periods in a scenario.

@@ -5,14 +5,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::Error;
-use crate::config::{Command, Scenario};
+use crate::config::{Command, Engine, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
 use crate::following::{Following, true_pose};
 use crate::observation::Observation;
 use crate::odometry::Odometer;
 use crate::sensing::{Sensed, Sensing};
-use crate::world::{AnyPlant, plant};
+use crate::world::{AnyPlant, OutsidePhysics, outside, plant};
 
 /// A scenario being simulated.
 ///
@@ -55,12 +55,35 @@ impl Simulation {
     /// # Errors
     /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows, and for a path that cannot be planned.
     pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Result<Self, Error> {
+        Self::of_plant(scenario, controller, |x_m, yaw_rad| plant(scenario, x_m, yaw_rad))
+    }
+
+    /// [`Simulation::with_controller`] with physics of somebody else's, which simulate the scenario's vehicle on its ground. It cannot be
+    /// saved.
+    ///
+    /// # Errors
+    /// As [`Simulation::with_controller`]; [`Error::Outside`] where they cannot start.
+    pub fn with_physics(
+        scenario: &Scenario,
+        controller: AnyController,
+        physics: Box<dyn OutsidePhysics>,
+    ) -> Result<Self, Error> {
+        Self::of_plant(scenario, controller, |x_m, yaw_rad| {
+            outside(scenario, physics, x_m, yaw_rad)
+        })
+    }
+
+    fn of_plant(
+        scenario: &Scenario,
+        controller: AnyController,
+        plant: impl FnOnce(f64, f64) -> Result<AnyPlant, Error>,
+    ) -> Result<Self, Error> {
         let mut rng = ChaCha8Rng::seed_from_u64(scenario.seed);
         // 53 bits: uniform in -1..1.
         let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let yaw_rad = scenario.perturbation.yaw_rad * uniform();
         let x_m = scenario.perturbation.start_m * uniform();
-        let mut world = plant(scenario, x_m, yaw_rad)?;
+        let mut world = plant(x_m, yaw_rad)?;
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
@@ -195,7 +218,7 @@ impl Simulation {
             return Err(Error::Argument {
                 name: "torques_n_m",
                 value,
-                allowed: "one finite torque a wheel",
+                allowed: "one finite torque for each wheel",
             });
         }
         self.control.passed_by(torques_n_m);
@@ -246,6 +269,11 @@ impl Simulation {
     #[must_use]
     pub fn observation(&self) -> &Observation {
         &self.observation
+    }
+
+    /// What simulates, where that is not the scenario's engine.
+    pub(crate) fn engine(&self) -> Option<Engine> {
+        self.world.engine()
     }
 
     /// Simulated time since the start \[ns\].

@@ -85,7 +85,7 @@ impl Simulation {
         let control = self
             .control
             .save()
-            .ok_or_else(|| refuse("the controller runs at the other end of a link"))?;
+            .ok_or_else(|| refuse("its controller runs at the other end of a link"))?;
         let saved = Saved {
             world: self.world.save().map_err(|error| refuse(error.to_string()))?,
             sensing: self.sensing.state(),
@@ -141,16 +141,16 @@ impl Simulation {
         bytes: &[u8],
     ) -> Result<Self, Error> {
         let (header, rest): (Header, _) =
-            postcard::take_from_bytes(bytes).map_err(|_| refuse("it is no snapshot"))?;
+            postcard::take_from_bytes(bytes).map_err(|_| refuse("it is not a snapshot"))?;
         let own = Header::of(scenario)?;
         if header.format != own.format || header.program != own.program {
             let (theirs, ours) = (header.program, own.program);
             return Err(refuse(format!(
-                "it is of version {theirs}, this is version {ours}"
+                "it has version {theirs}, this program reads version {ours}"
             )));
         }
         if header.scenario != own.scenario {
-            return Err(refuse("it is of another scenario"));
+            return Err(refuse("it belongs to another scenario"));
         }
         let resumed: Resumed =
             postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;

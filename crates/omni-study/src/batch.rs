@@ -113,8 +113,8 @@ impl Batch {
         let given = own.as_ref().map(OwnPolicy::identity);
         if given != self.policy.as_deref() {
             return Err(refuse(format!(
-                "of the policy {:?}, here is {:?}; allowed: the same, with the same version",
-                self.policy.as_deref().unwrap_or("of the scenario"),
+                "of the policy {:?}, but this worker has {:?}, allowed: the same policy in the same version",
+                self.policy.as_deref().unwrap_or("the scenario's own"),
                 given.unwrap_or("none")
             )));
         }
@@ -138,7 +138,7 @@ impl Batch {
         if batch.version != VERSION {
             let version = &batch.version;
             return Err(refuse(format!(
-                "of omnistep {version}, this worker has {VERSION}; allowed: the same version"
+                "of omnistep {version}, but this worker has {VERSION}, allowed: the same version"
             )));
         }
         Ok(batch)
@@ -193,10 +193,10 @@ impl Batch {
                 scenario: scenarios
                     .get(packed.scenario)
                     .cloned()
-                    .ok_or_else(|| refuse("cut short".into()))?,
+                    .ok_or_else(|| refuse("incomplete".into()))?,
             };
             if key_with(&run.scenario(), self.own.as_ref())? != run.key {
-                return Err(refuse(format!("the scenario of run {} is another", run.key)));
+                return Err(refuse(format!("run {} has another scenario", run.key)));
             }
             Ok(run)
         };

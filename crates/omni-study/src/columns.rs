@@ -44,7 +44,7 @@ pub(crate) fn columns(
             || axes.iter().chain(&figures).any(|column| column.name == name);
         if taken {
             let message = format!(
-                "{:?}, allowed: a key whose column, {name}, is not another's",
+                "{:?}, allowed: a key whose column, {name}, no other key has",
                 axis.key
             );
             return Err(refuse(&format!("axis[{i}].key"), message));

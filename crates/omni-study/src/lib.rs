@@ -22,9 +22,9 @@ mod parquet_table;
 mod part_names;
 mod part_writer;
 mod plan;
+mod plan_notices;
 mod row;
 mod run;
-mod said;
 mod statistics;
 mod store;
 

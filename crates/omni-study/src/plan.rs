@@ -226,7 +226,7 @@ impl Plan {
                 return Err(Error::from(config::Error::Key {
                     file: name.into(),
                     key: "points".into(),
-                    message: "\"seed\", allowed: any other key; seeds are given by `seeds`".into(),
+                    message: "\"seed\", allowed: any other key; set the seeds with `seeds`".into(),
                 }));
             }
             if !keys.iter().any(|known| known == key) {
@@ -398,7 +398,7 @@ fn twins(study: &Study, key: &str, one: &str, other: &str) -> Error {
     refuse(
         study,
         key,
-        format!("{one} and {other} are the same run, allowed: each once"),
+        format!("{one} and {other} are the same run, allowed: each run once"),
     )
 }
 

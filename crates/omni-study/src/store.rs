@@ -18,8 +18,8 @@ use crate::{Columns, Error, Plan, Row, Run};
 /// Who holds it computes the study.
 const LOCK: &str = ".lock";
 /// What is said of a part whose checksum is broken, and of one without.
-const CHANGED: &str = "its bytes are not those that were written: its SHA-256 differs";
-const WITHOUT_CHECKSUM: &str = "it has no checksum: damaged, or written by an earlier build";
+const CHANGED: &str = "its SHA-256 checksum is wrong";
+const WITHOUT_CHECKSUM: &str = "no checksum: damaged, or written by an earlier build";
 
 /// What is wrong with the bytes of a part of some study, if anything; none for Parquet that is not of this program.
 ///
@@ -138,7 +138,7 @@ impl Store {
         let file = file.map_err(io_error(&path))?;
         // Not every file system has locks.
         if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
-            return Err(self.refuse("it is being written by another program: wait for that one"));
+            return Err(self.refuse("another program is writing to it: wait until that one ends"));
         }
         for path in self.parts()?.iter().filter(|path| grows(path)) {
             if let Some(Ok(rows)) = self.read_part(path)? {
@@ -386,7 +386,7 @@ impl Store {
                 opened.rows(&self.columns).map_err(|error| error.to_string()),
             )),
             Ok(Some(column)) => Err(self.refuse(&format!(
-                "holds results with other columns ({column} is not in both)"
+                "holds results with other columns ({column} is in only one of the two)"
             ))),
             Err(error) => Ok(Some(Err(error.to_string()))),
         }
@@ -396,7 +396,7 @@ impl Store {
     fn check(&self, part: &Opened) -> Result<(), Error> {
         let version = part.note("omnistep.version").unwrap_or("an unknown version");
         if version != VERSION {
-            return Err(self.refuse(&format!("holds results of {version}, this is {VERSION}")));
+            return Err(self.refuse(&format!("holds results of {version}, but this is {VERSION}")));
         }
         let text = part.note("omnistep.scenario").unwrap_or_default();
         let there: BTreeMap<&str, &str> = text.lines().filter_map(|line| line.split_once(" = ")).collect();
@@ -416,13 +416,15 @@ impl Store {
                 .map_or("varied or not there".into(), |v| (*v).to_owned())
         };
         let (then, now) = (show(&there), show(&here));
-        Err(self.refuse(&format!("holds results with {key} = {then}, here it is {now}")))
+        Err(self.refuse(&format!(
+            "holds results with {key} = {then}, but now {key} = {now}"
+        )))
     }
 
     fn refuse(&self, reason: &str) -> Error {
         Error::Study {
             folder: self.folder.clone(),
-            reason: format!("{reason}; name another folder"),
+            reason: format!("{reason}; use another folder"),
         }
     }
 }

@@ -1,28 +1,40 @@
 //! What the command line takes.
 
+mod drive;
+mod study;
+
 use std::ffi::OsString;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use omni_config::Override;
 use omni_sim::controller::DEFAULT_FIRMWARE;
 
 use crate::Error;
 use crate::list::Listed;
+pub(crate) use drive::DriveArgs;
+pub(crate) use study::StudyArgs;
 
-/// Simulates omni-directional vehicles over steps and compares how their wheels are coordinated.
+/// Simulates omni-directional vehicles over steps and compares their control policies.
 #[derive(Parser)]
-#[command(name = "omnistep", version, max_term_width = 110)]
+#[command(name = "omnistep", version, max_term_width = 110, after_help = BEGIN)]
 pub(crate) struct Cli {
-    /// Without a command: compare step.
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
 }
 
+/// Below the list of commands: those to begin with.
+const BEGIN: &str = "Start here:
+  omnistep compare step                       six control policies over a step, one table
+  omnistep run flat --set vehicle=mecanum4    another vehicle; omnistep list names all
+  omnistep new vehicle my_robot               a file to describe your own vehicle in
+  omnistep compare --help                     the options of a command";
+
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Runs a scenario under every coordination policy, prints one table, writes one MCAP file a policy.
+    /// Runs a scenario under every control policy and prints one table.
+    ///
+    /// Writes one MCAP log for each policy.
     Compare {
         #[command(flatten)]
         args: RunArgs,
@@ -30,7 +42,9 @@ pub(crate) enum Command {
         #[arg(long)]
         engines: bool,
     },
-    /// Runs a scenario under the policy it names.
+    /// Runs a scenario, prints its figures and writes its log.
+    ///
+    /// With --live or --ros2 the run keeps pace with the clock, for viewers and for ROS 2.
     Run {
         #[command(flatten)]
         args: RunArgs,
@@ -38,7 +52,7 @@ pub(crate) enum Command {
         #[arg(long)]
         policy: Option<String>,
         /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
-        /// with the physics. The latter computes in f32: as with --set control.precision=f32.
+        /// with the physics. The firmware computes in f32, like --set control.precision=f32.
         #[arg(long, value_enum, default_value_t = Place::Host)]
         controller: Place,
         #[command(flatten)]
@@ -47,140 +61,190 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE", default_value = DEFAULT_FIRMWARE)]
         firmware: PathBuf,
     },
-    /// Runs section 3.3 of the paper: three motors on dampers under three policies.
+    /// Lets you drive a vehicle by hand, with the arrow keys or in the browser.
+    ///
+    /// Ctrl-C ends the run and prints its table.
+    Drive(DriveArgs),
+    /// Runs section 3.3 of the paper: three motors on dampers, three policies.
     Wheels {
         /// The built-in experiment or a .toml file.
         #[arg(default_value = "wheels")]
         experiment: String,
-        /// Replaces a key of the experiment, as friction_n_m_s_rad=2e-4; repeat for more.
+        /// Replaces a key of the experiment, such as friction_n_m_s_rad=2e-4; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
-        /// Prints one JSON object a policy a line and nothing else.
+        /// Prints only JSON: one line with an object for each policy.
         #[arg(long)]
         json: bool,
     },
-    /// Runs a grid of scenarios with many seeds on all cores, writes one row a run as Parquet, prints a map. Started again,
-    /// it goes on where it was stopped.
+    /// Runs a grid of scenarios with many seeds on all cores.
+    ///
+    /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
-    /// Prints a scenario's controller as constants for firmware: Rust to include, or a C header.
+    /// Prints a scenario's controller as constants for firmware, in Rust or C.
     Constants {
         /// A built-in scenario or a .toml file: its vehicle, policy and control period.
         #[arg(default_value = "step")]
         scenario: String,
-        /// Replaces a key, as policy: control.policy=paper, vehicle.gains.kp_n_m_s_rad=0.5; repeat for more.
+        /// Replaces a key, such as control.policy=paper or vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
         /// Language of the constants.
         #[arg(long, value_enum, default_value = "rust")]
         language: ConstantsLanguage,
     },
-    /// Prints how round a vehicle's wheels of rollers are: the height of the axle over a turn, the rolling radius.
+    /// Prints how round roller wheels are: axle height and rolling radius.
     Ripple {
         /// A built-in vehicle or a .toml file.
         #[arg(default_value = "chugo7")]
         vehicle: String,
-        /// Replaces a key of the vehicle, as rollers.count=8, rollers.crown_m=0; repeat for more.
+        /// Replaces a key of the vehicle, such as rollers.count=8 or rollers.crown_m=0; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
-        /// Prints one JSON object a wheel a line and nothing else.
+        /// Prints only JSON: one line with an object for each wheel.
         #[arg(long)]
         json: bool,
     },
-    /// Prints what a step takes at least, from the balance of forces, without a run: torque and run-up of each row of wheels,
-    /// and whether the scenario has them.
+    /// Prints the least torque and run-up that a step needs, without simulation.
+    ///
+    /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the motors' torque suffices at any
+    /// speed; `run_up`: the row needs the run-up in the last column; `open`: it may need it; `impossible`: less run-up than it needs.
     Bound {
         /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
         #[arg(default_value = "step")]
         scenario: String,
-        /// Replaces a key, as terrain.height_m=0.04, vehicle.motor.stall_torque_n_m=1; repeat for more.
+        /// Replaces a key, such as terrain.height_m=0.04 or vehicle.motor.stall_torque_n_m=1; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
-        /// Prints one JSON object a row of wheels a line and nothing else.
+        /// Prints only JSON: one line with an object for each row of wheels.
         #[arg(long)]
         json: bool,
     },
-    /// Reads logs from start to end, checks every checksum, prints what they hold and their runs' figures.
+    /// Reads logs, checks every checksum, prints their topics and figures.
     Inspect {
         /// MCAP files, finished or not.
         #[arg(required = true)]
         logs: Vec<PathBuf>,
-        /// Prints one JSON object a log a line and nothing else.
+        /// Prints only JSON: one line with an object for each log.
         #[arg(long)]
         json: bool,
+        /// Explains each figure below the table.
+        #[arg(long, conflicts_with = "json")]
+        explain: bool,
     },
-    /// Feeds a log's measurements to its controller again and shows the first difference: none, bit for bit, unless keys or the
-    /// program changed.
+    /// Feeds the measurements of a log to its controller again.
+    ///
+    /// Prints the first difference. The torques agree in every bit unless keys or the program changed.
     Replay {
         /// An MCAP file.
         log: PathBuf,
-        /// Shows what another policy would have commanded: independent, paper, synchronised, load_sharing, reach or steady.
+        /// Prints what another policy would have commanded: independent, paper, synchronised, load_sharing, reach or steady.
         #[arg(long)]
         policy: Option<String>,
-        /// Replaces a key of the logged scenario, as vehicle.gains.kp_n_m_s_rad=0.5; repeat for more.
+        /// Replaces a key of the logged scenario, such as vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
-    /// Prints a vehicle as URDF, for viewers and other simulators.
+    /// Writes a vehicle or a scenario for MuJoCo, URDF readers or ros2_control.
+    ///
+    /// MJCF for MuJoCo has every roller as a separate body, and the ground of a scenario. URDF describes the vehicle. The yaml configures the
+    /// controllers of ros2_control.
+    Export {
+        /// A built-in vehicle or a .toml file; with --format mjcf also a scenario. A vehicle alone stands on the ground of the scenario flat.
+        #[arg(default_value = "chugo7")]
+        name: String,
+        /// Format to write.
+        #[arg(long, value_enum)]
+        format: Format,
+        /// Replaces a key of the vehicle; with --format mjcf of the scenario, so vehicle.rollers.count=9 for its vehicle; may be repeated.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        /// File to write; standard output if left out.
+        #[arg(short, long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Prints a vehicle as URDF.
+    ///
+    /// Short for export --format urdf.
     Urdf {
         /// A built-in vehicle or a .toml file.
         #[arg(default_value = "chugo7")]
         vehicle: String,
-        /// Replaces a key of the vehicle; repeat for more.
+        /// Adds a block for ros2_control. Its controllers command this interface of each wheel over /joint_commands; velocity
+        /// if no value is given.
+        #[arg(long, value_enum, value_name = "INTERFACE", num_args = 0..=1, default_missing_value = "velocity")]
+        ros2_control: Option<CommandInterface>,
+        /// Replaces a key of the vehicle; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
-    /// Makes a log of what was measured on a vehicle, from CSV, Parquet or rosbag2; part of the Python package with its extra
-    /// "import".
+    /// Makes a log from measurements on a vehicle: CSV, Parquet, rosbag2 [Python].
+    ///
+    /// Part of the Python package with its extra "import".
     Import(PythonArgs),
-    /// Drives the simulation with the commands or torques of a log and compares the two; part of the Python package with its
-    /// extra "view".
+    /// Drives the simulation with the commands or torques of a log [Python].
+    ///
+    /// Compares the two. Part of the Python package with its extra "plot".
     Resimulate(PythonArgs),
-    /// Makes a film or pictures of a logged run; part of the Python package with its extra "view".
+    /// Makes a film or pictures of a logged run [Python].
+    ///
+    /// Part of the Python package with its extra "view".
     Film(PythonArgs),
-    /// Draws a logged run from the side; part of the Python package with its extra "plot".
+    /// Draws a logged run from the side [Python].
+    ///
+    /// Part of the Python package with its extra "plot".
     Strip(PythonArgs),
-    /// Makes one page of logged runs that any browser opens; part of the Python package with its extra "view".
+    /// Makes one HTML page of logged runs, with a player and plots [Python].
+    ///
+    /// Part of the Python package with its extra "view".
     Report(PythonArgs),
-    /// Finds masses, friction, delay and lag from logs, with intervals; part of the Python package with its extra "identify".
+    /// Finds masses, friction, delay and lag from logs, with intervals [Python].
+    ///
+    /// Part of the Python package with its extra "identify".
     Identify(PythonArgs),
-    /// Finds wheel radii, places and directions from runs whose ends were measured; part of the Python package with its extra
-    /// "identify".
+    /// Finds wheel radii, positions and directions from measured runs [Python].
+    ///
+    /// The position at the end of each run has to be measured. Part of the Python package with its extra "identify".
     Calibrate(PythonArgs),
-    /// Checks a vehicle, scenario, experiment or study file without running it, and says what it describes.
+    /// Checks vehicle, scenario, experiment or study files and describes them.
     Check {
-        /// Files, or names of what is built in.
+        /// Files, or names of built-in scenarios, vehicles, studies and experiments.
         #[arg(required = true)]
         files: Vec<String>,
         /// Warns of motors that are too weak for a step of this height.
         #[arg(long, value_name = "HEIGHT_M")]
         step: Option<f64>,
-        /// Ends with exit code 1 where anything was warned of.
+        /// Exits with code 1 if there was any warning.
         #[arg(long)]
         strict: bool,
     },
-    /// Writes a commented file to start from: omnistep new vehicle my_robot makes my_robot.toml. A manoeuvre is a scenario whose log
-    /// `omnistep identify` makes the most of; a map says which columns of a real log are which signals, for `omnistep import`.
+    /// Writes a commented file to start from: a vehicle, a scenario, a study.
+    ///
+    /// `omnistep new vehicle my_robot` makes my_robot.toml. A manoeuvre is a scenario that excites all that `omnistep identify` estimates. A map
+    /// tells `omnistep import` which column of a real log is which signal.
     New {
         /// What the file describes.
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
-        /// The built-in one to start from; chugo7, step or climb_map if left out.
+        /// The built-in vehicle, scenario or study to start from; chugo7, step or climb_map if left out.
         #[arg(long)]
         like: Option<String>,
-        /// Of a manoeuvre or a map: a built-in vehicle or a .toml file; chugo7 if left out.
-        #[arg(long, conflicts_with = "like")]
+        /// The vehicle of a scenario, a manoeuvre or a map: a built-in one or a .toml file. If left out: that of the scenario to start from, else
+        /// chugo7.
+        #[arg(long)]
         vehicle: Option<String>,
     },
-    /// Prints the JSON Schema of a kind of file, for completion in editors:
-    /// omnistep schema vehicle > vehicle.schema.json, and "#:schema ./vehicle.schema.json" as the file's first line.
+    /// Prints the JSON Schema of a kind of file, for completion in editors.
+    ///
+    /// Run omnistep schema vehicle > vehicle.schema.json, and write "#:schema ./vehicle.schema.json" as the first line of your file.
     Schema {
         /// What the files describe.
         kind: FileKindArg,
     },
-    /// Lists the built-in scenarios, vehicles, policies and studies; of one kind with a line on each.
+    /// Lists the built-in scenarios, vehicles, policies and studies.
     List {
-        /// One kind of them, with a line on each.
+        /// Lists only this kind, with a description of each.
         kind: Option<Listed>,
     },
 }
@@ -197,6 +261,15 @@ pub(crate) enum FileKindArg {
 pub(crate) enum ConstantsLanguage {
     Rust,
     C,
+}
+
+/// Files of other simulators.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Mjcf,
+    Urdf,
+    /// Parameters of a controller manager, for omni_wheel_drive_controller or mecanum_drive_controller.
+    Ros2Control,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -220,22 +293,25 @@ pub(crate) struct RunArgs {
     /// A built-in scenario or a .toml file.
     #[arg(default_value = "step")]
     pub(crate) scenario: String,
-    /// Replaces a key of the scenario or, behind "vehicle.", of its vehicle: terrain.friction=0.5,
-    /// vehicle.motor.stall_torque_n_m=1; repeat for more.
+    /// Replaces a key of the scenario or, with "vehicle." in front, of its vehicle, such as terrain.friction=0.5
+    /// or vehicle.motor.stall_torque_n_m=1; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
     /// Seed of the scenario's perturbation, 0 to 9223372036854775807.
     #[arg(long, value_name = "SEED", allow_negative_numbers = true)]
     pub(crate) seed: Option<String>,
-    /// Ends a run as soon as every wheel stands beyond the obstacle; as --set stop_when_done=true.
+    /// Ends a run as soon as every wheel stands beyond the obstacle, like --set stop_when_done=true.
     #[arg(long)]
     pub(crate) stop_when_done: bool,
-    /// Folder for the MCAP files; made if missing.
+    /// Folder for the MCAP files; created if missing.
     #[arg(long, default_value = "out")]
     pub(crate) out: PathBuf,
-    /// Prints one JSON object a policy a line and nothing else.
+    /// Prints only JSON: one line with an object for each policy.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Explains each figure below the table.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) explain: bool,
     /// Shows no progress bar.
     #[arg(long)]
     pub(crate) quiet: bool,
@@ -243,28 +319,87 @@ pub(crate) struct RunArgs {
 
 /// What a live run takes.
 #[derive(Args)]
+#[command(group(ArgGroup::new("shown").args(["live", "ros2"]).multiple(true)))]
 pub(crate) struct LiveArgs {
-    /// Serves the run on 127.0.0.1 while it goes on, in Foxglove's WebSocket protocol, for Foxglove and Lichtblick; writes no
-    /// log. Only programs of this machine and known viewers may connect.
+    /// Serves the run live on 127.0.0.1: a page for browsers, and Foxglove's WebSocket protocol for Foxglove and Lichtblick.
+    /// Writes no log without --log. Only programs on this machine and known viewers may connect.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) live: bool,
-    /// Port of --live; 0 for any that is free.
+    /// Port of --live; 0 for any free port.
     #[arg(long, default_value_t = 8765, requires = "live")]
     pub(crate) port: u16,
-    /// Simulated seconds a second of --live; inf for as fast as it goes.
-    #[arg(long, default_value_t = 1.0, requires = "live")]
+    /// Simulated seconds per second with --live and --ros2; inf for as fast as possible.
+    #[arg(
+        long,
+        default_value_t = 1.0,
+        requires = "shown",
+        allow_negative_numbers = true
+    )]
     pub(crate) speed: f64,
-    /// Starts --live when the first client subscribes to something.
-    #[arg(long, requires = "live")]
+    /// Starts when the first client of --live, or the first node of --ros2, subscribes to something.
+    #[arg(long, requires = "shown")]
     pub(crate) wait: bool,
-    /// Clients of --live may change command, policy and torque limit. A command holds for 0.5 s after the last message, and
-    /// ends with its client: the vehicle is then told to rest.
+    /// Ends --live or --ros2 after this many simulated seconds. Without it --live ends with the scenario, --ros2 with Ctrl-C.
+    #[arg(
+        long = "for",
+        value_name = "SECONDS",
+        requires = "shown",
+        allow_negative_numbers = true
+    )]
+    pub(crate) seconds: Option<f64>,
+    /// Also writes the log of --live or --ros2 to this file, such as out/drive.mcap.
+    #[arg(
+        long = "log",
+        value_name = "FILE",
+        requires = "shown",
+        conflicts_with = "steer"
+    )]
+    pub(crate) log: Option<PathBuf>,
+    /// Lets clients of --live change command, policy and torque limit. A command expires 0.5 s after the last message, or when
+    /// its client disconnects: the vehicle is then commanded to stop.
     #[arg(long, requires = "live")]
     pub(crate) steer: bool,
-    /// Lets web pages of another origin connect to --live, as https://viewer.example; repeat for more. Foxglove's, Lichtblick's
-    /// and those of this machine always may.
+    /// Lets web pages from another origin connect to --live, such as https://viewer.example; may be repeated. Pages of Foxglove, of
+    /// Lichtblick and of this machine are always allowed.
     #[arg(long = "allow-origin", value_name = "ORIGIN", requires = "live")]
     pub(crate) origins: Vec<String>,
+    #[command(flatten)]
+    pub(crate) on_ros2: Ros2Args,
+}
+
+/// What a run on ROS 2 takes.
+#[derive(Args)]
+pub(crate) struct Ros2Args {
+    /// Runs as a node of ROS 2 over DDS, without a ROS installation, in the domain of ROS_DOMAIN_ID. Publishes /clock, /odom, /tf,
+    /// /joint_states, /imu, /robot_description and more. Takes Twist and TwistStamped on /cmd_vel; a command expires after 0.5 s. Writes no log without --log.
+    #[arg(long, conflicts_with_all = ["controller", "out"])]
+    pub(crate) ros2: bool,
+    /// Namespace of all topics of --ros2 except /clock, such as robot1.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true,
+        requires = "ros2"
+    )]
+    pub(crate) namespace: String,
+    /// Rate of a topic of --ros2 in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are 100 Hz for clock and imu, 50 Hz for
+    /// odom, tf, joint_states and vehicle_state.
+    #[arg(long = "rate", value_name = "TOPIC=HZ", requires = "ros2")]
+    pub(crate) rates: Vec<String>,
+    /// Also publishes the frame map, like a localisation without error.
+    #[arg(long, requires = "ros2")]
+    pub(crate) map: bool,
+    /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on /joint_commands instead of /cmd_vel.
+    #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]
+    pub(crate) ros2_control: Option<CommandInterface>,
+}
+
+/// What ros2_control tells a wheel.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CommandInterface {
+    Velocity,
+    Effort,
 }
 
 /// Whatever follows a subcommand that is not here.
@@ -272,40 +407,6 @@ pub(crate) struct LiveArgs {
 pub(crate) struct PythonArgs {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     pub(crate) _rest: Vec<OsString>,
-}
-
-#[derive(Args)]
-pub(crate) struct StudyArgs {
-    /// A built-in study or a .toml file.
-    #[arg(default_value = "climb_map")]
-    pub(crate) study: String,
-    /// Replaces a key of the scenario in every run, as duration_s=4 or vehicle=omni3; repeat for more.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub(crate) overrides: Vec<String>,
-    /// Seeds 0 to N - 1 instead of the study's, 1 to 100000.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub(crate) seeds: Option<String>,
-    /// Ends each run as soon as every wheel stands beyond the obstacle; as --set stop_when_done=true.
-    #[arg(long)]
-    pub(crate) stop_when_done: bool,
-    /// Folder for the results; out/NAME if left out. Runs whose results are there are not run again.
-    #[arg(long)]
-    pub(crate) out: Option<PathBuf>,
-    /// Runs at a time; as many as there are cores if left out.
-    #[arg(long, value_name = "N")]
-    pub(crate) jobs: Option<NonZeroUsize>,
-    /// Compares with the runs that have this value of an axis, seed by seed: control.policy=independent.
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) against: Option<String>,
-    /// Runs those again that failed before.
-    #[arg(long)]
-    pub(crate) retry_errors: bool,
-    /// Prints one JSON object a cell of the map a line and nothing else.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Shows no progress bar.
-    #[arg(long)]
-    pub(crate) quiet: bool,
 }
 
 impl RunArgs {

@@ -65,7 +65,7 @@ pub(super) fn bound(name: &str, overrides: &[String], json: bool, out: &mut dyn 
     if !bound.possible() {
         print(
             out,
-            "That is for this speed: a policy that backs off and runs up faster (steady, reach) may climb.\n",
+            "This holds for this speed only: a policy that backs off and runs up faster (steady, reach) may climb.\n",
         )?;
     }
     Ok(())
@@ -93,14 +93,14 @@ fn table(rows: &[RowBound]) -> Table {
         "verdict",
         "least torque [N.m]",
         "lacking [J]",
-        "run-up at least [m/s]",
-        "run-up along the path [m/s]",
+        "run-up, least [m/s]",
+        "run-up, enough [m/s]",
     ];
     let number = |number: f64, digits: usize| {
         if number.is_finite() {
             format!("{number:.digits$}")
         } else {
-            "none".into() // suffices
+            "none".into() // no torque suffices
         }
     };
     let rows = rows.iter().map(|row| {

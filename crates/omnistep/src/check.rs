@@ -135,7 +135,7 @@ fn allowed_step(height_m: f64, file: &File) -> Result<(), Error> {
         return refuse("1e-6 to 10 [m]");
     }
     if vehicle.wheel.iter().any(|wheel| wheel.radius_m <= height_m) {
-        return refuse("less than the radius of every wheel: above the axle an edge is a wall");
+        return refuse("less than the radius of every wheel: wheels cannot climb an edge above their axle");
     }
     Ok(())
 }
@@ -144,7 +144,7 @@ fn allowed_step(height_m: f64, file: &File) -> Result<(), Error> {
 fn lifted(vehicle: &Vehicle, gravity_m_s2: f64) -> Option<String> {
     let preloaded = vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0);
     (preloaded && vehicle.static_loads_n(gravity_m_s2).is_none())
-        .then(|| "preload_n: with these preloads some wheel does not stand on the ground".into())
+        .then(|| "preload_n: with these preloads a wheel does not touch the ground".into())
 }
 
 /// What a study is, what is doubtful of its runs, and what is to be said of those on balls that are not their wheels.
@@ -237,7 +237,7 @@ fn facts(
             let share = 100.0 * crosswise.iter().map(|wheel| loads[**wheel]).sum::<f64>() / carried;
             let (wheel, x_m) = (if names.len() == 1 { "wheel" } else { "wheels" }, row.x_m);
             Some(format!(
-                "of the row at x = {x_m} m crosswise {wheel} {} {share:.0} %",
+                "row at x = {x_m} m: {share:.0} % on crosswise {wheel} {}",
                 names.join(", ")
             ))
         });
@@ -251,7 +251,7 @@ fn facts(
         say(
             "speed",
             format!(
-                "motors reach {no_load:.1} rad/s without load: {vx:.2} m/s forward, {vy:.2} m/s sideways, {wz:.2} rad/s about"
+                "motors reach {no_load:.1} rad/s without load: {vx:.2} m/s forward, {vy:.2} m/s sideways, {wz:.2} rad/s in yaw"
             ),
         );
     }
@@ -281,7 +281,7 @@ fn balls_there(scenario: &Scenario, beyond: Option<&str>) -> String {
     let text = match beyond {
         Some(why) => format!("WARNING: {why}"),
         None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
-        None => format!("stand for its wheels {}", scenario.terrain.described()),
+        None => format!("valid wheel model {}", scenario.terrain.described()),
     };
     format!("\n  {:<8} {text}", "balls")
 }
@@ -290,9 +290,9 @@ fn balls_there(scenario: &Scenario, beyond: Option<&str>) -> String {
 fn balls_ahead(vehicle: &Vehicle) -> String {
     let text = match vehicle.beyond_balls_ahead() {
         Some(beyond) => {
-            format!("stand for its wheels on level ground, not at an upright edge straight ahead: {beyond}")
+            format!("valid wheel model on level ground; at an edge use physics.wheel_model=rollers: {beyond}")
         }
-        None => "stand for its wheels on level ground and at an edge straight ahead".into(),
+        None => "valid wheel model on level ground and at an edge straight ahead".into(),
     };
     format!("\n  {:<8} {text}", "balls")
 }
@@ -318,7 +318,7 @@ fn on_step(
         Ok(linkage) => linkage,
         Err(omni_bound::Error::Vehicle { .. }) => {
             let Some(rows) = omni_bound::touch(vehicle, &step)? else {
-                let text = "no bound for this vehicle: it is for two rows of wheels on one frame, or for three on two frames";
+                let text = "no bound for this vehicle: a bound needs two rows of wheels on one frame or three rows on two frames";
                 return Ok(format!("\n  {:<8} {text}", "step"));
             };
             let mut needs = Vec::new();
@@ -326,14 +326,14 @@ fn on_step(
                 let (wheels, torque) = (row.wheels.join(" "), row.torque_n_m);
                 if torque.is_infinite() {
                     told.warn([format!(
-                        "{where_}: no torque lifts wheel {wheels} off the ground: friction holds too little push"
+                        "{where_}: no torque lifts wheel {wheels} off the ground, because the friction is too low"
                     )]);
-                    needs.push(format!("{wheels} none suffices"));
+                    needs.push(format!("{wheels} no torque is enough"));
                     continue;
                 }
                 if torque > has {
                     told.warn([format!(
-                        "{where_}: wheel {wheels} needs {torque:.2} N.m an actuator to leave the ground, the motor has {has}"
+                        "{where_}: wheel {wheels} needs {torque:.2} N.m per actuator to leave the ground, but the motor has {has}"
                     )]);
                 }
                 needs.push(format!("{wheels} {torque:.2}"));
@@ -354,7 +354,7 @@ fn on_step(
             .filter(|row| row.verdict == omni_bound::Verdict::Impossible);
         let rows = rows.map(|row| row.row).collect::<Vec<_>>().join(", ");
         told.warn([format!(
-            "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for the row: {rows}; omnistep bound says more"
+            "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for these rows: {rows}; use omnistep bound for details"
         )]);
     }
     let rows = bound

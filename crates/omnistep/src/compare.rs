@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -16,12 +15,12 @@ use omni_sim::controller::{AnyController, Firmware, LinkCounters};
 
 use crate::Error;
 use crate::args::RunArgs;
-use crate::drive_notes::DriveNotes;
-use crate::figures::{cells, figures, headings};
+use crate::fault_messages::FaultMessages;
+use crate::figures::{Run, explained, results};
 use crate::notices::{announce, warn_of_policies};
-use crate::output::{BEYOND_BALLS, aligned, print, print_path, say};
+use crate::output::{print, print_path, say};
+use crate::retry_state::RetryState;
 use crate::signals::stop_flag;
-use crate::trying::Trying;
 
 /// One line of `--json`, one row of the table.
 #[derive(Serialize)]
@@ -38,10 +37,22 @@ struct Row {
     _log: FinishedLog,
     /// What its drive found.
     #[serde(skip)]
-    notes: DriveNotes,
+    notes: FaultMessages,
     /// That it still tried at the end.
     #[serde(skip)]
     trying: Option<String>,
+}
+
+impl Row {
+    /// Its column of the table, with its engine where runs of several stand beside one another.
+    fn shown(&self, engines: bool) -> Run<'_> {
+        let mut run = Run::new(&*self.policy, &self.outcome);
+        if engines {
+            run.labels.push(("engine", self.outcome.engine.name().to_owned()));
+        }
+        run.realtime = Some(self.realtime_factor);
+        run
+    }
 }
 
 /// A key that one engine alone has is refused where every engine runs; the message says who asked for that.
@@ -100,7 +111,7 @@ pub(super) fn compare(
     std::fs::create_dir_all(&args.out).map_err(|source| {
         let source = std::io::Error::new(
             source.kind(),
-            format!("cannot make the folder of --out: {source}"),
+            format!("cannot create the folder of --out: {source}"),
         );
         Error::Io {
             path: args.out.clone(),
@@ -128,14 +139,14 @@ pub(super) fn compare(
                 bar.finish_and_clear();
                 if !args.json && !rows.is_empty() {
                     // What is done stands; why the rest is not there is said last, also where nobody reads the table.
-                    let _ = show(&scenario, &rows, out);
+                    let _ = show(&scenario, &rows, args.explain, out);
                 }
                 return Err(error);
             }
         };
         if let Some(link) = link.filter(|link| !link.is_zero()) {
             // The figures stand, but they are not those of an undisturbed run.
-            bar.suspend(|| say(&format!("not received on the link: {link}")));
+            bar.suspend(|| say(&format!("messages lost on the link: {link}")));
         }
         if args.json {
             // One line as soon as it is known. Serialising plain numbers and strings cannot fail.
@@ -147,7 +158,7 @@ pub(super) fn compare(
     }
     bar.finish_and_clear();
     if !args.json {
-        show(&scenario, &rows, out)?;
+        show(&scenario, &rows, args.explain, out)?;
     }
     // The table and the logs show how far a run came; that its physics failed is an error all the same.
     failed.map_or(Ok(()), |error| Err(error.into()))
@@ -172,8 +183,8 @@ fn presets(scenario: &Scenario) -> Result<Vec<Scenario>, omni_config::Error> {
     presets.into_iter().chain(own).collect()
 }
 
-/// Prints the table of what was run, and where the logs are.
-fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Error> {
+/// Prints the table of what was run, what its figures say where that is asked for, and where the logs are.
+fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -> Result<(), Error> {
     let one = rows
         .iter()
         .all(|row| row.outcome.engine == scenario.physics.engine);
@@ -182,13 +193,9 @@ fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Er
     } else {
         String::new()
     };
-    print(
-        out,
-        &format!("{}{engine}\n{}\n", headline(scenario), table(rows, !one)),
-    )?;
-    if scenario.beyond_balls().is_some() {
-        print(out, &format!("{BEYOND_BALLS}\n"))?;
-    }
+    let runs: Vec<_> = rows.iter().map(|row| row.shown(!one)).collect();
+    let table = results("policy", &runs, if one { 1 } else { Engine::ALL.len() });
+    print(out, &format!("{}{engine}\n{table}", headline(scenario)))?;
     for row in rows {
         let which = match (rows.len(), one) {
             (1, _) => None,
@@ -208,7 +215,11 @@ fn show(scenario: &Scenario, rows: &[Row], out: &mut dyn Write) -> Result<(), Er
             print(out, &format!("{which}{trying}\n"))?;
         }
     }
-    rows.iter().try_for_each(|row| print_path(out, &row.mcap))
+    rows.iter().try_for_each(|row| print_path(out, &row.mcap))?;
+    if explain {
+        print(out, &explained(&runs))?;
+    }
+    Ok(())
 }
 
 /// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
@@ -243,7 +254,7 @@ impl<'a> LogNames<'a> {
             return Err(Error::Argument {
                 name: "--out",
                 value: format!("{:?}", args.out),
-                allowed: "with --json a folder whose name is UTF-8, as JSON is",
+                allowed: "with --json, a folder whose name is UTF-8",
             });
         }
         let others: Vec<_> = overrides
@@ -287,8 +298,8 @@ fn one(
         Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
         None => AnyController::new(scenario)?,
     };
-    let mut notes = DriveNotes::new(controller.signal_names());
-    let mut trying = Trying::new(scenario, controller.signal_names());
+    let mut notes = FaultMessages::new(controller.signal_names());
+    let mut trying = RetryState::new(scenario, controller.signal_names());
     let start = Instant::now();
     let mut log = RunLog::create(path, scenario, &controller)?;
     let mut simulated = 0.0;
@@ -331,8 +342,25 @@ fn one(
 }
 
 pub(super) fn headline(scenario: &Scenario) -> String {
-    let vehicle = &scenario.vehicle().name;
     let command = &scenario.command;
+    headline_told(
+        scenario,
+        &match (&command.path, &command.file) {
+            (Some(PathChoice::Name(name)), _) => format!("along the path {name}"),
+            (Some(_), _) => "along a path".to_owned(),
+            (_, Some(file)) => format!("by a table of {} twists", file.rows().len()),
+            _ if command.vy_m_s == 0.0 && command.wz_rad_s == 0.0 => format!("at {} m/s", command.vx_m_s),
+            _ => format!(
+                "at ({}, {}) m/s and {} rad/s",
+                command.vx_m_s, command.vy_m_s, command.wz_rad_s
+            ),
+        },
+    )
+}
+
+/// The same of a vehicle that is told something else than the scenario's command.
+pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
+    let vehicle = &scenario.vehicle().name;
     let torque = scenario.vehicle().motor.stall_torque_n_m;
     let wheels = 0..scenario.vehicle().wheel.len();
     let on = match wheels
@@ -344,36 +372,9 @@ pub(super) fn headline(scenario: &Scenario) -> String {
         some if some < wheels.len() => " on balls and rollers",
         _ => " on rollers",
     };
-    let told = match (&command.path, &command.file) {
-        (Some(PathChoice::Name(name)), _) => format!("along the path {name}"),
-        (Some(_), _) => "along a path".to_owned(),
-        (_, Some(file)) => format!("by a table of {} twists", file.rows().len()),
-        _ => format!(
-            "at ({}, {}) m/s and {} rad/s",
-            command.vx_m_s, command.vy_m_s, command.wz_rad_s
-        ),
-    };
     format!(
         "{vehicle}{on} {}, friction {}, {told}, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
     )
-}
-
-fn table(rows: &[Row], engines: bool) -> Table {
-    let names: &[&str] = if engines {
-        &["policy", "engine"]
-    } else {
-        &["policy"]
-    };
-    let figures = figures(rows.iter().map(|row| &row.outcome));
-    let headings = names.iter().copied().chain(headings(&figures));
-    let rows = rows.iter().map(|row| {
-        let engine = engines.then(|| row.outcome.engine.name().to_owned());
-        let named = std::iter::once(row.policy.clone())
-            .chain(engine)
-            .chain(cells(&row.outcome, &figures));
-        named.chain([format!("{:.1}", row.realtime_factor)])
-    });
-    aligned(headings.chain(["x real time"]), rows, names.len())
 }

@@ -41,7 +41,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// Ctrl-C ended a study before its end.
-    #[error("{done} of {runs} runs are done and kept in {}; the same command goes on", folder.display())]
+    #[error("{done} of {runs} runs are done and kept in {}; run the same command again to continue", folder.display())]
     StudyInterrupted {
         /// Runs whose rows are written.
         done: usize,
@@ -62,8 +62,8 @@ pub enum Error {
     },
     /// A command that another program has.
     #[error(
-        "omnistep {command} is part of the Python package: in the repository pip install \".[{extra}]\", then the same command with its \
-         omnistep"
+        "omnistep {command} is part of the Python package: run pip install \".[{extra}]\" in the repository, then the same command with the \
+         omnistep of that package"
     )]
     Elsewhere {
         /// The command.
@@ -73,8 +73,8 @@ pub enum Error {
     },
     /// A command that this program was built without.
     #[error(
-        "omnistep {what}: this program was built without the feature {feature}; cargo run --release --features full -- {what} has it, and \
-         so has the Python package's omnistep"
+        "omnistep {what}: this program was built without the feature {feature}; use cargo run --release --features full -- {what}, \
+         or the omnistep of the Python package"
     )]
     NotBuilt {
         /// What was asked for.

@@ -1,84 +1,177 @@
-//! The figures of runs, as tables show them.
+//! The results of runs as a table: a column a run, a row a figure.
 
-use omni_sim::{Outcome, Verdict};
+use omni_sim::{Figure, Outcome};
 
-use crate::output::marked;
+use crate::output::{BEYOND_BALLS, aligned, marked};
 
-/// A column of a table of runs: its heading, and what it shows of a run.
-type Column = (&'static str, fn(&Outcome) -> String);
+/// Columns of characters that a table takes at most, unless one run alone needs more.
+const WIDTH: usize = 100;
 
-/// Those behind the verdict.
-const FIGURES: [Column; 10] = [
-    (CROSSING, |o| number(o.crossing_s.unwrap_or(f64::NAN), 2)),
-    (RETRIES, |o| {
-        o.retries.map_or_else(|| "-".into(), |n| n.to_string())
-    }),
-    ("pitch [deg]", |o| number(o.pitch_peak_deg, 2)),
-    ("yaw [deg]", |o| number(o.yaw_error_deg, 1)),
-    ("slip rms", |o| number(o.slip_rms, 3)),
-    ("disturbed rms", |o| number(o.disturbed_rms, 3)),
-    ("spread rms", |o| number(o.spread_rms, 3)),
-    ("linkage spread", |o| number(o.linkage_spread, 3)),
-    ("heat [N2m2s]", |o| number(o.heat_n2m2s, 1)),
-    ("work [J]", |o| number(o.work_j, 1)),
-];
-/// In a table only where there was something to cross.
-const CROSSING: &str = "crossing [s]";
-/// In a table only where some run tried again: of the others it says nothing.
-const RETRIES: &str = "retries";
+/// What a table shows of one run.
+pub(super) struct Run<'a> {
+    /// What heads its column.
+    pub(super) name: String,
+    /// What else tells it from other runs: title and word, the same titles for every run.
+    pub(super) labels: Vec<(&'static str, String)>,
+    /// What it amounts to; none of a log without an end or without a simulation.
+    pub(super) outcome: Option<&'a Outcome>,
+    /// What stands instead of a verdict where there is no outcome.
+    pub(super) otherwise: &'static str,
+    /// Simulated time over time on the clock.
+    pub(super) realtime: Option<f64>,
+}
 
-/// Where a vehicle came to, and how far its odometry is from there: in a table only where there was nothing to cross.
-const WHEREABOUTS: [Column; 4] = [
-    ("x [m]", |o| number(o.final_x_m, 3)),
-    ("y [m]", |o| number(o.final_y_m, 3)),
-    ("heading [deg]", |o| number(o.final_yaw_rad.to_degrees(), 1)),
-    ("odometry error [m]", |o| number(o.odometry_error_m, 4)),
-];
-
-/// The figures that a table of some runs shows.
-pub(super) fn figures<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Vec<Column> {
-    let (mut tried, mut driven, mut crossed) = (false, false, false);
-    for outcome in outcomes {
-        tried |= outcome.retries.is_some_and(|n| n > 0);
-        let on_flat_ground = outcome.verdict == Verdict::Driven;
-        driven |= on_flat_ground;
-        crossed |= !on_flat_ground;
+impl<'a> Run<'a> {
+    pub(super) fn new(name: impl Into<String>, outcome: &'a Outcome) -> Self {
+        Self {
+            name: name.into(),
+            labels: Vec::new(),
+            outcome: Some(outcome),
+            otherwise: "",
+            realtime: None,
+        }
     }
-    let shown = |column: &Column| match column.0 {
-        RETRIES => tried,
-        CROSSING => crossed,
-        _ => true,
+
+    fn verdict(&self) -> String {
+        let Some(outcome) = self.outcome else {
+            return self.otherwise.to_owned();
+        };
+        marked(outcome.verdict.name().to_owned(), outcome.wheel_model_valid)
+    }
+
+    fn figure(&self, figure: &Figure) -> String {
+        let shown = self.outcome.and_then(|outcome| figure.shown(outcome));
+        shown.unwrap_or_else(|| "-".into())
+    }
+}
+
+/// Title and meaning of the row that no outcome has.
+const REALTIME: (&str, &str) = (
+    "real-time factor",
+    "Simulated time over computing time on this machine.",
+);
+
+/// The figures that a table of these runs has.
+fn needed(runs: &[Run<'_>]) -> Vec<Figure> {
+    let of_some = |figure: &Figure| {
+        let mut outcomes = runs.iter().filter_map(|run| run.outcome);
+        outcomes.any(|outcome| figure.is_of(outcome))
     };
-    let whereabouts = WHEREABOUTS.into_iter().filter(|_| driven);
-    whereabouts.chain(FIGURES.into_iter().filter(shown)).collect()
+    Figure::ALL.into_iter().filter(of_some).collect()
 }
 
-/// Headings of the verdict and of figures behind it.
-pub(super) fn headings(figures: &[Column]) -> impl Iterator<Item = &'static str> {
-    ["verdict"]
-        .into_iter()
-        .chain(figures.iter().map(|figure| figure.0))
-}
-
-/// The verdict and figures of a run.
-pub(super) fn cells(outcome: &Outcome, figures: &[Column]) -> impl Iterator<Item = String> {
-    std::iter::once(verdict(outcome)).chain(figures.iter().map(|figure| figure.1(outcome)))
-}
-
-/// How it ended, and where if it stalled.
-fn verdict(outcome: &Outcome) -> String {
-    let text = match (outcome.stalled_at_m, outcome.stalled_row) {
-        (Some(x), Some(row)) => format!("stalled at {x:.2} m, row {row}"),
-        _ => outcome.verdict.name().into(),
+/// The table, its lines ended, with `corner` over the rows' titles. Runs that do not fit beside one another follow below; so many belong
+/// `together`.
+pub(super) fn results(corner: &str, runs: &[Run<'_>], together: usize) -> String {
+    let rows = rows(runs);
+    let wide =
+        |texts: &mut dyn Iterator<Item = &str>| texts.map(|text| text.chars().count()).max().unwrap_or(0);
+    // Each column has a space on both sides and a bar behind it; one bar stands before all.
+    let titles = 4 + wide(&mut rows.iter().map(|row| row.0.as_str()).chain([corner]));
+    let width = |k: &usize| {
+        let cells = rows.iter().map(|row| row.1[*k].as_str());
+        3 + wide(&mut cells.chain([runs[*k].name.as_str()]))
     };
-    marked(text, outcome.wheel_model_valid)
+    let all: Vec<_> = (0..runs.len()).collect();
+    let (mut blocks, mut left) = (Vec::<Vec<usize>>::new(), 0);
+    for group in all.chunks(together.max(1)) {
+        let needed: usize = group.iter().map(width).sum();
+        match blocks.last_mut() {
+            Some(block) if needed <= left => {
+                block.extend(group);
+                left -= needed;
+            }
+            _ => {
+                blocks.push(group.to_vec());
+                left = WIDTH.saturating_sub(titles + needed);
+            }
+        }
+    }
+    let mut text = String::new();
+    for block in blocks {
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        let header = std::iter::once(corner.to_owned()).chain(block.iter().map(|k| runs[*k].name.clone()));
+        let lines = rows.iter().map(|(title, cells)| {
+            std::iter::once(title.clone()).chain(block.iter().map(|k| cells[*k].clone()))
+        });
+        text += &format!("{}\n", aligned(header, lines, 1));
+    }
+    let mut outcomes = runs.iter().filter_map(|run| run.outcome);
+    if outcomes.any(|outcome| !outcome.wheel_model_valid) {
+        text += &format!("{BEYOND_BALLS}\n");
+    }
+    text
 }
 
-/// A figure with so many decimals, `-` where nothing was measured.
-fn number(figure: f64, decimals: usize) -> String {
-    if figure.is_nan() {
-        "-".into()
-    } else {
-        format!("{figure:.decimals$}")
+/// Title and cells of every row.
+fn rows(runs: &[Run<'_>]) -> Vec<(String, Vec<String>)> {
+    let mut rows = Vec::new();
+    for (k, (title, _)) in runs.first().map_or(&[][..], |run| &run.labels).iter().enumerate() {
+        let words = runs.iter().map(|run| run.labels[k].1.clone()).collect();
+        rows.push(((*title).to_owned(), words));
+    }
+    rows.push(("verdict".into(), runs.iter().map(Run::verdict).collect()));
+    for figure in needed(runs) {
+        rows.push((
+            figure.heading(),
+            runs.iter().map(|run| run.figure(&figure)).collect(),
+        ));
+    }
+    if runs.iter().any(|run| run.realtime.is_some()) {
+        let factor = |run: &Run<'_>| {
+            run.realtime
+                .map_or_else(|| "-".into(), |factor| format!("{factor:.1}"))
+        };
+        rows.push((REALTIME.0.into(), runs.iter().map(factor).collect()));
+    }
+    rows
+}
+
+/// What each figure of the table says: a line each, with its name in JSON, logs and Python.
+pub(super) fn explained(runs: &[Run<'_>]) -> String {
+    let mut text = String::from("\nWhat the figures mean, and their names in JSON, logs and Python:\n");
+    let mut line =
+        |title: &str, key: &str, meaning: &str| text += &format!("- {title} (`{key}`): {meaning}\n");
+    line("verdict", "verdict", "How the run ended.");
+    let mut verdicts: Vec<_> = runs.iter().filter_map(|run| Some(run.outcome?.verdict)).collect();
+    verdicts.dedup();
+    let mut told = Vec::new();
+    for verdict in verdicts {
+        if !told.contains(&verdict) {
+            told.push(verdict);
+            text += &format!("  {}: {}\n", verdict.name(), verdict.meaning());
+        }
+    }
+    let mut line =
+        |title: &str, key: &str, meaning: &str| text += &format!("- {title} (`{key}`): {meaning}\n");
+    for figure in needed(runs) {
+        line(&figure.heading(), figure.key, figure.meaning);
+    }
+    if runs.iter().any(|run| run.realtime.is_some()) {
+        line(REALTIME.0, "realtime_factor", REALTIME.1);
+    }
+    text + "With an obstacle, averages cover the crossing; without one, the whole run. docs/conventions.md has the definitions.\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_that_do_not_fit_beside_one_another_follow_below_and_no_line_is_too_long() {
+        let scenario = omni_config::Scenario::load("flat", &[]).expect("built in");
+        let outcome = Outcome::unfinished(&scenario);
+        let names = (0..14).map(|k| format!("step-synchronised-seed{k}.mcap"));
+        let runs: Vec<_> = names.map(|name| Run::new(name, &outcome)).collect();
+        let text = results("log", &runs, 1);
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(
+            runs.iter().all(|run| text.contains(&format!("| {} |", run.name))),
+            "{text}"
+        );
+        // Nothing was measured: no row but the verdict.
+        assert!(!text.contains("slip"), "{text}");
     }
 }

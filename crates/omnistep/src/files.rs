@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
+use omni_config::{FileKind, Scenario, Source, Study, Vehicle, WheelModel};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
@@ -42,18 +42,18 @@ pub(super) fn new(
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let of_a_vehicle = matches!(kind, NewKind::Manoeuvre | NewKind::Map);
-    if let (Some(vehicle), false) = (vehicle, of_a_vehicle) {
+    if let (Some(vehicle), NewKind::Vehicle | NewKind::Study) = (vehicle, kind) {
         return Err(Error::Argument {
             name: "--vehicle",
             value: vehicle.to_owned(),
-            allowed: "only with new manoeuvre and new map",
+            allowed: "only with new scenario, new manoeuvre and new map",
         });
     }
     if let (Some(like), true) = (like, of_a_vehicle) {
         return Err(Error::Argument {
             name: "--like",
             value: like.to_owned(),
-            allowed: "only with new vehicle, new scenario and new study; --vehicle says whose it is",
+            allowed: "only with new vehicle, new scenario and new study; use --vehicle to set the vehicle",
         });
     }
     let kind_of_new = kind;
@@ -66,6 +66,7 @@ pub(super) fn new(
     };
     let text = match kind_of_new {
         NewKind::Manoeuvre => manoeuvre::text(name, like)?,
+        NewKind::Scenario => driven(named(kind, like, name)?, like, vehicle)?,
         _ => named(kind, like, name)?,
     };
     // What would be refused when it is read is not written.
@@ -108,6 +109,36 @@ fn named(kind: FileKind, like: &str, name: &str) -> Result<String, Error> {
     Ok(text.replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1))
 }
 
+/// The text of a scenario with another vehicle in it, if one is named.
+fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Error> {
+    let Some(vehicle) = vehicle else {
+        return Ok(text);
+    };
+    let own = text.lines().find(|line| line.starts_with("vehicle = "));
+    // Every built-in scenario has the line, as a test says.
+    let own = own.unwrap_or_default();
+    let source = Source::vehicle(vehicle, None)?;
+    let wheels = Vehicle::from_source(&source, &[])?.wheel.len();
+    let text = text.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
+    // Balls where they are a valid wheel model, else the rollers of the vehicle's file if it has them.
+    let scenario = Scenario::from_source(&Source::text(like, &*text), &[])?;
+    let has_rollers = |i| scenario.vehicle().rollers(i, WheelModel::Rollers).is_some();
+    if scenario.beyond_balls().is_none() || !(0..wheels).all(has_rollers) {
+        return Ok(text);
+    }
+    let line =
+        "wheel_model = \"rollers\"      # the balls of the default are no valid wheel model at this obstacle";
+    Ok(match text.contains("\n[physics]\n") {
+        true => text.replacen("\n[physics]\n", &format!("\n[physics]\n{line}\n"), 1),
+        false => format!("{text}\n[physics]\n{line}\n"),
+    })
+}
+
+/// A text as TOML writes it.
+fn toml_text(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
 /// The name of the file `NAME.toml`, written unless there is such a file.
 fn written(name: &str, text: &str) -> Result<String, Error> {
     let path = format!("{name}.toml");
@@ -116,7 +147,7 @@ fn written(name: &str, text: &str) -> Result<String, Error> {
         .map_err(|source| Error::Io {
             source: match source.kind() {
                 ErrorKind::AlreadyExists => {
-                    let kept = "there is such a file already, and it stays as it is; give another name, or move it away first";
+                    let kept = "the file exists and was not changed; use another name, or move it away first";
                     std::io::Error::new(ErrorKind::AlreadyExists, kept)
                 }
                 _ => source,

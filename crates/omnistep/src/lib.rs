@@ -12,8 +12,11 @@ mod args;
 mod bound;
 mod check;
 mod compare;
-mod drive_notes;
+#[cfg(feature = "live")]
+mod drive;
 mod error;
+mod export;
+mod fault_messages;
 mod figures;
 mod files;
 mod list;
@@ -24,18 +27,20 @@ mod logs;
 mod manoeuvre;
 mod notices;
 mod output;
+mod retry_state;
 mod ripple;
+#[cfg(feature = "ros2")]
+mod ros2;
 mod signals;
 #[cfg(feature = "study")]
 mod study;
-mod trying;
 mod wheels;
 
 use std::ffi::OsString;
 use std::io::Write;
 
 use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, parse_overrides};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use compare::Policies;
 use notices::announce_gains;
 use omni_config::{Engine, Language, Scenario};
@@ -76,20 +81,11 @@ fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
 
 /// The exit code.
 fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
-    let default = || Command::Compare {
-        args: RunArgs {
-            scenario: "step".into(),
-            overrides: Vec::new(),
-            seed: None,
-            stop_when_done: false,
-            out: "out".into(),
-            json: false,
-            quiet: false,
-        },
-        engines: false,
+    let Some(command) = cli.command else {
+        return print(out, &Cli::command().render_help().to_string()).map(|()| 0);
     };
-    let done = match cli.command.unwrap_or_else(default) {
-        Command::Inspect { logs, json } => return logs::inspect(&logs, json, out),
+    let done = match command {
+        Command::Inspect { logs, json, explain } => return logs::inspect(&logs, json, explain, out),
         Command::Check { files, step, strict } => {
             let mut doubtful = false;
             let code = each(&files, |file| {
@@ -109,7 +105,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             firmware,
             live,
         } => {
-            if live.live {
+            if live.live || live.on_ros2.ros2 {
                 return run_live(&args, policy.as_deref(), live, out).map(|()| 0);
             }
             let firmware = (controller == Place::Qemu).then(|| Firmware::new(firmware));
@@ -121,6 +117,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 out,
             )
         }
+        Command::Drive(args) => run_drive(args, out),
         Command::Wheels {
             experiment,
             overrides,
@@ -160,7 +157,17 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             policy,
             overrides,
         } => logs::replayed(&log, policy.as_deref(), &overrides, out),
-        Command::Urdf { vehicle, overrides } => logs::urdf(&vehicle, &overrides, out),
+        Command::Export {
+            name,
+            format,
+            overrides,
+            out: file,
+        } => export::export(&name, format, &overrides, file.as_deref(), out),
+        Command::Urdf {
+            vehicle,
+            ros2_control,
+            overrides,
+        } => export::urdf(&vehicle, ros2_control, &overrides, out),
         Command::Import(_) => Err(in_python("import", "import")),
         Command::Resimulate(_) => Err(in_python("resimulate", "view")),
         Command::Film(_) => Err(in_python("film", "view")),
@@ -180,7 +187,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
     done.map(|()| 0)
 }
 
-/// `omnistep run --live`.
+/// `omnistep run --live` and `omnistep run --ros2`.
 #[cfg(feature = "live")]
 fn run_live(
     args: &RunArgs,
@@ -188,13 +195,35 @@ fn run_live(
     live: args::LiveArgs,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
+    if live.on_ros2.ros2 && !cfg!(feature = "ros2") {
+        return Err(Error::NotBuilt {
+            what: "run --ros2",
+            feature: "ros2",
+        });
+    }
     live::live(args, policy, live, out)
 }
 
 #[cfg(not(feature = "live"))]
-fn run_live(_: &RunArgs, _: Option<&str>, _: args::LiveArgs, _: &mut dyn Write) -> Result<(), Error> {
+fn run_live(_: &RunArgs, _: Option<&str>, live: args::LiveArgs, _: &mut dyn Write) -> Result<(), Error> {
+    let (what, feature) = if live.on_ros2.ros2 {
+        ("run --ros2", "ros2")
+    } else {
+        ("run --live", "live")
+    };
+    Err(Error::NotBuilt { what, feature })
+}
+
+/// `omnistep drive`.
+#[cfg(feature = "live")]
+fn run_drive(args: args::DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
+    drive::drive(args, out)
+}
+
+#[cfg(not(feature = "live"))]
+fn run_drive(_: args::DriveArgs, _: &mut dyn Write) -> Result<(), Error> {
     Err(Error::NotBuilt {
-        what: "run --live",
+        what: "drive",
         feature: "live",
     })
 }

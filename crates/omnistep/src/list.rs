@@ -59,7 +59,11 @@ pub(super) fn list(kind: Option<Listed>, out: &mut dyn Write) -> Result<(), Erro
         ("vehicles:   ", Listed::Vehicles, ""),
         ("policies:   ", Listed::Policies, ""),
         ("studies:    ", Listed::Studies, ""),
-        ("experiments:", Listed::Experiments, " (run by `omnistep wheels`)"),
+        (
+            "experiments:",
+            Listed::Experiments,
+            " (run with `omnistep wheels`)",
+        ),
     ] {
         print(out, &format!("{title} {}{note}\n", kind.names().join(", ")))?;
     }

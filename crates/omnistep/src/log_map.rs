@@ -18,11 +18,11 @@ pub(crate) fn text(given: &str) -> Result<String, Error> {
         none if none.is_empty() => String::new(),
         hinges => format!(
             "
-# [hinges]                      # their angles
+# [hinges]                      # angles of the hinges
 # names = [{hinges}]
 # unit = \"rad\"                  # rad, deg
 
-# [hinge_rates]                 # and velocities
+# [hinge_rates]                 # velocities of the hinges
 # names = [{hinges}]
 # unit = \"rad/s\"                # rad/s, deg/s
 "
@@ -30,13 +30,13 @@ pub(crate) fn text(given: &str) -> Result<String, Error> {
     };
     let quoted = serde_json::Value::from(given); // JSON quotes as TOML does
     Ok(format!(
-        "# Which columns of a table (CSV, Parquet), or with `topic` which topics of a bag, are which signals, and in what units.
-# Only [wheels] has to be there. Without # in front, a table is read; take off what your log has, and write its own names.
+        "# This map says which column of a table (CSV, Parquet), or with `topic` which topic of a bag, is which signal, in which unit.
+# Only [wheels] is required. Remove the # in front of the tables that your log has, and write the names in your log.
 schema_version = 1
 vehicle = {quoted}
-# scenario = \"flat\"             # ground and controller of a simulation of the log
-period_s = 0.005                # control period of the log that is made
-# max_gap_s = 0.05              # between samples further apart nothing is known; three times their median distance if left out
+# scenario = \"flat\"             # ground and controller for a simulation of the log
+period_s = 0.005                # control period of the new log
+# max_gap_s = 0.05              # longer gaps between samples stay unknown; three times their median distance if left out
 
 [time]
 column = \"time\"
@@ -44,36 +44,36 @@ unit = \"s\"                      # s, ms, us, ns
 # from_s = 0.0                  # cut, in seconds after the first sample
 # until_s = 60.0
 
-[wheels]                        # encoders, in the order of the vehicle file's wheels
+[wheels]                        # encoders, in the order of the wheels in the vehicle file
 names = [{encoders}]
-unit = \"count\"                  # rad, deg, turn, count; of velocities rad/s, deg/s, rpm, turn/s
-counts_per_turn = 4096          # with count only: counts a turn of the side that is counted, all edges
-# wrap_bits = 16                # the counter begins again after 2^16 counts
+unit = \"count\"                  # rad, deg, turn, count; for velocities rad/s, deg/s, rpm, turn/s
+counts_per_turn = 4096          # only with count: counts per turn of the side that is counted, all edges
+# wrap_bits = 16                # the counter overflows after 2^16 counts
 at = \"actuator\"                 # or \"wheel\", behind the gear
-# scale = -1.0                  # of every table: a factor, as of an encoder that counts the other way; or one number a name
-# offset = 0.0                  # of every table: taken off before
+# scale = -1.0                  # in any table: a factor, such as -1 for a reversed encoder; or one number for each name
+# offset = 0.0                  # in any table: subtracted before scaling
 
-# [torques]                     # what acted on the actuators
+# [torques]                     # measured torques of the actuators
 # names = [{currents}]
 # unit = \"A\"                    # N.m, A, mA
-# n_m_per_a = 0.5               # with A and mA only
+# n_m_per_a = 0.5               # only with A and mA
 
-# [commanded_torques]           # what the controller told the actuators: omnistep identify needs these, or [duty]
+# [commanded_torques]           # torques that the controller commanded: omnistep identify needs these, or [duty]
 # names = [{torques}]
-# unit = \"N.m\"                  # N.m; or A, mA, and then n_m_per_a too
+# unit = \"N.m\"                  # N.m; or A, mA together with n_m_per_a
 
-# [duty]                        # duty cycles of the PWM as commanded, -1 to 1
+# [duty]                        # commanded duty cycles of the PWM, -1 to 1
 # names = [{duties}]
-# unit = \"1\"                    # 1, percent; scale = 0.00392 of a PWM of 255
+# unit = \"1\"                    # 1, percent; scale = 0.00392 for a PWM of 255
 
-# [references]                  # velocities that the robot's controller asked of its wheels
+# [references]                  # reference velocities of the robot's own controller
 # names = [{references}]
 # unit = \"rad/s\"                # rad/s, deg/s, rpm, turn/s
 
 # [command]                     # forward, left [m/s], counter-clockwise
 # names = [\"vx\", \"vy\", \"wz\"]
-# unit = \"rad\"                  # of the turn: rad, deg
-# max_gap_s = inf               # holds until the next one, however late that is
+# unit = \"rad\"                  # of the yaw rate, per second: rad, deg
+# max_gap_s = inf               # each command holds until the next one
 
 # [gyro]                        # z alone, or x, y, z
 # names = [\"gyro_z\"]
@@ -87,11 +87,11 @@ at = \"actuator\"                 # or \"wheel\", behind the gear
 # names = [\"roll\", \"pitch\"]
 # unit = \"rad\"                  # rad, deg
 
-# [pose]                        # where somebody saw it from outside
+# [pose]                        # true pose, measured from outside
 # names = [\"x\", \"y\", \"heading\"] # m, m
 # unit = \"rad\"                  # of the heading: rad, deg
 
-# [odometry]                    # where it took itself to be; made of the wheels if left out
+# [odometry]                    # the robot's own odometry; computed from the wheels if left out
 # names = [\"odom_x\", \"odom_y\", \"odom_heading\"]
 # unit = \"rad\"                  # of the heading: rad, deg
 {hinges}"

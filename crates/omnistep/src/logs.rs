@@ -1,4 +1,4 @@
-//! `omnistep inspect`, `omnistep replay` and `omnistep urdf`.
+//! `omnistep inspect` and `omnistep replay`.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,15 +6,15 @@ use std::path::PathBuf;
 use comfy_table::Table;
 use serde::Serialize;
 
-use omni_config::{Override, Source, Vehicle};
-use omni_log::{LogFile, LogMessage, Replay, read_log, replay, vehicle_urdf};
+use omni_config::Override;
+use omni_log::{LogFile, LogMessage, Replay, read_log, replay};
 use omni_sim::Outcome;
 
 use crate::Error;
 use crate::args::parse_overrides;
-use crate::drive_notes::DriveNotes;
-use crate::figures::{cells, figures, headings};
-use crate::output::{BEYOND_BALLS, aligned, each, print};
+use crate::fault_messages::FaultMessages;
+use crate::figures::{Run, explained, results};
+use crate::output::{aligned, each, print};
 
 /// A log as `--json` shows it.
 #[derive(Serialize)]
@@ -28,14 +28,19 @@ struct Inspected<'a> {
 }
 
 /// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is that of the worst.
-pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Result<u8, Error> {
+pub(super) fn inspect(
+    paths: &[PathBuf],
+    json: bool,
+    explain: bool,
+    out: &mut dyn Write,
+) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {
         let mut notes = None;
         let file = read_log(path, |time_ns, message| {
             if let LogMessage::ControllerSignals(signals) = message {
                 notes
-                    .get_or_insert_with(|| DriveNotes::new(&signals.name))
+                    .get_or_insert_with(|| FaultMessages::new(&signals.name))
                     .look(time_ns, &signals.value);
             }
             Ok(())
@@ -67,31 +72,32 @@ pub(super) fn inspect(paths: &[PathBuf], json: bool, out: &mut dyn Write) -> Res
     if json || files.is_empty() {
         return Ok(code);
     }
-    let shown = figures(files.iter().filter_map(|file| file.outcome.as_ref()));
-    let rows = files.iter().map(|file| {
-        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-        let engine = file.scenario.physics.engine.name().into();
-        // Of a controller of one's own the run says its name, the scenario does not.
-        let policy = file.run.get("policy").cloned();
-        let policy = policy.unwrap_or_else(|| file.scenario.control.law());
-        let mut row = vec![name.into_owned(), policy, engine];
-        match &file.outcome {
-            _ if file.recorded => row[2] = "-".into(),
-            Some(outcome) => row.extend(cells(outcome, &shown)),
-            None => row.push("ended early".into()),
-        }
-        row
-    });
-    let headings = ["log", "policy", "engine"].into_iter().chain(headings(&shown));
-    let table = aligned(headings, rows, 4);
-    let marks = files.iter().filter_map(|file| file.outcome);
-    let legend = if marks.into_iter().all(|outcome| outcome.wheel_model_valid) {
-        String::new()
-    } else {
-        format!("{BEYOND_BALLS}\n")
-    };
-    print(out, &format!("{table}\n{legend}"))?;
+    let runs: Vec<_> = files.iter().map(shown).collect();
+    print(out, &results("log", &runs, 1))?;
+    if explain {
+        print(out, &explained(&runs))?;
+    }
     Ok(code)
+}
+
+/// Its column of the table.
+fn shown(file: &LogFile) -> Run<'_> {
+    let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+    // Of a controller of one's own the run says its name, the scenario does not.
+    let policy = file.run.get("policy").cloned();
+    let policy = policy.unwrap_or_else(|| file.scenario.control.law());
+    let engine = if file.recorded {
+        "-"
+    } else {
+        file.scenario.physics.engine.name()
+    };
+    Run {
+        name: name.into_owned(),
+        labels: vec![("policy", policy), ("engine", engine.into())],
+        outcome: file.outcome.as_ref(),
+        otherwise: if file.recorded { "recorded" } else { "ended early" },
+        realtime: None,
+    }
 }
 
 fn described(file: &LogFile) -> String {
@@ -115,7 +121,7 @@ fn described(file: &LogFile) -> String {
     text += &if file.complete {
         format!("complete, {until_s} s, every checksum is right\n")
     } else {
-        format!("not finished: read up to {until_s} s, every checksum until there is right\n")
+        format!("not finished: read up to {until_s} s, every checksum up to there is right\n")
     };
     for (topic, count) in &file.counts {
         text += &format!("  {count:8}  {topic}\n");
@@ -198,11 +204,4 @@ fn torques(replay: &Replay) -> Table {
         ]
     });
     aligned(headings, rows, 1)
-}
-
-/// Prints a vehicle as URDF.
-pub(super) fn urdf(vehicle: &str, overrides: &[String], out: &mut dyn Write) -> Result<(), Error> {
-    let source = Source::vehicle(vehicle, None)?;
-    let vehicle = Vehicle::from_source(&source, &parse_overrides(overrides)?)?;
-    print(out, &format!("{}\n", vehicle_urdf(&vehicle)))
 }

@@ -77,10 +77,10 @@ pub(crate) fn text(name: &str, given: &str) -> Result<String, Error> {
     let duration_s = (at_s + 0.5).ceil();
     let quoted = serde_json::Value::from(given); // JSON quotes as TOML does
     Ok(format!(
-        "# A drive that tells masses, friction, delay and lag: omnistep run {name}.toml, then omnistep identify of the log.
-# Drive the same commands with your own vehicle on level ground, some 3 m free on each side, and log the torques commanded (or the duty cycles)
-# and the wheels' velocities of every control period. Then the same with all wheels in the air (--lifted): only that tells gears from
-# rolling, and the wheels' inertia from the vehicle's mass; a scale (--known mass_kg=...) does the latter too.
+        "# A manoeuvre to identify masses, friction, delay and lag: use omnistep run {name}.toml, then omnistep identify on the log.
+# Drive the same commands with your own vehicle on level ground, with some 3 m free on each side. Log the commanded torques (or duty cycles)
+# and wheel velocities of every control period. Then repeat with all wheels in the air (--lifted): only that separates gear friction from
+# rolling resistance, and the wheels' inertia from the vehicle's mass. A known mass (--known mass_kg=...) separates the latter too.
 schema_version = 1
 name = \"{name}\"
 vehicle = {quoted}
@@ -90,7 +90,7 @@ duration_s = {duration_s:.1}
 kind = \"flat\"
 friction = {FRICTION}
 
-[command]                       # ahead, sideways, about, each fast and slow; askew; then swings of 0.5 to 5 Hz
+[command]                       # forward, sideways, yaw, each fast and slow; diagonal; then oscillations of 0.5 to 5 Hz
 vx_m_s = 0.0
 vy_m_s = 0.0
 wz_rad_s = 0.0

@@ -35,7 +35,7 @@ pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
     let rests: Vec<_> = rests.map(|run| run.control.policy.as_str()).collect();
     if !rests.is_empty() {
         let text = format!(
-            "{} without [control.rest]: only loops of the wheels have it",
+            "[control.rest] has no effect with {}: only policies of wheel speed loops use it",
             rests.join(", ")
         );
         warn(&format!("{}: {text}", scenario.name));
@@ -49,13 +49,18 @@ pub(crate) fn coarse(scenario: &Scenario) -> Option<String> {
 
 /// What is said of a scenario before it is run: gains that its vehicle got, and all that is doubtful.
 pub(crate) fn announce(scenario: &Scenario) {
+    announce_vehicle(scenario);
+    warn_of(scenario);
+}
+
+/// What of that is about the vehicle, whatever it is told to do.
+pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_gains(
         &scenario.vehicle().name,
         scenario.period_s(),
         scenario.derived_gains(),
     );
     announce_beyond_balls(scenario);
-    warn_of(scenario);
 }
 
 /// Says on standard error which gains a vehicle got whose file gives none.
@@ -77,13 +82,13 @@ pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
         .clone()
         .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
     {
-        "--set physics.wheel_model=rollers simulates them"
+        "use --set physics.wheel_model=rollers"
     } else {
-        "the vehicle's file has no [rollers] that would be"
+        "the vehicle file has no [rollers] to use instead"
     };
     let (name, ground) = (&vehicle.name, scenario.terrain.described());
     Some(format!(
-        "{name} {ground}: balls do not stand for its wheels here: {beyond}; {instead}"
+        "{name} {ground}: balls are no valid wheel model here, and the result is not valid: {beyond}; {instead}"
     ))
 }
 

@@ -33,7 +33,7 @@ pub(crate) fn warn(text: &str) {
 
 /// What the mark of [`marked`] means.
 pub(crate) const BEYOND_BALLS: &str =
-    "* on balls that do not stand for its wheels there (docs/physics.md, Where a ball is the wheel)";
+    "* balls are no valid wheel model there, and this result is not valid; use physics.wheel_model=rollers";
 
 /// What a run amounts to, with a mark where its balls do not stand for its wheels.
 pub(crate) fn marked(text: String, wheel_model_valid: bool) -> String {

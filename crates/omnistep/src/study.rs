@@ -55,7 +55,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     let found = store.read()?;
     for (path, reason) in &found.damaged {
         say(&format!(
-            "{}: cannot be read ({reason}): set aside as .damaged, its runs are run again",
+            "{}: cannot be read ({reason}); renamed to .damaged, its runs are repeated",
             path.display()
         ));
     }
@@ -115,7 +115,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         let error = row.error.as_deref().unwrap_or_default();
         print(
             out,
-            &format!("the first of {failed} that failed, seed {}: {error}\n", row.seed),
+            &format!("the first of {failed} failed runs, seed {}: {error}\n", row.seed),
         )?;
     }
     Ok(())
@@ -161,7 +161,7 @@ pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<Stri
     let mut doubts: Vec<String> = of_vehicles.into_iter().collect();
     if let Some(first) = short.first() {
         let runs = some(short.len());
-        doubts.push(format!("{runs} cannot get across in time; the first: {first}"));
+        doubts.push(format!("{runs} cannot finish in time; the first: {first}"));
     }
     for found in [coarse, without] {
         if let Some(first) = found.first() {
@@ -195,7 +195,7 @@ fn too_short(plan: &Plan) -> Option<String> {
         format!("the first with {axes}: ")
     };
     Some(format!(
-        "{name}: {runs} of {all} runs cannot get across in time; {first}{said}"
+        "{name}: {runs} of {all} runs cannot finish in time; {first}{said}"
     ))
 }
 

@@ -34,7 +34,7 @@ void every_period(void) {
         float duty = 0.0f;
         if (output.brake[i]) {
             set_duty(i, 0.0f);
-        } else if (output.active[i] && omni_duty(&OMNI_MOTORS[i], output.torques.n_m[i], input.measured.rad_s[i], &duty)) {
+        } else if (output.active[i] && omni_duty(&OMNI_MOTORS[i], output.torques.n_m[i], output.measured.rad_s[i], &duty)) {
             set_duty(i, duty);
         } else {
             open_bridge(i);

@@ -1,58 +1,32 @@
-// The player of a report: one cursor in time for the scene and every plot.
+// A report: which runs and wheels are shown, and one cursor in time for the scene and every plot.
 "use strict";
 (() => {
+  const { Player, runColour } = window.omnistepPlayer, plots = window.reportPlots;
   const data = JSON.parse(document.getElementById("data").textContent);
-  const floats = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
-  const byId = (id) => document.getElementById(id);
+  const byId = (id) => document.getElementById(id), root = document.documentElement;
   const [slider, clock, play, rate] = ["time", "clock", "play", "rate"].map(byId);
+  const floats = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+  const HASH_MS = 300, MARKS_MS = 60;
+
   for (const run of data.runs) {
-    run.poses = floats(run.poses);
+    for (const key of ["poses", "pushes", "time", "frameTime"]) run[key] = floats(run[key]);
     run.series = Object.fromEntries(Object.entries(run.series).map(([name, text]) => [name, floats(text)]));
-    run.time = floats(run.time);
-    run.frameTime = floats(run.frameTime);
-    run.mesh.vertices = floats(run.mesh.vertices);
+    run.plotTime = Array.from(run.time);
+    run.path = new Float32Array(run.frameTime.length * 3);
+    for (let row = 0; row < run.frameTime.length; row += 1) run.path.set(run.poses.subarray(7 * row * run.frames, 7 * row * run.frames + 3), 3 * row);
     for (const key of run.above ? ["time", "odometry", "truth_time", "truth", "command", "ellipses"] : []) {
       if (run.above[key]) run.above[key] = floats(run.above[key]);
     }
   }
-  const palette = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#7f7f7f"];
-  const state = { run: 0, time: 0, playing: false, last: 0, dirty: true };
-  const current = () => data.runs[state.run];
+  plots.nameWheels(data.runs.flatMap((run) => run.wheels));
+  for (const { wheels } of data.scenes) for (const wheel of wheels) wheel.colour = plots.wheelColour(wheel.name);
+  const state = { shown: [], wheels: [], time: 0, playing: false, last: 0, dirty: true, marked: 0, scene: -1 };
+  const shownRuns = () => state.shown.map((index) => ({ run: data.runs[index], index }));
+  const end = () => Math.max(...state.shown.map((index) => data.runs[index].end));
+  const dark = () => root.dataset.theme === "dark";
+  const colourOf = (index) => runColour(index, dark());
 
-  // ---- looks
-  const dark = () => document.documentElement.dataset.theme === "dark";
-  const looks = () => {
-    const style = getComputedStyle(document.documentElement);
-    const of = (name) => style.getPropertyValue(name).trim();
-    return { ink: of("--ink"), paper: of("--paper"), line: of("--line"), mark: of("--mark") };
-  };
-  const setTheme = (theme) => { document.documentElement.dataset.theme = theme; };
-  setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-
-  // ---- the scene
-  const rgb = (colours) => colours.map(([r, g, b]) => `rgb(${r},${g},${b})`);
-  const solid = (mesh, xyz, light) => ({
-    type: "mesh3d", hoverinfo: "skip", flatshading: true, facecolor: rgb(mesh.colours),
-    x: xyz[0], y: xyz[1], z: xyz[2],
-    i: mesh.triangles.map((t) => t[0]), j: mesh.triangles.map((t) => t[1]), k: mesh.triangles.map((t) => t[2]),
-    lighting: { ambient: light, diffuse: 0.7, specular: 0.05 },
-  });
-  // Vertices of the vehicle in the world, from the frames' poses at the row of that time.
-  const placed = (run, row) => {
-    const { vertices, link } = run.mesh, count = link.length, links = run.mesh.links;
-    const xyz = [new Float32Array(count), new Float32Array(count), new Float32Array(count)];
-    for (let v = 0; v < count; v += 1) {
-      const at = 7 * (row * links + link[v]), p = run.poses;
-      const [px, py, pz] = [vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]];
-      const [a, b, c, w] = [p[at + 3], p[at + 4], p[at + 5], p[at + 6]];
-      // v + 2 u x (u x v + w v)
-      const ix = b * pz - c * py + w * px, iy = c * px - a * pz + w * py, iz = a * py - b * px + w * pz;
-      xyz[0][v] = p[at] + px + 2 * (b * iz - c * iy);
-      xyz[1][v] = p[at + 1] + py + 2 * (c * ix - a * iz);
-      xyz[2][v] = p[at + 2] + pz + 2 * (a * iy - b * ix);
-    }
-    return xyz;
-  };
+  // ---- where a run is at a time
   const rowOf = (times, time) => {
     let [low, high] = [0, times.length - 1];
     while (low < high) {
@@ -61,161 +35,245 @@
     }
     return low;
   };
-  const axis3d = (title, range, colour) => ({ title: { text: title }, range, color: colour, gridcolor: looks().line, zeroline: false });
+  // Between two frames: places in proportion, turns likewise and of length one again.
+  const poseBetween = (from, to, part) => {
+    const pose = Array.from(from, (value, k) => value + part * (to[k] - value));
+    if (from[3] * to[3] + from[4] * to[4] + from[5] * to[5] + from[6] * to[6] < 0) for (let k = 3; k < 7; k += 1) pose[k] = from[k] + part * (-to[k] - from[k]);
+    const long = Math.hypot(pose[3], pose[4], pose[5], pose[6]) || 1;
+    for (let k = 3; k < 7; k += 1) pose[k] /= long;
+    return pose;
+  };
+  const stateAt = (run, time) => {
+    const row = rowOf(run.frameTime, time), next = Math.min(row + 1, run.frameTime.length - 1), seconds = run.frameTime[next] - run.frameTime[row];
+    const part = seconds > 0 ? Math.min(Math.max((time - run.frameTime[row]) / seconds, 0), 1) : 0;
+    const pose = (at, frame) => run.poses.subarray(7 * (at * run.frames + frame), 7 * (at * run.frames + frame) + 7);
+    const wheels = data.scenes[run.scene].wheels, plotRow = rowOf(run.time, time);
+    return {
+      poses: Array.from({ length: run.frames }, (_, frame) => poseBetween(pose(row, frame), pose(next, frame), part)),
+      wheels: wheels.map(({ name }, k) => {
+        const at = 6 * (row * wheels.length + k), push = Array.from(run.pushes.subarray(at, at + 6));
+        const slip = run.series.slip[plotRow * run.wheels.length + run.wheels.indexOf(name)];
+        return { slip: Number.isFinite(slip) ? slip : 0, push: Math.hypot(push[0], push[1], push[2]) > 0 ? [push.slice(0, 3), push.slice(3)] : null };
+      }),
+      path_m: run.path, path_points: row + 1,
+    };
+  };
+
+  // ---- the scene: of the first run that is shown, and of those on the same ground with the same vehicle
+  let player;
+  const inScene = () => data.runs.map((run, index) => ({ run, index })).filter(({ run }) => run.scene === state.scene);
+  const sceneOf = (number) => ({ ...data.scenes[number], runs: inScene().map(({ run, index }) => ({ name: run.name, colour: [runColour(index, false), runColour(index, true)] })) });
   const drawScene = () => {
-    const run = current(), { ink, paper } = looks(), [x, y, z] = run.extent;
-    const ground = [0, 1, 2].map((k) => run.ground.vertices.map((v) => v[k]));
-    const lengths = [x, y, z].map(([from, to]) => to - from), most = Math.max(...lengths);
-    const layout = {
-      margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: paper, font: { color: ink }, uirevision: "kept",
-      scene: {
-        xaxis: axis3d("x [m]", x, ink), yaxis: axis3d("y [m]", y, ink), zaxis: axis3d("z [m]", z, ink),
-        aspectmode: "manual", aspectratio: Object.fromEntries(["x", "y", "z"].map((n, k) => [n, 2.4 * lengths[k] / most])),
-        camera: { eye: { x: -0.3, y: -1.5, z: 0.6 }, center: { x: 0, y: 0, z: -0.05 } },
-      },
-    };
-    const traces = [solid(run.ground, ground, 0.75), solid(run.mesh, placed(run, rowOf(run.frameTime, state.time)), 0.6)];
-    return Plotly.react("scene", traces, layout, { responsive: true, displaylogo: false });
+    const lead = data.runs[state.shown[0]].scene, another = lead !== state.scene;
+    state.scene = lead;
+    if (!player) player = byId("scene").player = new Player(byId("scene"), sceneOf(lead), { dark: dark(), view: asked.view, onView: remember });
+    else if (another) player.setScene(sceneOf(lead));
+    const out = shownRuns().filter(({ run }) => run.scene !== lead).map(({ run }) => run.name);
+    byId("note").hidden = out.length === 0;
+    byId("note").textContent = out.length ? `In the plots only, because vehicle or ground differ from those of ${data.runs[state.shown[0]].name}: ${out.join("; ")}.` : "";
   };
+  const place = () => player.show(inScene().map(({ run, index }) => (state.shown.includes(index) ? stateAt(run, state.time) : null)));
 
-  // ---- the way from above
-  const places = (values, gap) => [0, 1].map((k) =>
-    Array.from({ length: values.length / 2 }, (_, r) => values[2 * r + k] === gap ? null : values[2 * r + k]));
-  const line = (values, name, style, gap) => {
-    const [x, y] = places(values, gap);
-    return { type: "scatter", mode: "lines", x, y, name, line: style };
+  // ---- choices
+  const runBoxes = [...document.querySelectorAll("#runs input")];
+  const wheelNames = () => [...new Set(shownRuns().flatMap(({ run }) => run.wheels))];
+  // The first driven wheel of the front row: it meets an obstacle first.
+  const usualWheel = (run) => {
+    const n = run.wheels.length;
+    const driven = (wheel) => run.series.reference.some((value, k) => k % n === wheel && Math.abs(value) > 0.1);
+    const ahead = ({ frame }) => { const [base, at] = [run.poses.subarray(0, 7), run.poses.subarray(7 * frame)], yaw = Math.atan2(2 * (base[6] * base[5] + base[3] * base[4]), 1 - 2 * (base[4] ** 2 + base[5] ** 2)); return (at[0] - base[0]) * Math.cos(yaw) + (at[1] - base[1]) * Math.sin(yaw); };
+    const wheels = data.scenes[run.scene].wheels.filter(({ name }) => driven(run.wheels.indexOf(name)));
+    return wheels.reduce((best, wheel) => (!best || ahead(wheel) > ahead(best) + 1e-3 ? wheel : best), null)?.name ?? run.wheels[0];
   };
-  // Where odometry and truth are at the cursor's time.
-  const marks = (above) => {
-    const known = [[above.time, above.odometry], [above.truth_time, above.truth]].filter(([, values]) => values);
-    const at = known.map(([times, values]) => values.subarray(2 * rowOf(times, state.time)));
-    return { x: at.map(([x]) => x), y: at.map(([, y]) => y) };
+  // A wheel that all runs have, else one of each vehicle: no run is without curves.
+  const usualWheels = (kept) => {
+    const runs = shownRuns().map(({ run }) => run), usual = usualWheel(runs[0]), common = runs[0].wheels.filter((name) => runs.every((run) => run.wheels.includes(name)));
+    if (!kept.length && common.length) return [common.includes(usual) ? usual : common[0]];
+    const wheels = [...kept];
+    for (const run of runs) if (!run.wheels.some((name) => wheels.includes(name))) wheels.push(usualWheel(run));
+    return wheels;
   };
-  const drawAbove = () => {
-    const { above } = current(), { ink, paper, line: grid, mark } = looks();
-    byId("above").hidden = !above;
-    if (!above) return Promise.resolve();
-    const traces = [
-      { type: "scatter", mode: "markers", ...marks(above), name: "at the cursor", marker: { color: mark, size: 9 } },
-    ];
-    if (above.ellipses) {
-      traces.push(line(above.ellipses, `${above.sigmas} standard deviations`, { color: palette[1], width: 1 }, above.gap));
-    }
-    if (above.command) traces.unshift({ ...line(above.command, "command", { color: palette[7], width: 5 }), opacity: 0.5 });
-    if (above.truth) traces.push(line(above.truth, "truth", { color: ink, width: 1.6 }));
-    traces.push(line(above.odometry, "odometry", { color: palette[1], width: 2, dash: "dash" })); // over the truth, which it hardly leaves
-    const axis = { gridcolor: grid, zeroline: false };
-    const layout = {
-      margin: { l: 64, r: 12, t: 12, b: 44 }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, hovermode: "closest",
-      xaxis: { ...axis, title: { text: "x [m]" } }, yaxis: { ...axis, title: { text: "y [m]" }, scaleanchor: "x" },
-      legend: { orientation: "h", y: 1.1 }, uirevision: String(state.run),
-    };
-    return Plotly.react("above", traces, layout, { responsive: true, displaylogo: false });
-  };
-
-  // ---- the plots
-  const panels = [
-    { key: "speed", title: "wheel speed [rad/s]" },
-    { key: "torque", title: "torque and limits [N.m]" },
-    { key: "slip", title: "slip ratio" },
-    { key: "disturbed", title: "disturbed ratio" },
-    { key: "load", title: "load [N]" },
-  ];
-  const cursor = () => [{
-    type: "line", xref: "x", yref: "paper", x0: state.time, x1: state.time, y0: 0, y1: 1,
-    line: { color: looks().mark, width: 2 },
-  }];
-  const drawPlots = () => {
-    const run = current(), { ink, paper, line } = looks(), n = run.wheels.length, rows = run.time.length;
-    const time = Array.from(run.time), traces = [];
-    const column = (values, wheel) => Array.from({ length: rows }, (_, r) => values[r * n + wheel]);
-    panels.forEach(({ key }, panel) => {
-      const yaxis = panel ? `y${panel + 1}` : "y";
-      run.wheels.forEach((wheel, w) => {
-        const shared = { x: time, xaxis: "x", yaxis, legendgroup: wheel, name: `wheel ${wheel}`, line: { color: palette[w % 8], width: 1.4 } };
-        traces.push({ ...shared, type: "scatter", mode: "lines", y: column(run.series[key], w), showlegend: panel === 0 });
-        if (key === "speed") traces.push({ ...shared, type: "scatter", mode: "lines", y: column(run.series.reference, w), showlegend: false, opacity: 0.45, line: { ...shared.line, dash: "dot" }, name: `wheel ${wheel}, reference` });
+  const element = (tag, className, text) => Object.assign(document.createElement(tag), { className, textContent: text ?? "" });
+  const offerWheels = () => {
+    const names = wheelNames(), legend = byId("wheels").firstElementChild;
+    const wanted = usualWheels(state.wheels.filter((name) => names.includes(name)));
+    state.wheels = names.filter((name) => wanted.includes(name));
+    const chips = names.map((name) => {
+      const chip = element("label", "wheel"), box = Object.assign(document.createElement("input"), { type: "checkbox", value: name, checked: state.wheels.includes(name) });
+      const dot = element("i", "dot");
+      dot.style.background = plots.wheelColour(name);
+      chip.append(box, dot, name);
+      box.addEventListener("change", () => {
+        const wanted = names.filter((each) => (each === name ? box.checked : state.wheels.includes(each)));
+        if (wanted.length) state.wheels = wanted; else box.checked = true; // one stays
+        drawPlots();
+        remember();
       });
-      if (key === "torque") for (const [limit, name] of [["lower", "lowest limit"], ["upper", "highest limit"]]) {
-        const of = time.map((_, r) => { const all = run.series[limit].subarray(r * n, r * n + n); return limit === "lower" ? Math.min(...all) : Math.max(...all); });
-        traces.push({ x: time, y: of, xaxis: "x", yaxis, type: "scatter", mode: "lines", name, showlegend: false, line: { color: ink, width: 1, dash: "dash" } });
-      }
+      return chip;
     });
-    const layout = {
-      margin: { l: 64, r: 12, t: 12, b: 44 }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, hovermode: "x",
-      xaxis: { title: { text: "time [s]" }, gridcolor: line, anchor: `y${panels.length}`, zeroline: false, range: [0, data.runs[state.run].end] },
-      legend: { orientation: "h", y: 1.05 }, shapes: cursor(), uirevision: "kept",
-    };
-    panels.forEach(({ title }, k) => {
-      const height = 1 / panels.length, top = 1 - k * height;
-      layout[k ? `yaxis${k + 1}` : "yaxis"] = { title: { text: title }, domain: [top - height * 0.86, top], gridcolor: line, zeroline: false };
-    });
-    return Plotly.react("plots", traces, layout, { responsive: true, displaylogo: false });
+    const all = element("button", "", "All");
+    all.type = "button";
+    all.addEventListener("click", () => { state.wheels = names; offerWheels(); drawPlots(); remember(); });
+    byId("wheels").replaceChildren(legend, ...chips, all);
+  };
+  const sample = (colour, dash, width = 2) => {
+    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg"), line = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "line"));
+    for (const [name, value] of Object.entries({ width: 34, height: 10, "aria-hidden": "true" })) svg.setAttribute(name, value);
+    for (const [name, value] of Object.entries({ x1: 1, x2: 33, y1: 5, y2: 5, stroke: colour, "stroke-width": width, "stroke-dasharray": dash })) line.setAttribute(name, value);
+    return svg;
+  };
+  const entry = (picture, text) => { const span = element("span", "entry"); span.append(picture, text); return span; };
+  const dashArray = (index) => (plots.dashOf(index) === "solid" ? "none" : plots.dashOf(index).replaceAll("px", ""));
+  const paintRuns = () => runBoxes.forEach((box, index) => {
+    const line = box.parentElement.querySelector("line");
+    for (const [name, value] of Object.entries({ stroke: colourOf(index), "stroke-width": 3, "stroke-dasharray": dashArray(index) })) line.setAttribute(name, value);
+  });
+
+  // ---- plots
+  const cursor = element("i", "cursor");
+  const drawPlots = async () => {
+    const runs = shownRuns(), one = state.wheels.length === 1, ink = getComputedStyle(root).getPropertyValue("--ink");
+    const told = (key) => runs.some(({ run }) => run.series[key].some(Number.isFinite));
+    const keys = await plots.drawWheels(runs, state.wheels, data.signals, colourOf);
+    byId("legend").replaceChildren(
+      ...runs.map(({ run, index }) => entry(sample(one ? colourOf(index) : ink, dashArray(index)), run.name)),
+      ...(one ? [] : state.wheels.map((name) => entry(sample(plots.wheelColour(name), "none", 4), `wheel ${name}`))),
+      ...(told("reference") ? [entry(sample(ink, "1 3", 1.5), "reference speed")] : []), ...(told("upper") ? [entry(sample(ink, "12 5", 1), "torque limits")] : []),
+    );
+    byId("panels").replaceChildren(...keys.map((key, k) => {
+      const tip = element("button", "tip mark", "?");
+      Object.assign(tip, { type: "button", ariaLabel: `What is ${data.signals[key][0]}?` });
+      tip.dataset.tip = data.signals[key][1];
+      tip.style.top = `${8 + k * (byId("plots").offsetHeight - 50) / keys.length}px`;
+      return tip;
+    }));
+    byId("plots").append(cursor);
+    const ways = await plots.drawPaths(runs, state.time, rowOf, colourOf);
+    byId("ways").replaceChildren(...(ways ? [
+      ...runs.filter(({ run }) => run.above).map(({ run, index }) => entry(sample(colourOf(index), "none", 4), run.name)),
+      ...(ways.truth ? [entry(sample(ink, "none"), "true position")] : []), entry(sample(ink, "6 4"), "odometry"),
+      ...(ways.command ? [entry(sample("var(--faint)", "none", 5), "command")] : []),
+      ...(ways.ellipses ? [entry(sample(ink, "none", 0.8), `ellipses: ${ways.ellipses} standard deviations of odometry`)] : []),
+    ] : []));
+    byId("plots").removeAllListeners?.("plotly_click");
+    byId("plots").on("plotly_click", ({ points }) => seek(points[0].x));
+    byId("plots").removeAllListeners?.("plotly_relayout");
+    byId("plots").on("plotly_relayout", moveCursor);
+    moveCursor();
+  };
+  const moveCursor = () => {
+    const at = plots.cursorPx(state.time);
+    cursor.hidden = !at;
+    if (at) Object.assign(cursor.style, { transform: `translateX(${at.x}px)`, top: `${at.top}px`, height: `${at.height}px` });
   };
 
   // ---- one cursor for all
-  const show = () => {
-    const run = current();
+  const show = (now) => {
     slider.value = String(state.time);
     slider.setAttribute("aria-valuetext", `${state.time.toFixed(2)} seconds`);
     clock.textContent = `${state.time.toFixed(2)} s`;
-    const [x, y, z] = placed(run, rowOf(run.frameTime, state.time));
-    Plotly.restyle("scene", { x: [x], y: [y], z: [z] }, [1]);
-    if (run.above) {
-      const { x: across, y: along } = marks(run.above);
-      Plotly.restyle("above", { x: [across], y: [along] }, [run.above.command ? 1 : 0]);
+    place();
+    moveCursor();
+    if (!state.playing || now - state.marked > MARKS_MS) {
+      state.marked = now;
+      plots.movePaths(shownRuns(), state.time, rowOf);
     }
-    Plotly.relayout("plots", { "shapes[0].x0": state.time, "shapes[0].x1": state.time });
   };
   const seek = (time) => {
-    state.time = Math.min(Math.max(time, 0), current().end);
+    state.time = Math.min(Math.max(time, 0), end());
     state.dirty = true;
+    remember();
   };
   const setPlaying = (on) => {
     state.playing = on;
     state.last = performance.now();
+    state.dirty = true;
     play.textContent = on ? "Pause" : "Play";
     play.setAttribute("aria-pressed", String(on));
+    remember();
   };
-  const choose = (index) => {
-    state.run = index;
-    document.querySelectorAll("tbody tr").forEach((row, k) => row.setAttribute("aria-current", String(k === index)));
-    slider.max = String(current().end);
+  const choose = (indices) => {
+    state.shown = indices;
+    runBoxes.forEach((box, index) => { box.checked = indices.includes(index); });
+    document.querySelectorAll("table tr").forEach((row) => [...row.children].slice(1).forEach((cell, index) => cell.classList.toggle("out", !indices.includes(index))));
+    drawScene();
+    offerWheels();
+    slider.max = String(end());
     seek(state.time);
-    return Promise.all([drawScene(), drawAbove(), drawPlots()]).then(() => {
-      byId("plots").removeAllListeners?.("plotly_click");
-      byId("plots").on("plotly_click", (event) => seek(event.points[0].x));
-    });
+    return drawPlots();
   };
-  const frame = (now) => {
-    if (state.playing) {
-      const next = state.time + (now - state.last) / 1000 * Number(rate.value);
-      if (next >= current().end) setPlaying(false);
-      seek(next);
-    }
-    state.last = now;
-    if (state.dirty) { state.dirty = false; show(); }
-    requestAnimationFrame(frame);
+
+  // ---- the address keeps time, runs, wheels and view
+  let remembering = 0;
+  const remember = () => {
+    if (remembering || state.playing) return;
+    remembering = setTimeout(() => {
+      remembering = 0;
+      const kept = new URLSearchParams({ t: state.time.toFixed(2), runs: state.shown.map((index) => index + 1).join("."), wheels: state.wheels.join(" "), view: player.view });
+      try { history.replaceState(null, "", `#${kept}`); } catch { /* a page inside another may not */ }
+    }, HASH_MS);
   };
+  const asked = (() => {
+    const kept = new URLSearchParams(location.hash.slice(1)), numbers = (kept.get("runs") ?? "").split(".").map((text) => Number(text) - 1);
+    const runs = [...new Set(numbers)].filter((index) => Number.isInteger(index) && index in data.runs).sort((a, b) => a - b);
+    const view = Player.views.includes(kept.get("view")) ? kept.get("view") : "orbit";
+    return { time: Number(kept.get("t")) || 0, runs, wheels: (kept.get("wheels") ?? "").split(" ").filter(Boolean), view };
+  })();
+
+  // ---- tooltips: one, at what is pointed at or focused
+  const tip = byId("tip");
+  const hideTip = () => { tip.hidden = true; };
+  const showTip = (button) => {
+    tip.textContent = button.dataset.tip ?? byId(button.getAttribute("aria-describedby"))?.textContent ?? "";
+    tip.hidden = false;
+    const at = button.getBoundingClientRect(), { offsetWidth: wide, offsetHeight: tall } = tip;
+    tip.style.left = `${Math.min(Math.max(8, at.left), root.clientWidth - wide - 8)}px`;
+    tip.style.top = `${at.bottom + tall + 8 > root.clientHeight && at.top > tall + 8 ? at.top - tall - 6 : at.bottom + 6}px`;
+  };
+  const tipOf = (event) => event.target.closest?.("button.tip");
+  for (const kind of ["mouseover", "focusin", "click"]) document.addEventListener(kind, (event) => { const button = tipOf(event); if (button) showTip(button); else if (kind === "click") hideTip(); });
+  for (const kind of ["mouseout", "focusout"]) document.addEventListener(kind, (event) => { if (tipOf(event)) hideTip(); });
+  addEventListener("scroll", hideTip, { passive: true });
+
+  // ---- what the user does
+  const setTheme = (theme) => { root.dataset.theme = theme; paintRuns(); };
   slider.addEventListener("input", () => seek(Number(slider.value)));
   play.addEventListener("click", () => {
-    if (!state.playing && state.time >= current().end) seek(0);
+    if (!state.playing && state.time >= end()) seek(0);
     setPlaying(!state.playing);
   });
-  byId("theme").addEventListener("click", () => { setTheme(dark() ? "light" : "dark"); choose(state.run); });
-  document.querySelectorAll("tbody button").forEach((button, k) => button.addEventListener("click", () => choose(k)));
+  byId("theme").addEventListener("click", () => { setTheme(dark() ? "light" : "dark"); player.setTheme(dark()); drawPlots(); });
+  runBoxes.forEach((box, index) => box.addEventListener("change", () => {
+    const wanted = data.runs.map((_, k) => k).filter((k) => (k === index ? box.checked : state.shown.includes(k)));
+    if (wanted.length) choose(wanted); else box.checked = true; // one stays
+  }));
   document.addEventListener("keydown", (event) => {
-    if (event.target.closest("button, select, input")) return; // they have keys of their own
+    if (event.key === "Escape") hideTip();
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("button, select, input, summary")) return; // they have keys of their own
     const step = { ArrowLeft: -0.02, ArrowRight: 0.02, PageUp: -0.5, PageDown: 0.5 }[event.key];
     if (event.key === " ") play.click();
     else if (step !== undefined) seek(state.time + step);
     else if (event.key === "Home") seek(0);
-    else if (event.key === "End") seek(current().end);
+    else if (event.key === "End") seek(end());
     else return;
     event.preventDefault();
   });
-  choose(0).then(() => {
-    document.documentElement.dataset.ready = "true";
+  addEventListener("resize", () => requestAnimationFrame(moveCursor));
+  const frame = (now) => {
+    if (state.playing) {
+      const next = state.time + (now - state.last) / 1000 * Number(rate.value);
+      if (next >= end()) setPlaying(false);
+      seek(next);
+    }
+    state.last = now;
+    if (state.dirty) { state.dirty = false; show(now); }
+    requestAnimationFrame(frame);
+  };
+  setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+  state.time = Math.max(asked.time, 0);
+  state.wheels = asked.wheels;
+  choose(asked.runs.length ? asked.runs : data.runs.map((_, index) => index).slice(0, data.shown)).then(() => {
+    root.dataset.ready = "true";
     requestAnimationFrame(frame);
   });
 })();

@@ -39,8 +39,10 @@ pub(super) fn source(
         )
     });
     Ok(format!(
-        "/* Generated from the vehicle file; not to be edited. */\n\
+        "/* Generated from the vehicle file. Do not edit. */\n\
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
+         #ifdef __cplusplus\n#pragma GCC system_header /* gcc and clang accept named initialisers before C++20, but would warn */\n\
+         #endif\n\
          #define OMNI_VEHICLE {vehicle:?}\n#define OMNI_POLICY {policy:?}\n#define OMNI_WHEELS {count}\n\
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\

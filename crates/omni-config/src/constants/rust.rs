@@ -16,14 +16,14 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let period_s = expression(&(scenario.period_s() as f32));
     let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
         format!(
-            "/// Everything in one step.\npub static DRIVE: omni_core::Drive<f32, {count}> = {};\n",
+            "/// The complete drive: one step each control period.\npub static DRIVE: omni_core::Drive<f32, {count}> = {};\n",
             expression(&**drive)
         )
     });
     let traction = values.traction.as_ref().map_or_else(String::new, |traction| {
         format!(
             "/// Traction control.\npub static TRACTION: omni_core::Traction<f32, {count}> = {};\n\
-             /// What chooses its target speed.\npub static SUPERVISOR: omni_core::Supervisor<f32, {count}> = {};\n",
+             /// Chooses the target speed of traction control.\npub static SUPERVISOR: omni_core::Supervisor<f32, {count}> = {};\n",
             expression(&*traction.traction),
             expression(&*traction.supervisor)
         )
@@ -33,7 +33,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
         format!(
             "/// Counts of a wheel's encoder, from a counter of 16 bits or more.\n\
              pub static COUNTER: omni_core::EncoderCounter<f32> = {};\n\
-             /// Velocities of these counts.\npub static VELOCITY: omni_core::VelocityEstimator<f32> = {};\n",
+             /// Estimates velocities from these counts.\npub static VELOCITY: omni_core::VelocityEstimator<f32> = {};\n",
             expression(&encoder.counter),
             expression(&encoder.velocity)
         )
@@ -41,16 +41,16 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let path = values.path.as_ref().map_or_else(String::new, |path| {
         let trajectory = path.trajectory();
         format!(
-            "/// Where to be when.\npub static TRAJECTORY: omni_core::Trajectory<'static, f32> = \
+            "/// The planned trajectory.\npub static TRAJECTORY: omni_core::Trajectory<'static, f32> = \
              omni_core::Trajectory::new(&[{}], &[{}]);\n\
-             /// Who follows it.\npub static FOLLOWER: omni_core::HolonomicFollower<f32> = {};\n",
+             /// Follows the trajectory.\npub static FOLLOWER: omni_core::HolonomicFollower<f32> = {};\n",
             list(trajectory.segments()),
             list(trajectory.pieces()),
             single(&path.follower)
         )
     });
     let items = format!(
-        "// Generated from the vehicle file; not to be edited.\n\
+        "// Generated from the vehicle file. Do not edit.\n\
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
          /// The coordination policy.\npub const POLICY: &str = {policy:?};\n\
          /// The number of wheels.\npub const WHEELS: usize = {count};\n\

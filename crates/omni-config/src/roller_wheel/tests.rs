@@ -125,8 +125,8 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("radius_m", 0.03)],
-            "built-in chugo7: rollers.radius_m: 0.03, allowed: up to 0.02585: thicker rollers than that, 12 a row, overlap their \
-             neighbours (on wheel \"1\")",
+            "built-in chugo7: rollers.radius_m: 0.03, allowed: up to 0.02585: with 12 rollers a row, thicker ones \
+             overlap their neighbours (on wheel \"1\")",
         ),
         (
             "chugo7",
@@ -143,7 +143,7 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "mecanum4",
             &[("length_m", 0.001)],
-            "built-in mecanum4: rollers.length_m: 0.001, allowed: more than 0.0015, twice what its edges are rounded by (on wheel \
+            "built-in mecanum4: rollers.length_m: 0.001, allowed: more than 0.0015, twice the radius of its rounded edges (on wheel \
              \"front_left\")",
         ),
         (
@@ -166,12 +166,12 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("crown_m", 0.005)],
-            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.001708, which follows the rim (on wheel \"1\")",
+            "built-in chugo7: rollers.crown_m: 0.005, allowed: 0 to 0.001708, at which it follows the rim (on wheel \"1\")",
         ),
         (
             "omni3",
             &[("row_gap_m", 0.01)],
-            "built-in omni3: rollers.row_gap_m: 0.01, allowed: 0.01792 and more: closer rows overlap (on wheel \"1\")",
+            "built-in omni3: rollers.row_gap_m: 0.01, allowed: at least 0.01792: closer rows overlap (on wheel \"1\")",
         ),
         (
             "chugo7",
@@ -181,8 +181,8 @@ fn what_does_not_fit_is_one_line_with_key_value_and_bound() {
         (
             "chugo7",
             &[("roller_mass_kg", 0.1)],
-            "built-in chugo7: rollers.roller_mass_kg: 0.1, allowed: up to 0.02053: the hub keeps a tenth of the wheel's mass and \
-             inertia (on wheel \"1\")",
+            "built-in chugo7: rollers.roller_mass_kg: 0.1, allowed: up to 0.02053: the hub must keep a tenth of the wheel's \
+             mass and inertia (on wheel \"1\")",
         ),
         (
             "chugo7",

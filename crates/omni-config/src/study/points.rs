@@ -77,7 +77,7 @@ impl Study {
             if each.key() == "seed" {
                 return Err(Error::Override {
                     text: each.to_string(),
-                    message: "allowed: any other key; seeds are given by `seeds`, or --seeds".into(),
+                    message: "allowed: any other key; set the seeds with `seeds`, or --seeds".into(),
                 });
             }
             if self.axis.iter().any(|axis| axis.key == each.key()) {

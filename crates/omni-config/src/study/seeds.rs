@@ -9,7 +9,7 @@ use toml::Value;
 /// Seeds of a study at most.
 const MOST_SEEDS: usize = 100_000;
 
-/// Seeds: how many, counted from 0, or which.
+/// Seeds: a number of seeds, counted from 0, or a list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]

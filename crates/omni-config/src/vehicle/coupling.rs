@@ -36,18 +36,18 @@ pub struct Coupling {
     #[garde(custom(is_name))]
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub hinge_b: String,
-    /// What the angle of `hinge_b` counts, -1000 to 1000 and not 0; 1 if left out.
+    /// Factor of the angle of `hinge_b`, -1000 to 1000 and not 0; 1 if left out.
     #[serde(default = "one")]
     #[garde(custom(within(RATIO)))]
     #[cfg_attr(feature = "schema", schemars(range(min = RATIO.min, max = RATIO.max)))]
     pub ratio: f64,
-    /// Torque on hinge a per angle by which the coupling is off \[N.m/rad\], 0.001 to 1e9; left out: what makes the coupled bodies swing
-    /// with 100 Hz if nothing else held them.
+    /// Torque on hinge a per angle of deviation \[N.m/rad\], 0.001 to 1e9; left out: the value with which the coupled
+    /// bodies alone would oscillate at 100 Hz.
     #[serde(default)]
     #[garde(inner(custom(within(STIFFNESS_N_M_RAD))))]
     #[cfg_attr(feature = "schema", schemars(range(min = STIFFNESS_N_M_RAD.min, max = STIFFNESS_N_M_RAD.max)))]
     pub stiffness_n_m_rad: Option<f64>,
-    /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for the same swing.
+    /// The same per rate of that angle \[N.m.s/rad\], 0 to 1e6; left out: half of critical for that oscillation.
     #[serde(default)]
     #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
     #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]

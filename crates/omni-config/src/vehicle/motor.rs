@@ -14,8 +14,8 @@ use crate::ranges::{
 /// Keys of which a file gives exactly one.
 const LINE: [&str; 3] = ["slope_n_m_s_rad", "no_load_rpm", "no_load_rad_s"];
 
-/// Torque-speed line of every actuator, four-quadrant: its torque at rest, and either what speed takes off it or the speed without
-/// load at which nothing is left. Both are the actuator's, before the wheel's `gear`.
+/// Torque-speed line of every actuator, four-quadrant: its torque at rest, and either the slope of torque over speed
+/// or the no-load speed. Both are the actuator's, before the wheel's `gear`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(extend("oneOf" = LINE.map(|key| serde_json::json!({ "required": [key] })))))]
@@ -32,18 +32,18 @@ pub struct Motor {
     #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
     #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub slope_n_m_s_rad: Option<f64>,
-    /// Speed at which no torque is left, in turns a minute as data sheets have it, 0.001 to 1e6, instead of `slope_n_m_s_rad`.
+    /// No-load speed in turns per minute, as in data sheets, 0.001 to 1e6, instead of `slope_n_m_s_rad`.
     #[serde(default)]
     #[garde(inner(custom(within(NO_LOAD_RPM))))]
     #[cfg_attr(feature = "schema", schemars(range(min = NO_LOAD_RPM.min, max = NO_LOAD_RPM.max)))]
     pub no_load_rpm: Option<f64>,
-    /// The same speed \[rad/s\], 1e-4 to 1e5, instead of `slope_n_m_s_rad`.
+    /// No-load speed \[rad/s\], 1e-4 to 1e5, instead of `slope_n_m_s_rad`.
     #[serde(default)]
     #[garde(inner(custom(within(NO_LOAD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max)))]
     pub no_load_rad_s: Option<f64>,
-    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed, and what holds the wheel at rest. The
-    /// line above is without it. 0 by default.
+    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed, also at rest. The torque-speed
+    /// line does not include it. 0 by default.
     #[serde(default)]
     #[garde(custom(within(GEAR_FRICTION_N_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GEAR_FRICTION_N_M.min, max = GEAR_FRICTION_N_M.max)))]
@@ -142,8 +142,8 @@ impl Motor {
         let allowed = format!("allowed: exactly one of {}", LINE.join(", "));
         match given.as_slice() {
             [_] => None,
-            [] => Some(format!("nothing says what speed takes off the torque, {allowed}")),
-            several => Some(format!("{} at once, {allowed}", several.join(" and "))),
+            [] => Some(format!("the slope of torque over speed is missing, {allowed}")),
+            several => Some(format!("{} together, {allowed}", several.join(" and "))),
         }
     }
 }

@@ -63,7 +63,7 @@ impl Vehicle {
             Some(i) => {
                 let spans = (0..3).map(|k| format!("{:.2} to {:.2}", low[k] - size, high[k] + size));
                 let message = format!(
-                    "{:?}, allowed: {}, within the vehicle or as far beside it as it is large",
+                    "{:?}, allowed: {}, at most the vehicle's size away from it",
                     self.hinge[i].anchor_m,
                     spans.collect::<Vec<_>>().join("; ")
                 );
@@ -80,7 +80,7 @@ impl Vehicle {
         for a in places() {
             for b in places() {
                 let along = [b[0] - a[0], b[1] - a[1]];
-                let length = along[0].hypot(along[1]);
+                let length = libm::hypot(along[0], along[1]);
                 if length < ROUNDING_M {
                     continue;
                 }
@@ -112,8 +112,8 @@ impl Vehicle {
             format!("{low:.3} to {high:.3}")
         };
         let message = format!(
-            "{:?} puts the vehicle's centre of mass at ({cx:.3}, {cy:.3}), where it tips at rest; allowed: over the wheels, whose \
-             polygon is within x {}, y {}",
+            "{:?} puts the vehicle's centre of mass at ({cx:.3}, {cy:.3}), where it tips at rest, allowed: inside the \
+             polygon of the wheels, within x {}, y {}",
             self.body[worst].com_m,
             span(0),
             span(1)
@@ -124,13 +124,16 @@ impl Vehicle {
 
 /// Balls on the ground intersect nearer than twice the geometric mean of their radii.
 fn touch(a: &WheelSpec, b: &WheelSpec) -> bool {
-    let distance = (a.position_m[0] - b.position_m[0]).hypot(a.position_m[1] - b.position_m[1]);
+    let distance = libm::hypot(
+        a.position_m[0] - b.position_m[0],
+        a.position_m[1] - b.position_m[1],
+    );
     distance < 2.0 * (a.contact_radius_m() * b.contact_radius_m()).sqrt()
 }
 
 /// Thin upright discs of the wheels' radii intersect: where their planes cross, both are at the same height.
 fn cross(a: &WheelSpec, b: &WheelSpec) -> bool {
-    let unit = |[x, y]: [f64; 2]| [x / x.hypot(y), y / x.hypot(y)];
+    let unit = |[x, y]: [f64; 2]| [x / libm::hypot(x, y), y / libm::hypot(x, y)];
     let (d, e) = (unit(a.rolling_direction), unit(b.rolling_direction));
     let gap = [
         b.position_m[0] - a.position_m[0],
@@ -139,7 +142,7 @@ fn cross(a: &WheelSpec, b: &WheelSpec) -> bool {
     let turn = d[0] * e[1] - d[1] * e[0];
     if turn.abs() < 1e-9 {
         let aside = gap[0] * d[1] - gap[1] * d[0];
-        return aside.abs() < 1e-9 && gap[0].hypot(gap[1]) < 2.0 * (a.radius_m * b.radius_m).sqrt();
+        return aside.abs() < 1e-9 && libm::hypot(gap[0], gap[1]) < 2.0 * (a.radius_m * b.radius_m).sqrt();
     }
     let (s, t) = (
         (gap[0] * e[1] - gap[1] * e[0]) / turn,

@@ -48,7 +48,7 @@ impl Vehicle {
         }
         if let Some(i) = bodies.iter().position(|b| !joined.contains(b)) {
             let message = format!(
-                "{:?} hangs on no hinge; allowed: every body but the first is some hinge's child",
+                "{:?} is not the child of any hinge, allowed: every body except the first is the child of a hinge",
                 bodies[i]
             );
             return Err(source.refuse(format!("body[{i}].name"), message));
@@ -123,7 +123,7 @@ fn own_names(source: &Source, vehicle: &Vehicle) -> Result<(), Error> {
     for (list, i, name) in bodies.chain(hinges.enumerate().map(|(i, name)| ("hinge", i, name))) {
         let wheel = |w: &WheelSpec| name.strip_prefix("wheel_") == Some(w.name.as_str());
         if ["world", "odom", "base_link"].contains(&name.as_str()) || vehicle.wheel.iter().any(wheel) {
-            let allowed = "neither \"world\", \"odom\" nor \"base_link\", nor \"wheel_\" and a wheel's name: frames of logs are called so";
+            let allowed = "any name except \"world\", \"odom\", \"base_link\" and \"wheel_\" with a wheel's name, which are frames of the logs";
             return Err(source.refuse(
                 format!("{list}[{i}].name"),
                 format!("{name:?}, allowed: {allowed}"),

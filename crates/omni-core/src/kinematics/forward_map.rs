@@ -92,7 +92,7 @@ impl<R: Real> Gram<R> {
         }
         let condition = self.condition_number().as_f64();
         if condition.is_nan() || condition > CONDITION_LIMIT {
-            let allowed = "1 to 100: turn or move wheels, or the origin towards their middle";
+            let allowed = "1 to 100: turn or move wheels, or move the origin towards their middle";
             return Err(ConfigError::new("condition_number", condition, allowed));
         }
         Ok(())
@@ -144,8 +144,7 @@ pub(super) fn column_average<R: Real, const N: usize>(a: &[[R; 3]; N]) -> Result
         }
     }
     if worst > precision {
-        let allowed =
-            "a layout whose wheel averages invert eq. (9), as the seven-wheel one; else least squares";
+        let allowed = "a layout whose wheel averages invert eq. (9), such as the seven-wheel one; otherwise use least squares";
         return Err(ConfigError::new("forward_map", worst.as_f64(), allowed));
     }
     Ok(forward)

@@ -1,8 +1,8 @@
 //! How the vehicle moves: the first half of a control period.
 
-use super::act::seldom;
 use super::observation::Seen;
 use super::state::WheelMemory;
+use super::torque_law::seldom;
 use super::{BRAKING_PART, LEVEL_RAD, QUIET_M_S, Traction, TractionObservation, TractionState, least};
 use crate::constants::each;
 use crate::linkage::{Bodies, MAX_HINGES, attitude};

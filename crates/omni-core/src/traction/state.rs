@@ -1,8 +1,8 @@
 //! What a traction control remembers.
 
-use super::act::held_within;
 use super::encoder::EncoderState;
-use super::way::Ways;
+use super::torque_law::held_within;
+use super::travel_direction::Ways;
 use super::{HEADING_RAD, TractionConfig, ZERO_MOST_RAD_S, ZERO_STEP_RAD_S};
 use crate::linkage::MAX_HINGES;
 use crate::pid::is_plausible;

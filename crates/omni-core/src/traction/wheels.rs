@@ -2,7 +2,7 @@
 
 use super::observation::Look;
 use super::record::Record;
-use super::way::Way;
+use super::travel_direction::Way;
 use super::{Traction, TractionState, larger, least};
 use crate::constants::each;
 use crate::linkage::{NO_RISE, attitude, rolled};

@@ -373,7 +373,7 @@ pub(crate) fn check_waypoint<R: Real>(waypoint: &super::Waypoint<R>) -> Result<(
             "waypoint.sweep_rad",
             sweep_rad.abs(),
             0.01..=6.2,
-            "0.01 to 6.2, or as much to the right",
+            "0.01 to 6.2, or -6.2 to -0.01",
         )
         .map_err(|error| ConfigError {
             value: sweep_rad.as_f64(),

@@ -3,9 +3,9 @@
 use crate::error::ConfigError;
 use crate::{Kinematics, Real, WheelTorques, WheelVelocities};
 
-use super::lay::{Way, head, lay};
 use super::limits::{PathLimits, Vehicle, check_waypoint};
 use super::path::{PathPiece, Waypoint};
+use super::path_geometry::{Way, head, lay};
 use super::schedule::schedule;
 use super::{PathSegment, Trajectory, TrajectorySample};
 
@@ -107,7 +107,7 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     /// assert!((slow.duration_s() - 10.0).abs() < 1e-9);
     /// there.time_s = Some(1.0);
     /// let error = planner.plan(&[Waypoint::at(0.0, 0.0), there], &mut segments, &mut pieces).unwrap_err();
-    /// assert_eq!(error.to_string(), "waypoint 2: time_s = 1, allowed: later: limits do not let it be there so soon");
+    /// assert_eq!(error.to_string(), "waypoint 2: time_s = 1, allowed: a later time: the limits do not permit this one");
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn plan<'a>(
@@ -125,7 +125,7 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
             check_waypoint(waypoint).map_err(|error| error.at(i))?;
             if let Some(time_s) = waypoint.time_s.filter(|_| i > 0) {
                 if time_s <= before_s {
-                    let late = "later than at the waypoints before";
+                    let late = "later than the time of the waypoint before";
                     return Err(ConfigError::new("waypoint.time_s", time_s.as_f64(), late).at(i));
                 }
                 before_s = time_s;
@@ -133,7 +133,11 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
         }
         let [ways, needed] = Self::room(waypoints);
         let room = |name, found: usize| {
-            ConfigError::new(name, found as f64, "room for what TrajectoryPlanner::room says")
+            ConfigError::new(
+                name,
+                found as f64,
+                "at least as many as TrajectoryPlanner::room returns",
+            )
         };
         let found = [segments.len(), pieces.len()];
         let segments = segments.get_mut(..ways).ok_or(room("segments", found[0]))?;

@@ -59,7 +59,7 @@ pub(super) fn schedule<R: Real>(
         let run = &mut segments[start..=last];
         let asked = time_s - start_s;
         if !slowed(run, asked) {
-            let sooner = "later: limits do not let it be there so soon";
+            let sooner = "a later time: the limits do not permit this one";
             return Err(ConfigError::new("waypoint.time_s", time_s.as_f64(), sooner).at(last + 1));
         }
         (start, start_s) = (last + 1, time_s);

@@ -5,19 +5,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use foxglove::ws_protocol::client::{Advertise, ClientMessage, Subscription};
-use foxglove::ws_protocol::parameter::Parameter;
+use foxglove::ws_protocol::parameter::{Parameter, ParameterValue};
 use foxglove::ws_protocol::server::{MessageData, ParameterValues, Status};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use omni_config::shortened_line;
-use tokio::net::TcpStream;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{broadcast, mpsc};
 use tokio::time::timeout;
-use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 
-use super::requests::{ClientId, Published};
+use super::http::Socket;
+use super::requests::{ClientId, Published, Setting};
 use super::server::{Event, Hub};
 use crate::topic;
 
@@ -27,8 +26,6 @@ const MOST_ANSWERS: usize = 64;
 const MOST_ANNOUNCED: usize = 64;
 /// How long a client may read nothing before it is cut off.
 const SLOWEST: Duration = Duration::from_secs(10);
-
-type Socket = WebSocketStream<TcpStream>;
 
 /// Serves a client until it goes, does not read, or the run ends.
 pub(super) async fn serve(socket: Socket, id: ClientId, hub: Arc<Hub>) {
@@ -50,7 +47,7 @@ pub(super) async fn serve(socket: Socket, id: ClientId, hub: Arc<Hub>) {
         () = viewer.read(from) => {}
     }
     if viewer.hub.requests.leave(id) {
-        viewer.hub.rests("who commanded is gone");
+        viewer.hub.rests("the commanding client disconnected");
     }
     let wanted = viewer.wants().topics.clone();
     for (topic, _) in wanted.iter().enumerate().filter(|(_, wanted)| wanted.is_some()) {
@@ -145,7 +142,7 @@ impl Viewer {
             let taken = match message {
                 Message::Text(_) | Message::Binary(_) => match ClientMessage::try_from(&message) {
                     Ok(message) => self.take(message, &mut announced),
-                    Err(error) => self.refuse(&format!("not of the protocol: {error}")),
+                    Err(error) => self.refuse(&format!("not a message of the protocol: {error}")),
                 },
                 // The library answers pings and closing.
                 _ => Ok(()),
@@ -172,14 +169,14 @@ impl Viewer {
             }
             // What steers, or shows what could be steered, is not there without --steer.
             _ if !self.hub.steer => {
-                self.refuse("this run is watched only: to steer it, start it with --steer")
+                self.refuse("you can only watch this run: to steer it, start it with --steer")
             }
             ClientMessage::Advertise(message) => self.announce(message, announced),
             ClientMessage::Unadvertise(message) => {
                 let before = announced.len();
                 announced.retain(|id, _| !message.channel_ids.contains(id));
                 if announced.len() < before && self.hub.requests.leave(self.id) {
-                    self.hub.rests("who commanded publishes no longer");
+                    self.hub.rests("the commanding client stopped publishing");
                 }
                 Ok(())
             }
@@ -197,34 +194,26 @@ impl Viewer {
                 }
             }
             ClientMessage::GetParameters(message) => {
-                let mut all = self.hub.requests.parameters();
+                let mut all = self.hub.parameters();
                 let names = message.parameter_names;
                 all.retain(|parameter| names.is_empty() || names.contains(&parameter.name));
                 self.answer(&parameters(all, message.id))
             }
             ClientMessage::SetParameters(message) => {
-                let refused = self
-                    .hub
-                    .requests
-                    .set(self.id, &message.parameters, Instant::now());
+                let asked: Vec<_> = message.parameters.into_iter().map(setting).collect();
+                let refused = self.hub.requests.set(self.id, &asked, Instant::now());
                 refused.iter().try_for_each(|why| self.refuse(why))?;
-                let now = self.hub.requests.parameters();
+                let now = self.hub.parameters();
                 self.hub.send(Event::Parameters(Arc::new(now.clone())));
                 message
                     .id
                     .map_or(Ok(()), |id| self.answer(&parameters(now, Some(id))))
             }
             ClientMessage::SubscribeParameterUpdates(message) => {
-                let known: Vec<String> = self
-                    .hub
-                    .requests
-                    .parameters()
-                    .into_iter()
-                    .map(|parameter| parameter.name)
-                    .collect();
+                let known = self.hub.requests.settings().map(|(name, _)| name);
                 let mut wants = self.wants();
                 for name in message.parameter_names {
-                    if known.contains(&name) && !wants.parameters.contains(&name) {
+                    if known.contains(&name.as_str()) && !wants.parameters.contains(&name) {
                         wants.parameters.push(name);
                     }
                 }
@@ -245,7 +234,7 @@ impl Viewer {
         let mut wants = self.wants();
         let taken = wants.topics.contains(&Some(subscription.id));
         let why = match wants.topics.get_mut(topic) {
-            None => format!("channel {}: there is none", subscription.channel_id),
+            None => format!("channel {}: it does not exist", subscription.channel_id),
             Some(Some(_)) => format!("channel {topic}: already subscribed to"),
             Some(None) if taken => format!("subscription {}: already used", subscription.id),
             Some(wanted) => {
@@ -263,13 +252,13 @@ impl Viewer {
         for channel in message.channels {
             if channel.topic != topic::CMD_VEL {
                 self.refuse(&format!(
-                    "{}: nobody listens, allowed: {}",
+                    "{}: the run does not subscribe to this topic, allowed: {}",
                     channel.topic,
                     topic::CMD_VEL
                 ))?;
             } else if announced.len() >= MOST_ANNOUNCED {
                 self.refuse(&format!(
-                    "channel {}: {MOST_ANNOUNCED} are announced, which is the most",
+                    "channel {}: {MOST_ANNOUNCED} channels are announced already, the largest number allowed",
                     channel.id
                 ))?;
             } else {
@@ -298,6 +287,18 @@ impl Viewer {
 
 /// What a client publishes on, by its own numbers.
 type Announced = HashMap<u32, Published>;
+
+/// What a client sets, in the run's terms.
+fn setting(parameter: Parameter) -> (String, Setting) {
+    let value = match parameter.value {
+        Some(ParameterValue::Float64(value)) => Setting::Number(value),
+        Some(ParameterValue::Integer(value)) => Setting::Number(value as f64),
+        Some(ParameterValue::String(text)) => Setting::Text(text),
+        Some(other) => Setting::Other(format!("{other:?}")),
+        None => Setting::Other("nothing".into()),
+    };
+    (parameter.name, value)
+}
 
 fn parameters(values: Vec<Parameter>, id: Option<String>) -> ParameterValues {
     let values = ParameterValues::new(values);

@@ -21,12 +21,18 @@ const MOST_SHOWN: usize = 100;
 /// Whose pages may connect.
 pub(super) struct Guard {
     origins: Vec<String>,
+    /// Of the pages of this machine the run's own alone.
+    own_page: bool,
 }
 
 impl Guard {
-    /// Known viewers and the origins of `more`, or the one of these that is none.
-    pub(super) fn new(more: &[String]) -> Result<Self, String> {
-        let known = VIEWERS.map(str::to_owned);
+    /// Known viewers, pages of this machine and the origins of `more`, or the one of these that is none; with `own_page` the run's own page
+    /// and those of `more` alone.
+    pub(super) fn new(more: &[String], own_page: bool) -> Result<Self, String> {
+        let known = VIEWERS
+            .iter()
+            .filter(|_| !own_page)
+            .map(|&origin| origin.to_owned());
         let more = more.iter().map(|origin| {
             let origin = origin.to_ascii_lowercase();
             if is_origin(&origin) {
@@ -35,9 +41,10 @@ impl Guard {
                 Err(origin)
             }
         });
-        let origins = known.into_iter().map(Ok).chain(more);
+        let origins = known.map(Ok).chain(more);
         Ok(Self {
             origins: origins.collect::<Result<_, _>>()?,
+            own_page,
         })
     }
 
@@ -55,12 +62,13 @@ impl Guard {
         let local = ["http://", "https://"]
             .iter()
             .find_map(|scheme| lower.strip_prefix(scheme));
-        if local.is_some_and(is_here) || self.origins.contains(&lower) {
+        let is_own = |page: &str| is_here(page) && (!self.own_page || port(page) == port(host));
+        if local.is_some_and(is_own) || self.origins.contains(&lower) {
             return Ok(());
         }
         let origin = shown(origin);
         Err(format!(
-            "a page of {origin}: allow it with --allow-origin {origin}"
+            "a page from {origin}: allow it with --allow-origin {origin}"
         ))
     }
 }
@@ -74,7 +82,7 @@ fn only(headers: &HeaderMap, name: header::HeaderName) -> Result<Option<&str>, S
             .to_str()
             .map(Some)
             .map_err(|_| format!("{name} is not ASCII")),
-        (Some(_), Some(_)) => Err(format!("{name} is there more than once")),
+        (Some(_), Some(_)) => Err(format!("{name} is given more than once")),
     }
 }
 
@@ -86,6 +94,14 @@ fn is_here(authority: &str) -> bool {
                 .iter()
                 .any(|name| authority.host().eq_ignore_ascii_case(name))
         })
+}
+
+/// The port in an authority that was looked at before.
+fn port(authority: &str) -> Option<u16> {
+    authority
+        .parse::<Authority>()
+        .ok()
+        .and_then(|authority| authority.port_u16())
 }
 
 /// Is it what a browser may call a page's origin: a scheme, a name and perhaps a port, nothing after it?
@@ -121,7 +137,7 @@ mod tests {
 
     #[test]
     fn only_programs_of_this_machine_and_pages_of_known_viewers_connect() {
-        let guard = Guard::new(&["https://Viewer.example:8080".into()]).expect("an origin");
+        let guard = Guard::new(&["https://Viewer.example:8080".into()], false).expect("an origin");
         for host in [
             "localhost",
             "LOCALHOST:8765",
@@ -177,7 +193,7 @@ mod tests {
         }
         assert_eq!(
             from("https://evil.example"),
-            Err("a page of https://evil.example: allow it with --allow-origin https://evil.example".into())
+            Err("a page from https://evil.example: allow it with --allow-origin https://evil.example".into())
         );
         let both = [
             ("host", "localhost"),
@@ -196,7 +212,7 @@ mod tests {
             "null",
             "file://",
         ] {
-            assert!(Guard::new(&[good.into()]).is_ok(), "{good}");
+            assert!(Guard::new(&[good.into()], false).is_ok(), "{good}");
         }
         for bad in [
             "a.example",
@@ -208,13 +224,13 @@ mod tests {
             "https://a@b",
             "",
         ] {
-            assert_eq!(Guard::new(&[bad.into()]).err().as_deref(), Some(bad));
+            assert_eq!(Guard::new(&[bad.into()], false).err().as_deref(), Some(bad));
         }
     }
 
     #[test]
     fn a_reason_is_short_however_long_the_header() {
-        let guard = Guard::new(&[]).expect("none");
+        let guard = Guard::new(&[], false).expect("none");
         let long = format!("https://{}.example", "a".repeat(10_000));
         for lines in [
             vec![("host", long.as_str())],
@@ -222,5 +238,31 @@ mod tests {
         ] {
             assert!(check(&guard, &lines).expect_err("refused").len() <= 300);
         }
+    }
+
+    #[test]
+    fn a_run_that_is_driven_lets_its_own_page_in_and_no_other_but_those_that_are_named() {
+        let guard = Guard::new(&["https://viewer.example".into()], true).expect("an origin");
+        let origin = |origin: &str| check(&guard, &[("host", "127.0.0.1:8765"), ("origin", origin)]);
+        for own in [
+            "http://127.0.0.1:8765",
+            "http://localhost:8765",
+            "https://viewer.example",
+        ] {
+            assert_eq!(origin(own), Ok(()), "{own}");
+        }
+        for other in [
+            "http://127.0.0.1:3000",
+            "http://localhost",
+            "file://",
+            "https://app.foxglove.dev",
+            "null",
+        ] {
+            assert!(
+                origin(other).is_err_and(|why| why.contains("--allow-origin")),
+                "{other}"
+            );
+        }
+        assert_eq!(check(&guard, &[("host", "127.0.0.1:8765")]), Ok(()), "a program");
     }
 }

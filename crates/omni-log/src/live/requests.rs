@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use byteorder::LittleEndian;
-use foxglove::websocket::{Parameter, ParameterValue};
 use omni_config::{Override, Scenario};
 use omni_core::BodyTwist;
 
@@ -23,6 +22,25 @@ pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
 
 /// Which client.
 pub(super) type ClientId = u64;
+
+/// What a setting is, or should become.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Setting {
+    Number(f64),
+    Text(String),
+    /// Nothing that a setting can be; in words, for the answer.
+    Other(String),
+}
+
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Text(text) => write!(f, "{text:?}"),
+            Self::Other(words) => f.write_str(words),
+        }
+    }
+}
 
 /// Where the threads of clients leave what the run's thread takes.
 pub(super) struct Requests {
@@ -76,6 +94,11 @@ impl Requests {
         }
     }
 
+    /// From now on the vehicle rests until somebody commands it.
+    pub(super) fn rest(&self) {
+        self.pending().command = Command::Rest;
+    }
+
     /// Takes a command back that is too old. Was there one?
     pub(super) fn time_out(&self, now: Instant) -> bool {
         self.rest_if(|_, at| now.saturating_duration_since(at) > COMMAND_HOLDS)
@@ -111,27 +134,25 @@ impl Requests {
         std::mem::take(&mut self.pending().subscribed)
     }
 
-    /// The parameters as they are now.
-    pub(super) fn parameters(&self) -> Vec<Parameter> {
-        self.pending().parameters()
+    /// The settings as they are now, by name.
+    pub(super) fn settings(&self) -> [(&'static str, Setting); 5] {
+        self.pending().settings()
     }
 
-    /// Sets what is allowed of a client's parameters; why not the rest.
-    pub(super) fn set(&self, who: ClientId, parameters: &[Parameter], now: Instant) -> Vec<String> {
+    /// Sets what is allowed of a client's settings; why not the rest.
+    pub(super) fn set(&self, who: ClientId, settings: &[(String, Setting)], now: Instant) -> Vec<String> {
         let _alone = self.setting.lock().unwrap_or_else(PoisonError::into_inner);
-        let set = parameters
+        let set = settings
             .iter()
-            .map(|parameter| self.set_one(who, parameter, now));
+            .map(|(name, value)| self.set_one(who, name, value, now));
         set.filter_map(Result::err).collect()
     }
 
-    /// Sets a parameter, or says why not.
-    fn set_one(&self, who: ClientId, parameter: &Parameter, now: Instant) -> Result<(), String> {
-        let name = parameter.name.as_str();
-        let number = || match parameter.value {
-            Some(ParameterValue::Float64(value)) if value.is_finite() => Ok(value),
-            Some(ParameterValue::Integer(value)) => Ok(value as f64),
-            ref other => Err(format!("{name}: {other:?}, allowed: a finite number")),
+    /// Makes a setting that value, or says why not.
+    fn set_one(&self, who: ClientId, name: &str, value: &Setting, now: Instant) -> Result<(), String> {
+        let number = || match value {
+            Setting::Number(value) if value.is_finite() => Ok(*value),
+            other => Err(format!("{name}: {other}, allowed: a finite number")),
         };
         let with = match name {
             VX | VY | WZ => {
@@ -141,9 +162,9 @@ impl Requests {
                     allowed(scenario, twist)
                 });
             }
-            POLICY => match &parameter.value {
-                Some(ParameterValue::String(policy)) => Override::new(POLICY, policy.as_str()),
-                other => return Err(format!("{name}: {other:?}, allowed: the name of a policy")),
+            POLICY => match value {
+                Setting::Text(policy) => Override::new(POLICY, policy.as_str()),
+                other => return Err(format!("{name}: {other}, allowed: the name of a policy")),
             },
             TORQUE => Override::new(TORQUE, number()?),
             _ => {
@@ -166,6 +187,11 @@ impl Requests {
         self.take_command(who, now, |scenario, _| {
             allowed(scenario, twist(published, payload)?)
         })
+    }
+
+    /// Takes a twist that came otherwise: vx, vy \[m/s\] and wz \[rad/s\]; or says why not.
+    pub(super) fn drive(&self, who: ClientId, twist: [f64; 3], now: Instant) -> Result<(), String> {
+        self.take_command(who, now, |scenario, _| allowed(scenario, twist))
     }
 
     /// Takes the twist that `check` makes of the scenario and the twist of now, or says why not. `check` runs without
@@ -212,14 +238,20 @@ impl Pending {
         }
     }
 
-    fn parameters(&self) -> Vec<Parameter> {
+    fn settings(&self) -> [(&'static str, Setting); 5] {
         let command = self.twist();
-        vec![
-            Parameter::float64(VX, command.vx_m_s),
-            Parameter::float64(VY, command.vy_m_s),
-            Parameter::float64(WZ, command.wz_rad_s),
-            Parameter::string(POLICY, self.scenario.control.policy.as_str()),
-            Parameter::float64(TORQUE, self.scenario.vehicle().motor.stall_torque_n_m),
+        [
+            (VX, Setting::Number(command.vx_m_s)),
+            (VY, Setting::Number(command.vy_m_s)),
+            (WZ, Setting::Number(command.wz_rad_s)),
+            (
+                POLICY,
+                Setting::Text(self.scenario.control.policy.as_str().into()),
+            ),
+            (
+                TORQUE,
+                Setting::Number(self.scenario.vehicle().motor.stall_torque_n_m),
+            ),
         ]
     }
 }
@@ -284,6 +316,14 @@ mod tests {
         Requests::new(&Scenario::load("flat", &[]).expect("built-in"))
     }
 
+    fn set_number(name: &str, value: f64) -> (String, Setting) {
+        (name.into(), Setting::Number(value))
+    }
+
+    fn set_text(name: &str, value: &str) -> (String, Setting) {
+        (name.into(), Setting::Text(value.into()))
+    }
+
     fn commanded(requests: &Requests) -> Option<f64> {
         requests.command().map(|twist| twist.vx_m_s)
     }
@@ -300,14 +340,14 @@ mod tests {
         requests.publish(1, &json(), AHEAD, after(0.0)).expect("a twist");
         assert!(!requests.time_out(after(0.5)) && commanded(&requests) == Some(-0.3));
         assert_eq!(
-            requests.set(1, &[Parameter::float64(VX, 0.2)], after(0.5)),
+            requests.set(1, &[set_number(VX, 0.2)], after(0.5)),
             Vec::<String>::new()
         );
         assert!(!requests.time_out(after(1.0)) && commanded(&requests) == Some(0.2));
         assert!(requests.time_out(after(1.001)) && commanded(&requests) == Some(0.0));
         // Said once; not back to the scenario's command; a later command moves the vehicle again.
         assert!(!requests.time_out(after(2.0)) && commanded(&requests) == Some(0.0));
-        assert_eq!(requests.parameters()[0], Parameter::float64(VX, 0.0));
+        assert_eq!(requests.settings()[0], (VX, Setting::Number(0.0)));
         requests.publish(1, &json(), AHEAD, after(3.0)).expect("a twist");
         assert_eq!(commanded(&requests), Some(-0.3));
     }
@@ -320,19 +360,11 @@ mod tests {
         assert!(requests.publish(1, &json(), b"{", late).is_err());
         assert_eq!(
             requests
-                .set(
-                    1,
-                    &[Parameter::float64(VX, 1e9), Parameter::float64("x", 0.0)],
-                    late
-                )
+                .set(1, &[set_number(VX, 1e9), set_number("x", 0.0)], late)
                 .len(),
             2
         );
-        assert!(
-            requests
-                .set(1, &[Parameter::string(POLICY, "paper")], late)
-                .is_empty()
-        );
+        assert!(requests.set(1, &[set_text(POLICY, "paper")], late).is_empty());
         assert!(requests.time_out(start + Duration::from_millis(501)));
     }
 
@@ -363,14 +395,7 @@ mod tests {
         requests.publish(1, &json(), AHEAD, now).expect("a twist");
         assert!(
             requests
-                .set(
-                    1,
-                    &[
-                        Parameter::string(POLICY, "paper"),
-                        Parameter::float64(TORQUE, 1.25)
-                    ],
-                    now
-                )
+                .set(1, &[set_text(POLICY, "paper"), set_number(TORQUE, 1.25)], now)
                 .is_empty()
         );
         assert!(

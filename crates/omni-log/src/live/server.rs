@@ -15,26 +15,18 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
-use tokio_tungstenite::accept_hdr_async_with_config;
 use tokio_tungstenite::tungstenite::Message;
-use tokio_tungstenite::tungstenite::handshake::server::{ErrorResponse, Request, Response};
-use tokio_tungstenite::tungstenite::http::{HeaderValue, StatusCode, header};
-use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 
-use super::client;
 use super::guard::Guard;
-use super::requests::{ClientId, Requests};
+use super::requests::{ClientId, Requests, Setting};
+use super::{client, http};
 
-/// How long a client may take to say what it wants.
-const HANDSHAKE: Duration = Duration::from_secs(10);
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.
 const MOST_WAITING: usize = 16;
 /// Clients at a time; one more is told so.
-const MOST_VIEWERS: usize = 16;
+pub(super) const MOST_VIEWERS: usize = 16;
 /// Messages that a slow client may be behind before it misses some.
 const BACKLOG: usize = 1024;
-/// Longest message of a client \[bytes\]: what it subscribes to, a few numbers, a twist.
-const LONGEST_MESSAGE: usize = 64 << 10;
 /// Pause after the system refused a connection, and where a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
@@ -44,12 +36,12 @@ const SILENCE: Duration = Duration::from_secs(60);
 const FAREWELL: Duration = Duration::from_secs(1);
 /// Lines about connections that were refused, in a run.
 const MOST_LINES: usize = 20;
-/// What clients must speak.
-const PROTOCOL: &str = "foxglove.sdk.v1";
 
 /// A topic that is served.
 pub(super) struct Topic {
     pub(super) name: &'static str,
+    /// How its messages are bytes: `cdr`, or `json`, which needs no schema.
+    pub(super) encoding: &'static str,
     pub(super) schema_name: &'static str,
     pub(super) schema: &'static str,
 }
@@ -75,8 +67,8 @@ pub(super) struct Hub {
     pub(super) topics: usize,
     events: broadcast::Sender<Event>,
     subscribers: Vec<AtomicUsize>,
-    guard: Guard,
-    places: Arc<Semaphore>,
+    pub(super) guard: Guard,
+    pub(super) places: Arc<Semaphore>,
     next: AtomicU64,
     lines: AtomicUsize,
     warn: Box<dyn Fn(&str) + Send + Sync>,
@@ -106,19 +98,28 @@ impl Hub {
         self.subscribers[topic].load(Ordering::Relaxed) > 0
     }
 
+    /// The run's settings, in the protocol's terms.
+    pub(super) fn parameters(&self) -> Vec<Parameter> {
+        let settings = self.requests.settings().map(|(name, value)| match value {
+            Setting::Number(number) => Parameter::float64(name, number),
+            Setting::Text(text) | Setting::Other(text) => Parameter::string(name, text),
+        });
+        settings.into()
+    }
+
     /// Tells all clients, and all that show parameters, that nobody commands the vehicle any more.
     pub(super) fn rests(&self, why: &str) {
         self.send(Event::Status(Arc::new(Status::warning(format!(
-            "{why}: the vehicle is told to rest"
+            "{why}: the vehicle is commanded to stop"
         )))));
-        self.send(Event::Parameters(Arc::new(self.requests.parameters())));
+        self.send(Event::Parameters(Arc::new(self.parameters())));
     }
 
     /// A line for whoever started the run; others must not fill the screen.
-    fn warn(&self, line: &str) {
+    pub(super) fn warn(&self, line: &str) {
         match self.lines.fetch_add(1, Ordering::Relaxed) {
             n if n < MOST_LINES => (self.warn)(line),
-            MOST_LINES => (self.warn)("more connections are refused, which is not said any more"),
+            MOST_LINES => (self.warn)("more connections are refused; further refusals are not reported"),
             _ => {}
         }
     }
@@ -191,12 +192,14 @@ fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
             .with_supported_encodings(["cdr", "json"]);
     }
     let channels = topics.iter().enumerate().filter_map(|(k, topic)| {
-        let schema = Schema::new(topic.schema_name, "ros2msg", topic.schema.as_bytes());
+        let channel = Channel::builder(k as u64, topic.name, topic.encoding);
+        let schema = (!topic.schema.is_empty())
+            .then(|| Schema::new(topic.schema_name, "ros2msg", topic.schema.as_bytes()));
         // Only a schema that is no text has no form in JSON.
-        Channel::builder(k as u64, topic.name, "cdr")
-            .with_schema(schema)
-            .build()
-            .ok()
+        match schema {
+            Some(schema) => channel.with_schema(schema).build().ok(),
+            None => channel.build().ok(),
+        }
     });
     [Message::from(&info), Message::from(&Advertise::new(channels))]
 }
@@ -219,7 +222,7 @@ async fn accept(listener: TcpListener, hub: Arc<Hub>) {
             // As when the process may open no more files: the system keeps the connection until there is room.
             Err(error) => {
                 if said.is_none_or(|said| said.elapsed() > SILENCE) {
-                    hub.warn(&format!("connections wait until others end: {error}"));
+                    hub.warn(&format!("new connections wait until others end: {error}"));
                     said = Some(Instant::now());
                 }
                 waiting.retain(|handshake| !handshake.is_finished());
@@ -239,40 +242,7 @@ async fn accept(listener: TcpListener, hub: Arc<Hub>) {
 async fn connect(stream: TcpStream, hub: Arc<Hub>) {
     // Without it small messages wait for others.
     let _ = stream.set_nodelay(true);
-    let mut place = None;
-    #[expect(clippy::result_large_err, reason = "tungstenite's own")]
-    let check = |request: &Request, mut response: Response| {
-        if let Err(why) = hub.guard.check(request.headers()) {
-            hub.warn(&format!("refused {why}"));
-            return Err(refusal(StatusCode::FORBIDDEN, &why));
-        }
-        let offered = request.headers().get_all(header::SEC_WEBSOCKET_PROTOCOL).iter();
-        let offered = offered.filter_map(|value| value.to_str().ok());
-        if !offered
-            .flat_map(|value| value.split(','))
-            .any(|name| name.trim() == PROTOCOL)
-        {
-            let why = format!("no Sec-WebSocket-Protocol that is known, allowed: {PROTOCOL}");
-            return Err(refusal(StatusCode::BAD_REQUEST, &why));
-        }
-        place = hub.places.clone().try_acquire_owned().ok();
-        if place.is_none() {
-            let why = format!("{MOST_VIEWERS} viewers are there, which is the most");
-            hub.warn(&format!("refused a viewer: {why}"));
-            return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, &why));
-        }
-        let name = HeaderValue::from_static(PROTOCOL);
-        response
-            .headers_mut()
-            .insert(header::SEC_WEBSOCKET_PROTOCOL, name);
-        Ok(response)
-    };
-    let limits = WebSocketConfig::default()
-        .max_message_size(Some(LONGEST_MESSAGE))
-        .max_frame_size(Some(LONGEST_MESSAGE));
-    let handshake = accept_hdr_async_with_config(stream, check, Some(limits));
-    let socket = timeout(HANDSHAKE, handshake).await;
-    if let (Ok(Ok(socket)), Some(place)) = (socket, place) {
+    if let Some((socket, place)) = http::answer(stream, &hub).await {
         // On its own: it waits no longer, and is none of those that are closed for others.
         tokio::spawn(async move {
             let _place: OwnedSemaphorePermit = place;
@@ -280,18 +250,4 @@ async fn connect(stream: TcpStream, hub: Arc<Hub>) {
             client::serve(socket, id, hub).await;
         });
     }
-}
-
-/// An answer of one line.
-fn refusal(status: StatusCode, why: &str) -> ErrorResponse {
-    let mut response = ErrorResponse::new(Some(format!("{why}\n")));
-    *response.status_mut() = status;
-    let headers = response.headers_mut();
-    headers.insert(
-        header::CONTENT_TYPE,
-        HeaderValue::from_static("text/plain; charset=utf-8"),
-    );
-    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(why.len() + 1));
-    headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
-    response
 }

@@ -6,12 +6,17 @@ use std::io;
 
 use omni_config::{Body, Hinge, Vehicle, WheelSpec};
 
-use super::{Geometry, Inertial, Place, Shape, Xml, at, element, leaf, link, list, robot};
+use super::{Geometry, Inertial, Place, Shape, at, link, robot};
+use crate::xml::{Xml, element, leaf, list};
 
 /// The link of the vehicle's first body, by the name that ROS tools expect.
 pub const BASE_LINK: &str = "base_link";
 /// The frame in which odometry has the vehicle, by the name that ROS tools expect.
 pub const ODOM_LINK: &str = "odom";
+/// The frame of a map, by the name that ROS tools expect.
+pub const MAP_LINK: &str = "map";
+/// The frame of the inertial measurement unit, which is on the base and along it.
+pub const IMU_LINK: &str = "imu_link";
 /// The frame of the ground.
 pub const WORLD_LINK: &str = "world";
 
@@ -83,21 +88,33 @@ pub fn link_frame_m(vehicle: &Vehicle, body: &str) -> [f64; 3] {
 /// ```
 #[must_use]
 pub fn vehicle_urdf(vehicle: &Vehicle) -> String {
-    robot(&vehicle.name, |xml| {
-        vehicle
-            .body
-            .iter()
-            .try_for_each(|body| of_body(xml, vehicle, body))?;
-        vehicle.wheel.iter().try_for_each(|wheel| of_wheel(xml, wheel))?;
-        vehicle
-            .hinge
-            .iter()
-            .try_for_each(|hinge| of_hinge(xml, vehicle, hinge))?;
-        vehicle
-            .wheel
-            .iter()
-            .try_for_each(|wheel| of_axle(xml, vehicle, wheel))
-    })
+    robot(&vehicle.name, |xml| write_parts(xml, vehicle))
+}
+
+/// The links and joints.
+pub(super) fn write_parts(xml: &mut Xml, vehicle: &Vehicle) -> io::Result<()> {
+    vehicle
+        .body
+        .iter()
+        .try_for_each(|body| of_body(xml, vehicle, body))?;
+    vehicle.wheel.iter().try_for_each(|wheel| of_wheel(xml, wheel))?;
+    vehicle
+        .hinge
+        .iter()
+        .try_for_each(|hinge| of_hinge(xml, vehicle, hinge))?;
+    vehicle
+        .wheel
+        .iter()
+        .try_for_each(|wheel| of_axle(xml, vehicle, wheel))
+}
+
+/// Highest effort \[N.m\] and velocity \[rad/s\] of a wheel.
+pub(super) fn wheel_limits(vehicle: &Vehicle, wheel: &WheelSpec) -> [f64; 2] {
+    let no_load = vehicle.no_load_rad_s().unwrap_or(f64::INFINITY) * wheel.gear;
+    [
+        vehicle.motor.stall_torque_n_m / wheel.gear,
+        no_load.min(UNLIMITED_RAD_S),
+    ]
 }
 
 /// From a link's frame to a point of the vehicle's frame.
@@ -169,8 +186,7 @@ fn of_hinge(xml: &mut Xml, vehicle: &Vehicle, hinge: &Hinge) -> io::Result<()> {
 fn of_axle(xml: &mut Xml, vehicle: &Vehicle, wheel: &WheelSpec) -> io::Result<()> {
     let [x, y] = wheel.position_m;
     let yaw = axle_yaw_rad(wheel);
-    let motor = &vehicle.motor;
-    let no_load = vehicle.no_load_rad_s().unwrap_or(f64::INFINITY) * wheel.gear;
+    let [effort, velocity] = wheel_limits(vehicle, wheel);
     let name = wheel_link(&wheel.name);
     let joint = Joint {
         name: &name,
@@ -179,12 +195,7 @@ fn of_axle(xml: &mut Xml, vehicle: &Vehicle, wheel: &WheelSpec) -> io::Result<()
         parent: link_name(vehicle, &wheel.body),
         child: &name,
         axis: [libm::cos(yaw), libm::sin(yaw), 0.0],
-        limit: [
-            0.0,
-            0.0,
-            motor.stall_torque_n_m / wheel.gear,
-            no_load.min(UNLIMITED_RAD_S),
-        ],
+        limit: [0.0, 0.0, effort, velocity],
     };
     joint.write(xml, |_| Ok(()))
 }

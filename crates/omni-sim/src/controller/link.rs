@@ -123,7 +123,7 @@ impl Link {
         let frame = encode(message, &mut buffer).unwrap_or_default();
         match self.requests.try_send(frame.to_vec()) {
             Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err("the firmware does not read what it is sent".into()),
+            Err(TrySendError::Full(_)) => Err("the firmware does not read the messages sent to it".into()),
             Err(TrySendError::Disconnected(_)) => Err(self.why_it_ended()),
         }
     }
@@ -153,12 +153,14 @@ impl Link {
         let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         if heard.count == 0 {
             let waited = (self.time_out * GREETINGS).as_secs_f64();
-            return format!("no answer within {waited} s: is it the image that serves omni-link frames?");
+            return format!(
+                "no answer within {waited} s: check that it is the image that serves omni-link frames"
+            );
         }
         let (count, first) = (heard.count, heard.first.escape_ascii());
         format!(
-            "what came is no message of omni-link ({count} bytes, first \"{first}\"): is it the image that serves omni-link \
-             frames?"
+            "the answer is no omni-link message ({count} bytes, first \"{first}\"): check that it is the image that \
+             serves omni-link frames"
         )
     }
 }

@@ -1,6 +1,6 @@
 //! A controller at the other end of a link, in lock-step: greeted, asked once a control period, its answers checked.
 
-mod believable;
+mod response_checks;
 
 use std::time::Instant;
 
@@ -31,7 +31,7 @@ impl Undue {
         self.0 += 1;
         if self.0 > MOST_UNDUE {
             return Err(format!(
-                "the firmware sends without being asked: more than {MOST_UNDUE} messages that answer nothing"
+                "the firmware sent more than {MOST_UNDUE} messages that answer no request"
             ));
         }
         Ok(())
@@ -144,10 +144,7 @@ impl<const N: usize> Linked<N> {
         match action {
             Action::Step | Action::Hold => Ok(()),
             Action::Stop if self.last.action == Action::Stop => Err("the controller has stopped".into()),
-            Action::Stop => Err(format!(
-                "no fresh torques in {} periods in a row",
-                HOLD_PERIODS + 1
-            )),
+            Action::Stop => Err(format!("no new torques in {} periods in a row", HOLD_PERIODS + 1)),
         }
     }
 
@@ -258,7 +255,7 @@ fn greeting<const N: usize>(link: &mut Link) -> Result<Option<Greeting>, String>
         }
     }
     if answers {
-        return Err("it speaks omni-link, but does not say what it was built for when it is greeted".into());
+        return Err("it speaks omni-link, but its greeting does not say what it was built for".into());
     }
     Ok(None)
 }
@@ -273,7 +270,7 @@ fn fits(greeting: &Greeting, scenario: &Scenario) -> Result<(), String> {
     };
     let built = |what: String| {
         Err(format!(
-            "{what}; build it for this scenario, in firmware/ by OMNISTEP_SCENARIO=FILE cargo build --release"
+            "{what}; build it for this scenario: in firmware/, OMNISTEP_SCENARIO=FILE cargo build --release"
         ))
     };
     match (greeting, &expected) {

@@ -60,7 +60,7 @@ impl<const N: usize> Own<N> {
 /// use omni_sim::controller::check_name;
 /// assert!(check_name("my law").is_ok());
 /// let said = check_name("paper").map_err(|error| error.to_string());
-/// assert_eq!(said.err().as_deref(), Some("policy = \"paper\", allowed: a name of its own, and not a coordination policy's"));
+/// assert_eq!(said.err().as_deref(), Some("policy = \"paper\", allowed: a name that is not a coordination policy's"));
 /// ```
 pub fn check_name(name: &str) -> Result<(), Error> {
     let refuse = |allowed| {
@@ -76,7 +76,7 @@ pub fn check_name(name: &str) -> Result<(), Error> {
         return refuse("a name of 1 to 80 characters in one line");
     }
     if config::POLICIES.contains(&name) {
-        return refuse("a name of its own, and not a coordination policy's");
+        return refuse("a name that is not a coordination policy's");
     }
     Ok(())
 }
@@ -116,7 +116,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if taken || reserved || of_wheels {
             return refuse(
                 name,
-                "another name: columns and signals of every trace or log are taken, and what begins with wheel_ or drive_",
+                "another name: reserved are the columns of every trace or log and names that begin with wheel_ or drive_",
             );
         }
     }
@@ -251,11 +251,11 @@ mod tests {
             (&["Speed"], "lower case"),
             (&["1st"], "a letter first"),
             (&[""], "a letter first"),
-            (&["time_s"], "are taken"),
-            (&["measured_rad_s"], "are taken"),
+            (&["time_s"], "reserved are the columns"),
+            (&["measured_rad_s"], "reserved are the columns"),
             (&["drive_mode"], "wheel_ or drive_"),
-            (&["wheel_3_p_n_m"], "are taken"),
-            (&["asked_vx_m_s"], "are taken"),
+            (&["wheel_3_p_n_m"], "reserved are the columns"),
+            (&["asked_vx_m_s"], "reserved are the columns"),
         ] {
             let said = made(names).err().expect("refused").to_string();
             assert!(said.starts_with("policy mine: the signal \""), "{said}");

@@ -55,7 +55,7 @@ impl Firmware {
         if let Err(error) = open_regular(&self.image) {
             return Err(refuse(match error.kind() {
                 ErrorKind::NotFound => {
-                    "no such firmware image: build the one in firmware/, or name another by --firmware FILE"
+                    "no such firmware image: build the one in firmware/, or set another with --firmware FILE"
                         .into()
                 }
                 _ => error.to_string(),
@@ -65,7 +65,7 @@ impl Firmware {
             refuse(match error.kind() {
                 ErrorKind::NotFound => {
                     format!(
-                        "{QEMU} is not installed (Debian's package of that name), or use --controller host"
+                        "{QEMU} is not installed: install Debian's package of that name, or use --controller host"
                     )
                 }
                 _ => format!("{QEMU} cannot be started: {error}"),

@@ -69,7 +69,7 @@ fn pool(threads: usize) -> Result<Pool, Error> {
     let threads = built.map_err(|error| Error::Argument {
         name: "threads",
         value: format!("{threads} ({error})"),
-        allowed: "as many as the system gives",
+        allowed: "as many as the system can start",
     })?;
     Ok(Pool {
         threads,
@@ -127,8 +127,8 @@ impl Episodes {
             if found != self.episodes.len() {
                 return Err(Error::Argument {
                     name,
-                    value: format!("{found} of them"),
-                    allowed: "one an environment",
+                    value: format!("{found} values"),
+                    allowed: "one for each environment",
                 });
             }
         }
@@ -259,7 +259,7 @@ mod tests {
             assert_eq!(last.last.is_some(), autoreset == Autoreset::SameStep);
             match (autoreset, step(&mut episodes, autoreset)) {
                 (Autoreset::Disabled, Err(error)) => {
-                    assert!(error.to_string().contains("after reset()"), "{error}");
+                    assert!(error.to_string().contains("only after reset()"), "{error}");
                 }
                 // The action that follows an end is left out, and rewarded with nothing.
                 (Autoreset::NextStep, Ok(turns)) => assert_eq!(turns[0].reward, 0.0),
@@ -311,6 +311,6 @@ mod tests {
         assert!(stopped.expect("no error").is_none());
         assert_eq!(looks, 3);
         let error = step(&mut episodes, Autoreset::Disabled).expect_err("over");
-        assert!(error.to_string().contains("after reset()"), "{error}");
+        assert!(error.to_string().contains("only after reset()"), "{error}");
     }
 }

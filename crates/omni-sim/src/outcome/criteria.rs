@@ -33,7 +33,7 @@ impl Runaway {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let wheels = &scenario.vehicle().wheel;
         let far = |reach: f64, wheel: &crate::config::WheelSpec| {
-            reach.max(wheel.position_m[0].hypot(wheel.position_m[1]))
+            reach.max(libm::hypot(wheel.position_m[0], wheel.position_m[1]))
         };
         Self {
             reach_m: wheels.iter().fold(0.0, far),
@@ -47,7 +47,7 @@ impl Runaway {
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
         let parts = |twist: &omni_core::BodyTwist<f64>| {
             let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
-            [twist.vx_m_s.hypot(twist.vy_m_s), turning_m_s]
+            [libm::hypot(twist.vx_m_s, twist.vy_m_s), turning_m_s]
         };
         let (told, moving) = (parts(&sample.command), parts(&seen.twist));
         let mut over = false;

@@ -8,7 +8,7 @@ use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, sp
 use super::criteria::{Gain, Gained, Lean, Runaway};
 use super::friction_use::FrictionUse;
 use super::linkage_spread::LinkageSpread;
-use super::whereabouts::Whereabouts;
+use super::pose_errors::PoseErrors;
 use super::{Outcome, Verdict};
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
@@ -54,7 +54,7 @@ pub(crate) struct Meter {
     lean: Lean,
     gain: Gain,
     last: Last,
-    whereabouts: Whereabouts,
+    whereabouts: PoseErrors,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -150,8 +150,13 @@ impl Meter {
             lean: Lean::new(scenario),
             gain: Gain::new(weight_n),
             last: Last::default(),
-            whereabouts: Whereabouts::new(scenario),
+            whereabouts: PoseErrors::new(scenario),
         }
+    }
+
+    /// The run is of other physics, whose wheels have rollers.
+    pub(crate) fn set_outside(&mut self, engine: Engine) {
+        (self.engine, self.wheel_model_valid) = (engine, true);
     }
 
     /// Adds a control period.
@@ -166,7 +171,7 @@ impl Meter {
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         let [px, py, _] = seen.pose.position_m;
-        let commanded = sample.command.vx_m_s.hypot(sample.command.vy_m_s) * self.period_s;
+        let commanded = libm::hypot(sample.command.vx_m_s, sample.command.vy_m_s) * self.period_s;
         self.progress.push(seen.time_ns, commanded, [px, py]);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if self.phase != Phase::Climbed {
@@ -295,7 +300,7 @@ impl Meter {
         let row = self.rows.iter().position(|row| !passed(row));
         let (from, from_j) = c.from.unwrap_or(c.to);
         let (to, to_j) = c.to;
-        let (way_m, work_j) = ((to[0] - from[0]).hypot(to[1] - from[1]), to_j - from_j);
+        let (way_m, work_j) = (libm::hypot(to[0] - from[0], to[1] - from[1]), to_j - from_j);
         let pose = self.whereabouts.pose();
         let gained_m = self.terrain.level_beyond_m(to[1]);
         Outcome {
@@ -365,7 +370,7 @@ impl Progress {
             .front()
             .filter(|_| self.windows.len() == STALL_WINDOWS);
         a_second_ago.is_some_and(|(then, commanded_m)| {
-            let gone = (place[0] - then[0]).hypot(place[1] - then[1]);
+            let gone = libm::hypot(place[0] - then[0], place[1] - then[1]);
             gone < STALLED_PART * (self.commanded_m - commanded_m)
         })
     }

@@ -1,8 +1,9 @@
-//! The plant: a vehicle on the ground, without a controller. Two engines with one face.
+//! The plant: a vehicle on the ground, without a controller. Two engines with one face, and a place for others.
 
 mod actuation;
 mod articulated;
 mod barrel;
+mod external_physics;
 mod height_field;
 mod loads;
 mod observed;
@@ -12,10 +13,18 @@ use crate::Error;
 use crate::config::{Engine, Fault, Scenario};
 use crate::error::unknown;
 use crate::observation::Observation;
+pub use external_physics::{
+    AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch,
+};
 pub use rapier::ground_heights_m;
 
 /// What every engine does.
 pub(crate) trait Plant {
+    /// What simulates it, where that is not the scenario's engine.
+    fn engine(&self) -> Option<Engine> {
+        None
+    }
+
     /// Actuator velocities as ideal encoders see them \[rad/s\], one a wheel.
     fn measure(&self, velocities_rad_s: &mut Vec<f64>);
 
@@ -60,6 +69,21 @@ pub(crate) fn plant(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Result<AnyPl
         Engine::Articulated => articulated::plant(scenario, x_m, yaw_rad),
         _ => Err(unknown(scenario, "physics.engine", "").into()),
     }
+}
+
+/// A plant that is simulated elsewhere, at its start as [`plant`] has it.
+///
+/// # Errors
+/// Faults that are unknown here, masses that are put on a body on the way, and whatever keeps the physics from starting.
+pub(crate) fn outside(
+    scenario: &Scenario,
+    physics: Box<dyn OutsidePhysics>,
+    x_m: f64,
+    yaw_rad: f64,
+) -> Result<AnyPlant, Error> {
+    Ok(Box::new(external_physics::Outside::new(
+        scenario, physics, x_m, yaw_rad,
+    )?))
 }
 
 /// A kind of fault that is not made to happen here is refused: a run without it would be another.

@@ -205,35 +205,32 @@ fn what_a_drive_cannot_say_stops_the_run() {
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
         (
             |answer| answer.sample.wheels.measured.rad_s[0] = 77.0,
-            "which was sent",
+            "(the value sent)",
         ),
-        (
-            |answer| answer.drive.faults[0] = 3,
-            "which it says it does not believe",
-        ),
+        (|answer| answer.drive.faults[0] = 3, "which it reports as faulty"),
         // Each by itself is what a drive may say: it is the rest of the answer that it does not go with.
         (
             |answer| {
                 answer.sample.wheels.applied.n_m[0] = 0.0;
                 (answer.drive.faults[0], answer.drive.excluded[0]) = (3, true);
             },
-            "fault 3 of wheel 1, which it goes on with, allowed: 0",
+            "fault 3 of wheel 1, which it still uses, allowed: 0",
         ),
         (
             |answer| answer.drive.mode = 3,
-            "mode 3, allowed: 0 to 2, no emergency stop is pressed",
+            "mode 3, allowed: 0 to 2, because no emergency stop is pressed",
         ),
         (
             |answer| answer.drive.mode = 1,
-            "mode 1, allowed: 0 or 2, no wheel is left out",
+            "mode 1, allowed: 0 or 2, because no wheel is left out",
         ),
         (
             |answer| answer.drive.excluded[6] = true,
-            "mode 0, allowed: 1 to 2, a wheel is left out",
+            "mode 0, allowed: 1 to 2, because a wheel is left out",
         ),
         (
             |answer| answer.drive.motion_known = false,
-            "allowed: 0, it says that it knows none",
+            "allowed: 0, because it reports an unknown motion",
         ),
         // It would short every motor of a vehicle that drives.
         (
@@ -241,7 +238,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
                 believes_none(answer);
                 (answer.drive.mode, answer.drive.motion_known) = (2, true);
             },
-            "mode 2, a safe stop, allowed: 0 to 1 while it knows its motion",
+            "mode 2, a safe stop, allowed: 0 to 1 while the motion is known",
         ),
         // A hundredth of the way of a period.
         (
@@ -282,7 +279,7 @@ fn a_drive_cannot_take_back_what_it_said_of_a_stop() {
     };
     let error = run_linked(&troubled(), takes_back).unwrap_err().to_string();
     assert!(
-        error.contains("mode 0 after a safe stop, allowed: 2 to 3, nobody has ended it"),
+        error.contains("mode 0 after a safe stop, allowed: 2 to 3, because nothing ended the stop"),
         "{error}"
     );
 }
@@ -299,7 +296,7 @@ fn a_drive_cannot_pass_over_an_emergency_stop() {
     };
     let error = run_linked(&scenario, deaf).unwrap_err().to_string();
     assert!(
-        error.contains("mode 0, allowed: 3, an emergency stop is pressed"),
+        error.contains("mode 0, allowed: 3, because the emergency stop is pressed"),
         "{error}"
     );
 }

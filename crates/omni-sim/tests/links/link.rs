@@ -309,17 +309,17 @@ fn the_eleventh_bad_frame_in_a_row_stops_the_run_without_torque(place: Place) {
         (
             Faults::new(),
             bad(Fault::Corrupt),
-            "no fresh torques in 11 periods in a row",
+            "no new torques in 11 periods in a row",
         ),
         (
             Faults::new(),
             bad(Fault::Truncate),
-            "no fresh torques in 11 periods in a row",
+            "no new torques in 11 periods in a row",
         ),
         (
             bad(Fault::Lose),
             Faults::new(),
-            "no fresh torques in 11 periods in a row",
+            "no new torques in 11 periods in a row",
         ),
     ];
     for (requests, answers, why) in cases {
@@ -396,7 +396,7 @@ fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
         "{line}"
     );
     assert!(
-        line.contains("; build it for this scenario, in firmware/ by OMNISTEP_SCENARIO=FILE"),
+        line.contains("; build it for this scenario: in firmware/, OMNISTEP_SCENARIO=FILE"),
         "{line}"
     );
 
@@ -404,8 +404,8 @@ fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
     let line = refused(&own, &slow, digest_of(&own));
     assert_eq!(
         line,
-        "server: built for a control period of 2000 us, the scenario has 1000; build it for this scenario, in \
-         firmware/ by OMNISTEP_SCENARIO=FILE cargo build --release"
+        "server: built for a control period of 2000 us, the scenario has 1000; build it for this scenario: \
+         in firmware/, OMNISTEP_SCENARIO=FILE cargo build --release"
     );
 }
 
@@ -440,7 +440,7 @@ fn somebody_who_never_answers_is_given_up() {
         .to_string();
     assert_eq!(
         line,
-        "silence: no answer within 0.1 s: is it the image that serves omni-link frames?"
+        "silence: no answer within 0.1 s: check that it is the image that serves omni-link frames"
     );
 }
 

@@ -141,7 +141,7 @@ fn a_torque_that_no_motor_of_the_vehicle_gives_stops_the_run_and_is_said_to_be_t
         let said = line(&error);
         let expected = format!(
             "the link to the controller stopped at t = 0.029 s: the firmware answers {shown} N.m for wheel 5, allowed: -2 to 2, \
-             what its motor gives at "
+             the range of its motor at "
         );
         assert!(said.starts_with(&expected), "{said}");
     }
@@ -254,9 +254,9 @@ fn a_peer_that_repeats_itself_for_ever_is_given_up() {
         });
         let (error, _) = ended(scenario, link);
         assert!(
-            error.to_string().contains(
-                "the firmware sends without being asked: more than 100 messages that answer nothing"
-            ),
+            error
+                .to_string()
+                .contains("the firmware sent more than 100 messages that answer no request"),
             "{error}"
         );
     }
@@ -270,7 +270,10 @@ fn a_peer_that_greets_for_ever_is_given_up() {
         while to.write_all(&bytes).is_ok() && matches!(said, FromController::Greeting(_)) {}
     });
     let (error, periods) = ended(scenario, link);
-    assert!(line(&error).contains("sends without being asked"), "{error}");
+    assert!(
+        line(&error).contains("messages that answer no request"),
+        "{error}"
+    );
     assert_eq!(periods, 0);
 }
 
@@ -296,7 +299,7 @@ fn a_peer_that_never_reads_does_not_stop_the_host() {
     });
     let (error, _) = ended(scenario, link);
     assert!(
-        line(&error).contains("the firmware does not read what it is sent"),
+        line(&error).contains("the firmware does not read the messages sent to it"),
         "{error}"
     );
 }
@@ -317,10 +320,10 @@ fn what_is_no_message_is_called_so_where_a_greeting_is_waited_for() {
         let said = error.to_string();
         assert!(error.is_bad_input() && said.lines().count() == 1, "{said}");
         let expected =
-            format!("firmware: what came is no message of omni-link ({count} bytes, first \"{first}");
+            format!("firmware: the answer is no omni-link message ({count} bytes, first \"{first}");
         assert!(said.starts_with(&expected), "{said}");
         assert!(
-            said.ends_with(": is it the image that serves omni-link frames?"),
+            said.ends_with(": check that it is the image that serves omni-link frames"),
             "{said}"
         );
         assert!(said.chars().count() <= 300, "{said}");

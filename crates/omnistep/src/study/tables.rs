@@ -94,7 +94,7 @@ pub(super) fn against(plan: &Plan, against: &Override, cells: &[PairedCell]) -> 
     });
     let table = aligned(header, rows, study.axis.len());
     format!(
-        "less {} = {}, seed by seed\n{table}\n\n",
+        "difference from {} = {}, seed by seed\n{table}\n\n",
         against.key(),
         Cell::from(against.value())
     )

@@ -40,7 +40,7 @@ fn a_policy_that_no_firmware_has_is_refused_whatever_image_there_is() {
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: scenario flat: control.policy: \"steady\", allowed with a controller at the other end of a link: independent, paper, \
+        "error: scenario flat: control.policy: \"steady\", allowed for a controller at the other end of a link: independent, paper, \
          synchronised, load_sharing\n"
     );
 }
@@ -52,8 +52,8 @@ fn a_missing_image_is_named_with_what_to_do() {
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: firmware/target/thumbv7em-none-eabihf/release/loop: no such firmware image: build the one in \
-         firmware/, or name another by --firmware FILE\n"
+        "error: firmware/target/thumbv7em-none-eabihf/release/loop: no such firmware image: build the \
+         one in firmware/, or set another with --firmware FILE\n"
     );
 }
 
@@ -65,7 +65,7 @@ fn a_missing_emulator_is_named_with_what_to_do() {
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: loop: qemu-system-arm is not installed (Debian's package of that name), or use --controller host\n"
+        "error: loop: qemu-system-arm is not installed: install Debian's package of that name, or use --controller host\n"
     );
 }
 

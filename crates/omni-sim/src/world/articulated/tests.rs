@@ -131,7 +131,7 @@ fn a_run_whose_contacts_do_not_settle_ends_with_a_line_that_says_so() {
         .expect_err("not settled")
         .to_string();
     assert!(
-        said.contains("did not settle") && said.contains("physics.step_us shorter than 500"),
+        said.contains("did not converge") && said.contains("physics.step_us below 500"),
         "{said}"
     );
     // And it is so after a snapshot too.

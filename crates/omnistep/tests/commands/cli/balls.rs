@@ -47,17 +47,21 @@ fn a_run_on_balls_that_are_not_its_wheels_says_so_in_one_line_and_marks_its_figu
         let warnings: Vec<_> = said.lines().filter(|line| line.contains("balls")).collect();
         assert_eq!(warnings.len(), 1, "{said}");
         assert!(
-            warnings[0].contains("balls do not stand for its wheels here"),
+            warnings[0].contains("balls are no valid wheel model here"),
             "{said}"
         );
         assert!(
-            warnings[0].ends_with("--set physics.wheel_model=rollers simulates them"),
+            warnings[0].ends_with("use --set physics.wheel_model=rollers"),
             "{said}"
         );
         assert!(warnings[0].chars().count() <= 300, "{said}");
         let text = stdout(&output);
         assert!(text.contains("unfinished *"), "{text}");
-        assert!(text.lines().any(|line| line.starts_with("* on balls")), "{text}");
+        assert!(
+            text.lines()
+                .any(|line| line.starts_with("* balls are no valid wheel model")),
+            "{text}"
+        );
         let json = rows(&run(folder.path(), "step", &[&low[..], &["--json"]].concat()));
         assert_eq!(json[0]["wheel_model_valid"], false);
     }
@@ -88,7 +92,11 @@ fn a_log_of_balls_that_are_not_its_wheels_is_marked_when_it_is_read() {
     run(folder.path(), "step", &SIDE_ON);
     let text = stdout(&omnistep(folder.path(), &["inspect", "out/step-steady.mcap"]));
     assert!(text.contains("unfinished *"), "{text}");
-    assert!(text.lines().any(|line| line.starts_with("* on balls")), "{text}");
+    assert!(
+        text.lines()
+            .any(|line| line.starts_with("* balls are no valid wheel model")),
+        "{text}"
+    );
 }
 
 #[test]
@@ -128,11 +136,11 @@ fn check_says_where_balls_are_the_wheels() {
         stdout(&output)
     };
     let step = include_str!("../../../../omni-config/assets/scenarios/step.toml");
-    assert!(check(step).contains("balls    stand for its wheels over a step of 5.0 cm"));
+    assert!(check(step).contains("balls    valid wheel model over a step of 5.0 cm"));
     let mecanum = check(&step.replace("\"chugo7\"", "\"mecanum4\""));
     assert!(
         mecanum.contains(
-            "balls    WARNING: mecanum4 over a step of 5.0 cm: balls do not stand for its wheels here"
+            "balls    WARNING: mecanum4 over a step of 5.0 cm: balls are no valid wheel model here"
         ),
         "{mecanum}"
     );
@@ -140,14 +148,14 @@ fn check_says_where_balls_are_the_wheels() {
         "../../../../omni-config/assets/vehicles/chugo7.toml"
     ));
     assert!(
-        chugo7.contains("balls    stand for its wheels on level ground and at an edge straight ahead"),
+        chugo7.contains("balls    valid wheel model on level ground and at an edge straight ahead"),
         "{chugo7}"
     );
     let mecanum4 = check(include_str!(
         "../../../../omni-config/assets/vehicles/mecanum4.toml"
     ));
     assert!(
-        mecanum4.contains("not at an upright edge straight ahead"),
+        mecanum4.contains("on level ground; at an edge use physics.wheel_model=rollers"),
         "{mecanum4}"
     );
 }

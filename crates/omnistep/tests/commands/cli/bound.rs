@@ -73,17 +73,17 @@ fn what_no_bound_is_there_for_is_refused_in_one_line() {
     let said = |args: &[&str]| refused(folder.path(), &[&["bound"], args].concat());
     assert_eq!(
         said(&["omni3"]),
-        "error: vehicle omni3: it has 0 hinges across the way; a bound is there for two frames on one hinge across, with three rows \
-         of wheels\n"
+        "error: vehicle omni3: it has 0 transverse hinges; a bound needs two frames joined by one transverse hinge, with \
+         three rows of wheels; for other vehicles: omnistep check VEHICLE --step HEIGHT\n"
     );
     assert_eq!(
         said(&["stairs"]),
-        "error: scenario stairs: terrain.kind: no plain step, allowed for a bound: \"step\"\n"
+        "error: scenario stairs: terrain.kind: not a plain step, allowed for a bound: \"step\"\n"
     );
     assert_eq!(
         said(&["step", "--set", "terrain.height_m=0.07"]),
-        "error: scenario step: terrain.height_m: 0.07, allowed: less than 0.066, the radius of the wheels: above the axle the edge \
-         is a wall\n"
+        "error: scenario step: terrain.height_m: 0.07, allowed: less than 0.066, the radius of the wheels: wheels cannot climb an \
+         edge above their axle\n"
     );
     assert_eq!(
         said(&["step", "--set", "command.vy_m_s=0.3"]),

@@ -57,8 +57,7 @@ fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() 
     );
     let (warnings, code) = checked(path, &[]);
     assert_eq!((warnings.len(), code), (1, Some(0)), "{warnings:?}");
-    let expected =
-        "roller_angle_rad: the wheels push past the middle at 0.035 m, with the other sign at 0.318 m";
+    let expected = "roller_angle_rad: the wheels' forces have a lever of 0.035 m about the middle, 0.318 m with the other sign";
     assert!(warnings[0].starts_with(expected), "{}", warnings[0]);
     assert_eq!(checked(path, &["--strict"]).1, Some(1));
 
@@ -73,7 +72,7 @@ fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() 
     assert!(
         warnings
             .iter()
-            .all(|line| line.contains("its mass all at the rim has 0.00578 (m r^2)")),
+            .all(|line| line.contains("all its mass at the rim gives 0.00578 (m r^2)")),
         "{warnings:?}"
     );
 
@@ -89,7 +88,7 @@ fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() 
     let (warnings, _) = checked(path, &[]);
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
-        warnings[0].starts_with("gains: the time constant derived is "),
+        warnings[0].starts_with("gains: the derived time constant is "),
         "{}",
         warnings[0]
     );
@@ -123,7 +122,7 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
     );
     let (warnings, code) = checked(path, &["--step", "0.016", "--strict"]);
     assert_eq!(code, Some(1));
-    let expected = "up 0.016 m with friction 0.7: wheel rear_left rear_right needs 1.69 N.m an actuator to leave the ground, the motor has 1.5";
+    let expected = "up 0.016 m with friction 0.7: wheel rear_left rear_right needs 1.69 N.m per actuator to leave the ground, but the motor has 1.5";
     assert_eq!(warnings, [expected]);
     // Of the paper's vehicle the bound says it: 0.2 N.m lift nothing.
     edited(
@@ -139,7 +138,7 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         warnings[0]
     );
     let allowed = |step: &str, file: &str| refused(path, &["check", file, "--step", step]);
-    let wall = "allowed: less than the radius of every wheel: above the axle an edge is a wall\n";
+    let wall = "allowed: less than the radius of every wheel: wheels cannot climb an edge above their axle\n";
     assert_eq!(allowed("0.2", "mecanum4"), format!("error: --step = 0.2, {wall}"));
     assert_eq!(
         allowed("0.066", "chugo7"),
@@ -165,17 +164,17 @@ fn units_that_were_mixed_up_are_doubtful() {
         (
             "vx_m_s = 1.0 ",
             "vx_m_s = 6.0 ",
-            "limits.vx_m_s = 6, the motors reach 2.28 without load",
+            "limits.vx_m_s = 6, but the motors reach only 2.28 without load",
         ),
         (
             slope,
             "no_load_rad_s = 286.0 ",
-            "motor: 286 rad/s without load, 21.7 m/s at the rim of wheel front_left; no_load_rpm is the key for turns a minute",
+            "motor: 286 rad/s without load, 21.7 m/s at the rim of wheel front_left; use no_load_rpm for turns a minute",
         ),
         (
             "com_m = [0.0, 0.0, 0.12] ",
             "com_m = [0.0, 0.0, 12.0] ",
-            "com_m: the centre of mass is 10 m up, the wheels are 0.64 m apart: it is in m",
+            "com_m: the centre of mass is 10 m up, the wheels are 0.64 m apart; write com_m in metres",
         ),
     ] {
         edited(path, "mecanum4", &[(old, new)]);
@@ -195,7 +194,7 @@ fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
     };
     let short = warned(&["run", "square", "--set", "duration_s=2"]);
     assert!(
-        short.contains("warning: square: duration_s = 2 ends the run on its way: the path takes "),
+        short.contains("warning: square: duration_s = 2 is too short: the path takes "),
         "{short}"
     );
     let table = "time_s,vx_m_s,vy_m_s,wz_rad_s\n0,0.3,0,90\n2000,0,0,0\n2001,0,0,0\n";
@@ -209,7 +208,7 @@ fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
         "duration_s=0.1",
     ]);
     let [turn, late] = [
-        "warning: flat: command: 90 rad/s about at most, the vehicle's [limits] let 2 through",
+        "warning: flat: command: up to 90 rad/s in yaw, but the vehicle's [limits] allow only 2",
         "warning: flat: command.file: 2 rows come after the run's end at 0.1 s, the last at 2001 s",
     ];
     assert!(table.contains(turn) && table.contains(late), "{table}");

@@ -26,17 +26,17 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          layout   condition number 1.00 (1 is best)\n  \
          weight   centre of mass at (0.017, 0.000, 0.075) m\n  \
          loads    at rest on flat ground [N]: 1 27.9, 2 21.4, 3 21.4\n  \
-         speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s about\n  \
+         speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s in yaw\n  \
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
-         balls    stand for its wheels on level ground, not at an upright edge straight ahead: the ground's normal leans 90 deg out of \
-         the plane in which the ball of wheel 1 is a wheel, allowed: 10\n\
+         balls    valid wheel model on level ground; at an edge use physics.wheel_model=rollers: the ground's normal leans 90 deg \
+         out of the rolling plane of wheel 1, allowed: 10\n\
          kerb.toml: scenario kerb, 6 s, policy steady, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
-         shares   of the row at x = 0.3 m crosswise wheel 6 33 %; of the row at x = -0.3 m crosswise wheel 2 33 %\n  \
+         shares   row at x = 0.3 m: 33 % on crosswise wheel 6; row at x = -0.3 m: 33 % on crosswise wheel 2\n  \
          gains    kp 0.3000 N.m.s/rad, ki 2.0000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
-         balls    stand for its wheels over a step of 5.0 cm\n"
+         balls    valid wheel model over a step of 5.0 cm\n"
     );
     let run = [
         "run",
@@ -56,7 +56,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let said = refused(folder.path(), &["new", "vehicle", "rover"]);
     assert_eq!(
         said,
-        "error: rover.toml: there is such a file already, and it stays as it is; give another name, or move it away first\n"
+        "error: rover.toml: the file exists and was not changed; use another name, or move it away first\n"
     );
     assert_eq!(fs::read_to_string(folder.path().join("rover.toml")).unwrap(), own);
     let said = refused(folder.path(), &["check", "rover.toml"]);
@@ -171,7 +171,7 @@ fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
     let said = refused(folder.path(), &["new", "vehicle", "a", "--vehicle", "omni3"]);
     assert_eq!(
         said,
-        "error: --vehicle = omni3, allowed: only with new manoeuvre and new map\n"
+        "error: --vehicle = omni3, allowed: only with new scenario, new manoeuvre and new map\n"
     );
 }
 
@@ -202,7 +202,7 @@ fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing()
     assert!(!text.contains("hinge"));
     let said = refused(folder.path(), &["new", "map", "mine"]);
     assert!(
-        said.contains("mine.toml") && said.contains("stays as it is"),
+        said.contains("mine.toml") && said.contains("was not changed"),
         "{said}"
     );
     assert!(
@@ -222,4 +222,112 @@ fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing()
         said.starts_with("error: --like = step, allowed: only with"),
         "{said}"
     );
+}
+
+#[test]
+fn a_new_scenario_has_rollers_where_balls_are_no_valid_wheel_model() {
+    let folder = tempfile::tempdir().unwrap();
+    for (vehicle, like, rollers) in [
+        ("mecanum4", "step", true),
+        ("mecanum4", "bumps", true),
+        ("mecanum4", "flat", false),
+        ("chugo7", "step", false),
+    ] {
+        let name = format!("{vehicle}_{like}");
+        let args = ["new", "scenario", &name, "--like", like, "--vehicle", vehicle];
+        assert!(omnistep(folder.path(), &args).status.success());
+        let text = fs::read_to_string(folder.path().join(format!("{name}.toml"))).unwrap();
+        assert_eq!(
+            text.contains("\nwheel_model = \"rollers\""),
+            rollers,
+            "{name}: {text}"
+        );
+        let checked = omnistep(folder.path(), &["check", &format!("{name}.toml")]);
+        assert!(!stdout(&checked).contains("no valid wheel model"), "{checked:?}");
+    }
+}
+
+#[test]
+fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    assert!(
+        omnistep(path, &["new", "vehicle", "mybot", "--like", "omni3"])
+            .status
+            .success()
+    );
+    let scenarios = stdout(&omnistep(path, &["list", "scenarios"]));
+    for like in scenarios
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+    {
+        let name = format!("my_{like}");
+        let output = omnistep(
+            path,
+            &[
+                "new",
+                "scenario",
+                &name,
+                "--like",
+                like,
+                "--vehicle",
+                "mybot.toml",
+            ],
+        );
+        assert!(output.status.success(), "{output:?}");
+        let text = fs::read_to_string(path.join(format!("{name}.toml"))).unwrap();
+        assert!(text.contains("\nvehicle = \"mybot.toml\"\n"), "{like}: {text}");
+        let checked = stdout(&omnistep(path, &["check", &format!("{name}.toml")]));
+        assert!(checked.contains("mybot"), "{checked}");
+    }
+    let said = refused(
+        path,
+        &[
+            "new",
+            "scenario",
+            "other",
+            "--like",
+            "bumps",
+            "--vehicle",
+            "mybt.toml",
+        ],
+    );
+    assert!(said.contains("mybt.toml"), "{said}");
+    assert!(!path.join("other.toml").exists());
+}
+
+#[test]
+fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let short = "schema_version = 1\nname = \"cable\"\nvehicle = \"mecanum4\"\nterrain = { kind = \"flat\", friction = 0.7 }\n\
+                 command = { vx_m_s = 0.2 }\n";
+    assert_eq!(short.lines().count(), 5);
+    fs::write(path.join("short.toml"), short).unwrap();
+    let long = short.replace(
+        "vx_m_s = 0.2 }",
+        "vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.3 }",
+    ) + "duration_s = 10.0\n[control]\npolicy = \"synchronised\"\nperiod_us = 1000\nprecision = \"f64\"\n\
+           [physics]\nengine = \"rapier\"\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n\
+           wheel_model = \"contact\"\n";
+    fs::write(path.join("long.toml"), long).unwrap();
+    let log = |file: &str| {
+        let run = ["run", file, "--quiet", "--out", file.split('.').next().unwrap()];
+        let output = omnistep(path, &run);
+        assert!(output.status.success(), "{output:?}");
+        fs::read(path.join(run[4]).join("cable-synchronised.mcap")).unwrap()
+    };
+    assert!(log("short.toml") == log("long.toml"));
+    // What says what the run is about has no default.
+    for (line, said) in [(3, "terrain"), (4, "command")] {
+        let without: Vec<_> = short
+            .lines()
+            .enumerate()
+            .filter(|(k, _)| *k != line)
+            .map(|(_, text)| text)
+            .collect();
+        fs::write(path.join("w.toml"), without.join("\n")).unwrap();
+        let message = refused(path, &["run", "w.toml"]);
+        assert!(message.contains(&format!("missing field `{said}`")), "{message}");
+    }
 }

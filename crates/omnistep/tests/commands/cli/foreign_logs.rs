@@ -59,8 +59,8 @@ fn a_scenario_in_a_log_names_no_file_of_this_machine() {
         for command in ["inspect", "replay"] {
             let said = refused_soon(folder.path(), &[command, "bad.mcap"]);
             let expected = format!(
-                "error: bad.mcap (scenario.toml): vehicle: {name:?}, allowed: the vehicle itself: a scenario in a log or a pickle \
-                 names no other file\n"
+                "error: bad.mcap (scenario.toml): vehicle: {name:?}, allowed: the vehicle itself: a scenario in a log or a \
+                 pickle cannot name another file\n"
             );
             assert_eq!(said, expected);
         }
@@ -201,8 +201,7 @@ fn tf(frame: Option<&str>) -> Vec<u8> {
 fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
-    let no_run =
-        "error: x.mcap: no attachment scenario.toml: not a run of omnistep, or killed at its start\n";
+    let no_run = "error: x.mcap: no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start\n";
     let refused = |said: &str| {
         for command in ["inspect", "replay"] {
             assert_eq!(super::refused(folder.path(), &[command, "x.mcap"]), said);
@@ -224,7 +223,7 @@ fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
     // Chunks that this program cannot open, nor writes.
     let chunk = [vec![0; 28], text("lz4"), 4_u64.to_le_bytes().to_vec(), vec![0; 4]].concat();
     mcap_of(&path, &[record(0x06, &chunk)]);
-    refused("error: x.mcap: compressed by \"lz4\": not a run of omnistep\n");
+    refused("error: x.mcap: compressed with \"lz4\": not a log of omnistep\n");
 
     // With a scenario it is one of ours, wherever in the file that is, and then it is damaged.
     let scenario = Scenario::load("flat", &[]).unwrap().to_toml().unwrap();
@@ -262,7 +261,7 @@ fn frames_of_a_log_are_the_vehicles_and_take_no_memory_before_that_is_known() {
     assert_eq!(
         said(),
         format!(
-            "{}: damaged: /tf at t = 20 s: 1 frames, not those of the first message",
+            "{}: damaged: /tf at t = 20 s: 1 frames, other frames than in the first message",
             path.display()
         )
     );

@@ -30,67 +30,67 @@ fn a_file_of_another_kind_is_named_with_the_command_that_it_is_for() {
     for (args, expected) in [
         (
             ["run", "v.toml"],
-            "v.toml: this is a vehicle file, not a scenario: omnistep run flat --set vehicle=v.toml",
+            "v.toml: this is a vehicle file, not a scenario; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
             ["compare", "v.toml"],
-            "v.toml: this is a vehicle file, not a scenario: omnistep compare flat --set vehicle=v.toml",
+            "v.toml: this is a vehicle file, not a scenario; use: omnistep compare flat --set vehicle=v.toml",
         ),
         (
             ["constants", "v.toml"],
-            "v.toml: this is a vehicle file, not a scenario: omnistep constants flat --set vehicle=v.toml",
+            "v.toml: this is a vehicle file, not a scenario; use: omnistep constants flat --set vehicle=v.toml",
         ),
         (
             ["study", "v.toml"],
-            "v.toml: this is a vehicle file, not a study: omnistep run flat --set vehicle=v.toml",
+            "v.toml: this is a vehicle file, not a study; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
             ["wheels", "v.toml"],
-            "v.toml: this is a vehicle file, not the experiment of section 3.3: omnistep run flat --set vehicle=v.toml",
+            "v.toml: this is a vehicle file, not a wheels experiment; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
             ["run", "y.toml"],
-            "y.toml: this is a study file, not a scenario: omnistep study y.toml",
+            "y.toml: this is a study file, not a scenario; use: omnistep study y.toml",
         ),
         (
             ["constants", "y.toml"],
-            "y.toml: this is a study file, not a scenario: omnistep study y.toml",
+            "y.toml: this is a study file, not a scenario; use: omnistep study y.toml",
         ),
         (
             ["urdf", "y.toml"],
-            "y.toml: this is a study file, not a vehicle: omnistep study y.toml",
+            "y.toml: this is a study file, not a vehicle; use: omnistep study y.toml",
         ),
         (
             ["run", "w.toml"],
-            "w.toml: this is the experiment of section 3.3, not a scenario: omnistep wheels w.toml",
+            "w.toml: this is a wheels experiment, not a scenario; use: omnistep wheels w.toml",
         ),
         (
             ["study", "s.toml"],
-            "s.toml: this is a scenario file, not a study: omnistep run s.toml",
+            "s.toml: this is a scenario file, not a study; use: omnistep run s.toml",
         ),
         (
             ["urdf", "s.toml"],
-            "s.toml: this is a scenario file, not a vehicle: omnistep run s.toml",
+            "s.toml: this is a scenario file, not a vehicle; use: omnistep run s.toml",
         ),
         (
             ["ripple", "s.toml"],
-            "s.toml: this is a scenario file, not a vehicle: omnistep run s.toml",
+            "s.toml: this is a scenario file, not a vehicle; use: omnistep run s.toml",
         ),
         (
             ["wheels", "s.toml"],
-            "s.toml: this is a scenario file, not the experiment of section 3.3: omnistep run s.toml",
+            "s.toml: this is a scenario file, not a wheels experiment; use: omnistep run s.toml",
         ),
         (
             ["run", "mecanum4"],
-            "mecanum4: this is a vehicle, not a scenario: omnistep run flat --set vehicle=mecanum4",
+            "mecanum4: this is a vehicle, not a scenario; use: omnistep run flat --set vehicle=mecanum4",
         ),
         (
             ["run", "climb_map"],
-            "climb_map: this is a study, not a scenario: omnistep study climb_map",
+            "climb_map: this is a study, not a scenario; use: omnistep study climb_map",
         ),
         (
             ["study", "step"],
-            "step: this is a scenario, not a study: omnistep run step",
+            "step: this is a scenario, not a study; use: omnistep run step",
         ),
     ] {
         assert_eq!(
@@ -194,6 +194,40 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
             ["run", "flat", "--set", "control.policy=synchronized"],
             "control.policy: \"synchronized\" (did you mean \"synchronised\"?), allowed: independent",
         ),
+        // The key of another table, and a word of a longer key.
+        (
+            ["run", "flat", "--set", "friction=0.5"],
+            "friction: unknown field `friction`; use `terrain.friction`\n",
+        ),
+        (
+            ["run", "flat", "--set", "stall_torque_n_m=1"],
+            "stall_torque_n_m: unknown field `stall_torque_n_m`; use `vehicle.motor.stall_torque_n_m`\n",
+        ),
+        (
+            ["run", "flat", "--set", "vehicle.kp_n_m_s_rad=1"],
+            "kp_n_m_s_rad: unknown field `kp_n_m_s_rad`; use `gains.kp_n_m_s_rad`\n",
+        ),
+        // No key of this kind of ground; in a list of the vehicle; nowhere else alone.
+        (
+            ["run", "flat", "--set", "terrain.height_m=0.1"],
+            "terrain.height_m: unknown field `height_m`, expected `friction`",
+        ),
+        (
+            ["run", "flat", "--set", "mass_kg=3"],
+            "mass_kg: unknown field `mass_kg`, expected one of schema_version",
+        ),
+        (
+            ["run", "flat", "--set", "control.policy=pid"],
+            "control.policy: \"pid\" (did you mean \"independent\"?), allowed: independent",
+        ),
+        (
+            ["run", "flat", "--set", "vehicle.wheel.radius_m=0.1"],
+            "wheel.radius_m: element \"radius_m\", allowed: the number of one of the elements, 0 to 6",
+        ),
+        (
+            ["run", "flat", "--set", "sensors.gyro=1"],
+            "sensors.gyro: unknown field `gyro` (did you mean `gyro_bias_rad_s`?)",
+        ),
         (
             ["run", "flat", "--set", "vehicle=chugo"],
             "vehicle: \"chugo\" (did you mean \"chugo7\"?), allowed: chugo7",
@@ -269,7 +303,7 @@ fn text_in_another_encoding_is_named_with_what_to_do() {
         ),
         (
             "log.toml",
-            "log.toml: this is an MCAP log, and no TOML: omnistep inspect log.toml",
+            "log.toml: this is an MCAP log, not TOML; use: omnistep inspect log.toml",
         ),
     ] {
         for command in ["check", "run", "constants", "study"] {
@@ -293,8 +327,8 @@ fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
     // 1.0 m at 0.3 m/s after a ramp of 0.3 s: 0.15 s more than 1.0 / 0.3.
     assert_eq!(
         stderr(&said),
-        "warning: step: duration_s = 0.5 cannot suffice: the rear wheels start 1.00 m before the obstacle's far side, and at the speed commanded \
-         that takes 3.48 s at least\n"
+        "warning: step: duration_s = 0.5 is too short: the rear wheels start 1.00 m before the obstacle's far side, and the command needs \
+         at least 3.48 s to move them there\n"
     );
     assert_eq!(rows(&said)[0]["verdict"], "unfinished");
     for (args, first) in [
@@ -305,7 +339,7 @@ fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
         ),
     ] {
         let one_line = format!(
-            "warning: short: 2 of 4 runs cannot get across in time; {first}: duration_s = 0.5 cannot suffice"
+            "warning: short: 2 of 4 runs cannot finish in time; {first}: duration_s = 0.5 is too short"
         );
         let said = omnistep(path, args);
         assert_eq!(said.status.code(), Some(0), "{}", stderr(&said));
@@ -435,7 +469,7 @@ fn no_line_has_more_than_300_characters_whatever_key_path_or_study_it_names() {
     fs::copy(path.join("y.toml"), path.join(&file)).unwrap();
     let said = short_lines(path, &["run", &file]);
     assert!(
-        said.ends_with(": this is a study file, not a scenario: omnistep study FILE\n"),
+        said.ends_with(": this is a study file, not a scenario; use: omnistep study FILE\n"),
         "{said}"
     );
     // What is doubtful is said before the folder is refused, so that nothing is run.
@@ -444,7 +478,8 @@ fn no_line_has_more_than_300_characters_whatever_key_path_or_study_it_names() {
         let args = ["study", study, "--set", "duration_s=0.5", "--out", "taken"];
         let said = short_lines(path, &args);
         assert!(
-            said.contains("cannot get across in time; the first with ") && said.contains(" s at least\n"),
+            said.contains("cannot finish in time; the first with ")
+                && said.contains(" s to move them there\n"),
             "{said}"
         );
     }
@@ -501,17 +536,17 @@ fn check_says_what_one_count_a_period_is_of_the_top_speed() {
     let (line, warned, well) = check("360", "");
     assert_eq!(
         line,
-        format!("  encoder  360 counts: one in a control period is {one}")
+        format!("  encoder  360 counts a turn: one count in a control period reads as {one}")
     );
     let said = "flat: sensors.encoder_counts = 360: a reading is off by up to 132.6 % of the top speed of 13.2 rad/s; \
-                more counts or sensors.encoder_velocity mend it";
+                use more counts or sensors.encoder_velocity";
     assert!(warned.len() == 1 && warned[0].ends_with(said), "{warned:?}");
     assert!(!well);
     // 2 pi / 10000 in a millisecond: below a twentieth.
     let (line, warned, well) = check("10000", "");
     assert_eq!(
         line,
-        "  encoder  10000 counts: one in a control period is 0.63 rad/s, 4.8 % of the top speed of 13.2 rad/s"
+        "  encoder  10000 counts a turn: one count in a control period reads as 0.63 rad/s, 4.8 % of the top speed of 13.2 rad/s"
     );
     assert!(warned.is_empty() && well, "{warned:?}");
     // What an observer leaves: its bandwidth times a count, over e.
@@ -519,10 +554,10 @@ fn check_says_what_one_count_a_period_is_of_the_top_speed() {
         "360",
         "encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 50.0 }",
     );
-    let left = "of it sensors.encoder_velocity leaves 0.32 rad/s, 2.4 %";
+    let left = "sensors.encoder_velocity reduces this to 0.32 rad/s, 2.4 %";
     assert_eq!(
         line,
-        format!("  encoder  360 counts: one in a control period is {one}; {left}")
+        format!("  encoder  360 counts a turn: one count in a control period reads as {one}; {left}")
     );
     assert!(warned.is_empty(), "{warned:?}");
 }
@@ -552,8 +587,5 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
         said.starts_with("error: the physics gained ") && said.lines().count() == 1,
         "{said}"
     );
-    assert!(
-        said.contains("a physics.step_us shorter than 50000 helps"),
-        "{said}"
-    );
+    assert!(said.contains("use a physics.step_us below 50000"), "{said}");
 }

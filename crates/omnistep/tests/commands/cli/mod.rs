@@ -3,6 +3,9 @@
 mod balls;
 mod bound;
 mod doubts;
+#[cfg(unix)]
+mod drive;
+mod export;
 mod files;
 mod foreign_logs;
 mod grid;
@@ -11,6 +14,8 @@ mod messages;
 mod refusals;
 mod results;
 mod rollers;
+mod ros2_control;
+mod ros2_control_urdf;
 mod side_by_side;
 mod stopped;
 mod traction;

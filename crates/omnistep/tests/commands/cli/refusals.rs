@@ -48,8 +48,28 @@ fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
 
 #[test]
 fn a_missing_field_is_named() {
-    refused_file("s.toml", "duration_s = 6.0", "", "missing field `duration_s`");
-    refused_file("v.toml", "mass_kg = 6.0", "", "body[1]: missing field `mass_kg`");
+    let name = "top level: missing field `name`; for example name = \"step\"";
+    refused_file("s.toml", "name = \"step\"", "", name);
+    let friction = "terrain: missing field `friction`; for example friction = 0.7";
+    refused_file("s.toml", "friction = 0.7", "", friction);
+    let mass = "body[1]: missing field `mass_kg`; for example mass_kg = 6.0";
+    refused_file("v.toml", "mass_kg = 6.0", "", mass);
+}
+
+#[test]
+fn a_missing_vehicle_file_is_named_with_the_key_and_the_file_that_was_meant() {
+    refused_file(
+        "s.toml",
+        "vehicle = \"v.toml\"",
+        "vehicle = \"v1.toml\"",
+        "s.toml: vehicle: \"v1.toml\" (did you mean \"v.toml\"?): No such file",
+    );
+}
+
+#[test]
+fn a_decimal_comma_is_told_from_other_slips() {
+    let hint = "numbers are written with a decimal point";
+    refused_file("s.toml", "height_m = 0.05", "height_m = 0,05", hint);
 }
 
 #[test]
@@ -58,7 +78,7 @@ fn a_wrong_type_is_named_with_its_key() {
         "s.toml",
         "height_m = 0.05",
         "height_m = \"high\"",
-        "terrain.height_m: invalid type: string",
+        "terrain.height_m: invalid type: string \"high\", expected a number; for example height_m = 0.05",
     );
     refused_file(
         "s.toml",
@@ -259,8 +279,8 @@ fn a_shape_that_cannot_be_or_cannot_stand_is_refused() {
         "v.toml",
         "com_m = [0.18, 0.0, 0.18]",
         "com_m = [1.8, 0.0, 0.18]",
-        "body[1].com_m: [1.8, 0.0, 0.18] puts the vehicle's centre of mass at (0.486, 0.000), where it tips at rest; \
-         allowed: over the wheels, whose polygon is within x -0.300 to 0.300, y -0.230 to 0.230",
+        "body[1].com_m: [1.8, 0.0, 0.18] puts the vehicle's centre of mass at (0.486, 0.000), where it tips at \
+         rest, allowed: inside the polygon of the wheels, within x -0.300 to 0.300, y -0.230 to 0.230",
     );
 }
 
@@ -392,7 +412,10 @@ fn unknown_names_are_refused_with_the_names_there_are() {
         folder.path(),
         &["compare", "--set", "vehicle.wheel[9].radius_m=0.1"],
     );
-    assert!(said.contains("element \"9\", allowed: 0 to 6"), "{said}");
+    assert!(
+        said.contains("element \"9\", allowed: the number of one of the elements, 0 to 6"),
+        "{said}"
+    );
     assert_eq!(
         fs::read_dir(folder.path()).unwrap().count(),
         0,
@@ -402,7 +425,8 @@ fn unknown_names_are_refused_with_the_names_there_are() {
 
 #[test]
 fn names_that_frames_of_logs_have_are_refused() {
-    let allowed = "allowed: neither \"world\", \"odom\" nor \"base_link\", nor \"wheel_\" and a wheel's name";
+    let allowed =
+        "allowed: any name except \"world\", \"odom\", \"base_link\" and \"wheel_\" with a wheel's name";
     for name in ["world", "odom", "base_link", "wheel_4"] {
         refused_file(
             "v.toml",
@@ -469,7 +493,7 @@ fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
     run(
         "vehicle.wheel.0.preload_n=100000",
         "articulated",
-        "it would be mounted lower by more than a tenth of the radius",
+        "a larger one moves the wheel by more than a tenth of its radius",
     );
 }
 
@@ -480,13 +504,13 @@ fn a_motor_says_once_what_speed_takes_off_its_torque() {
         "v.toml",
         slope,
         "no_load_rpm = 200.0\nslope_n_m_s_rad = 0.0 ",
-        "motor: slope_n_m_s_rad = 0 and no_load_rpm = 200 at once, allowed: exactly one of slope_n_m_s_rad, no_load_rpm, no_load_rad_s",
+        "motor: slope_n_m_s_rad = 0 and no_load_rpm = 200 together, allowed: exactly one of slope_n_m_s_rad, no_load_rpm, no_load_rad_s",
     );
     refused_file(
         "v.toml",
         slope,
         "# ",
-        "motor: nothing says what speed takes off the torque, allowed: exactly one of",
+        "motor: the slope of torque over speed is missing, allowed: exactly one of",
     );
     refused_file(
         "v.toml",
@@ -531,7 +555,7 @@ fn a_way_of_reading_velocities_goes_with_counts_and_the_period() {
         (
             "{ kind = \"edges\" }",
             "0",
-            "sensors.encoder_velocity: there are no counts, allowed: only with sensors.encoder_counts above 0",
+            "sensors.encoder_velocity: set without encoder counts, allowed: only with sensors.encoder_counts above 0",
         ),
         (
             "{ kind = \"window\", periods = 33 }",

@@ -48,7 +48,20 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).unwrap();
     for engine in ["rapier", "articulated"] {
-        assert_eq!(text.matches(&format!("| {engine} ")).count(), 6, "{text}");
+        assert_eq!(text.matches(&format!(" {engine} |")).count(), 6, "{text}");
+    }
+    // Both engines of a policy stand side by side, in tables that are no wider than the others.
+    for line in text.lines().filter(|line| line.starts_with("| policy ")) {
+        let names: Vec<_> = line
+            .split('|')
+            .skip(2)
+            .map(str::trim)
+            .filter(|name| !name.is_empty())
+            .collect();
+        assert!(
+            names.chunks(2).all(|pair| pair[0] == pair[1]) && line.chars().count() <= 100,
+            "{line}"
+        );
     }
     let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
     let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
@@ -123,11 +136,28 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
 }
 
 #[test]
-fn without_arguments_it_compares_the_policies_on_the_step() {
+fn without_arguments_it_prints_its_help_and_runs_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &[]);
     assert!(output.status.success());
+    let help = stdout(&output);
+    assert!(
+        help.contains("omnistep compare step ") && help.contains("Commands:"),
+        "{help}"
+    );
+    // Each command has its line: nobody reads on where help is longer than what a terminal shows.
+    assert!(help.lines().all(|line| line.chars().count() <= 90), "{help}");
+    assert!(help.lines().count() <= 45, "{help}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_first_command_compares_the_policies_on_the_step_in_a_table_of_a_hundred_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = omnistep(folder.path(), &["compare", "step"]);
+    assert!(output.status.success());
     let table = stdout(&output);
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
     for word in [
         "chugo7",
         "5.0 cm",
@@ -135,7 +165,7 @@ fn without_arguments_it_compares_the_policies_on_the_step() {
         "paper",
         "synchronised",
         "load_sharing",
-        "x real time",
+        "| real-time factor ",
     ] {
         assert!(table.contains(word), "{word} is missing:\n{table}");
     }
@@ -174,8 +204,13 @@ fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["flat", "--quiet", "--set", "duration_s=1.5"];
     let text = stdout(&omnistep(folder.path(), &[&["run"], &arguments[..]].concat()));
-    for heading in ["x [m]", "y [m]", "heading [deg]", "odometry error [m]"] {
-        assert!(text.contains(&format!(" {heading} |")), "{heading}: {text}");
+    for heading in [
+        "final x [m]",
+        "final y [m]",
+        "final heading [deg]",
+        "odometry error [m]",
+    ] {
+        assert!(text.contains(&format!("\n| {heading} ")), "{heading}: {text}");
     }
     assert!(!text.contains("crossing"), "{text}");
     let row = &rows(&omnistep(
@@ -192,6 +227,44 @@ fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
     assert!(
         text.contains(&format!(" {x_m:.3} |")) && text.contains(&format!(" {error_m:.4} |")),
         "{text}"
+    );
+}
+
+#[test]
+fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["run", "flat", "--quiet", "--set", "duration_s=0.3"];
+    let plain = stdout(&omnistep(folder.path(), &run));
+    let explained = stdout(&omnistep(folder.path(), &[&run[..], &["--explain"]].concat()));
+    let same = |text: &str| text.split("| real-time factor").next().unwrap().to_owned();
+    assert_eq!(same(&plain), same(&explained));
+    let rows = plain.lines().filter(|line| line.starts_with("| ")).skip(1);
+    let titles: Vec<_> = rows
+        .map(|line| line.split('|').nth(1).unwrap().trim().to_owned())
+        .collect();
+    assert!(titles.len() > 8, "{titles:?}");
+    for title in titles {
+        let sentences = explained
+            .lines()
+            .filter(|line| line.starts_with(&format!("- {title} (`")));
+        assert_eq!(
+            sentences.filter(|line| line.ends_with('.')).count(),
+            1,
+            "{title}: {explained}"
+        );
+    }
+    let inspected = stdout(&omnistep(
+        folder.path(),
+        &["inspect", "out/flat-synchronised.mcap", "--explain"],
+    ));
+    assert!(
+        inspected.contains("\n- wheel slip, rms (`slip_rms`): "),
+        "{inspected}"
+    );
+    assert!(
+        !omnistep(folder.path(), &[&run[..], &["--explain", "--json"]].concat())
+            .status
+            .success()
     );
 }
 
@@ -229,7 +302,7 @@ fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_resul
                     from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
     let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
     // Its motors reach 20 rad/s, of which `reach`, one of the policies compared, would use more.
-    let slow = "warning: flat: reach with motors of 20.0 rad/s without load: rows are spun up by 0.41 m/s before a try, not by 2.64\n";
+    let slow = "warning: flat: reach with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
     for (command, more) in [("run", ""), ("compare", slow)] {
         let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
         let output = omnistep(folder.path(), &args);
@@ -301,7 +374,7 @@ fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
     assert!(folder.path().join(row["mcap"].as_str().unwrap()).is_file());
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.starts_with("error: the vehicle fell apart at t = ") && said.contains(" parted by "),
+        said.starts_with("error: the vehicle fell apart at t = ") && said.contains(" moved apart by "),
         "{said}"
     );
 }
@@ -379,15 +452,15 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
     let said = String::from_utf8(output.stdout).unwrap();
     let notes: Vec<_> = said
         .lines()
-        .skip_while(|line| *line != "what the drive found:")
+        .skip_while(|line| *line != "events of the drive:")
         .skip(1)
         .filter_map(|line| line.strip_prefix("  "))
         .collect();
-    // 20 periods without a reading; 200 good ones until it is believed again; 100 ms without a command.
+    // 20 periods without a reading; 200 good ones until it is used again; 100 ms without a command.
     let expected = [
-        ("wheel 2 is silent", 0.2, 0.23),
-        ("wheel 2 is believed again", 0.3, 0.55),
-        ("no command any more: timed out", 0.59, 0.62),
+        ("wheel 2 does not report", 0.2, 0.23),
+        ("wheel 2 is used again", 0.3, 0.55),
+        ("the command timed out", 0.59, 0.62),
         ("emergency stop", 0.8, 0.802),
     ];
     assert_eq!(notes.len(), expected.len(), "{said}");
@@ -398,7 +471,7 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
     }
     // Its log says the same, in the same words.
     let found = |said: &str| -> Vec<String> {
-        let lines = said.lines().skip_while(|line| *line != "what the drive found:");
+        let lines = said.lines().skip_while(|line| *line != "events of the drive:");
         let (heading, notes) = (lines.clone().take(1), lines.skip(1));
         let notes = notes.take_while(|line| line.starts_with("  "));
         heading.chain(notes).map(String::from).collect()
@@ -412,5 +485,9 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
         folder.path(),
         &["run", "flat", "--quiet", "--set", "duration_s=0.1"],
     );
-    assert!(!String::from_utf8(output.stdout).unwrap().contains("found"));
+    assert!(
+        !String::from_utf8(output.stdout)
+            .unwrap()
+            .contains("events of the drive")
+    );
 }

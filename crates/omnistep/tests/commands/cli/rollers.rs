@@ -41,15 +41,28 @@ fn rollers_that_are_not_there_or_do_not_fit_are_refused_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let model = ["run", "flat", "--set", "physics.wheel_model=rollers", "--set"];
     let with = |more: &str| refused(folder.path(), &[&model[..], &[more]].concat());
+    let text = omni_config::FileKind::Vehicle.template("omni3").unwrap();
+    let (before, rollers) = text.split_once("[rollers]").unwrap();
+    let (_, wheels) = rollers.split_once("[[wheel]]").unwrap();
+    std::fs::write(
+        folder.path().join("bare.toml"),
+        format!("{before}[[wheel]]{wheels}"),
+    )
+    .unwrap();
     assert_eq!(
-        with("vehicle=rocker_bogie6"),
-        "error: built-in flat: physics.wheel_model: \"rollers\", allowed: \"contact\" or \"ball\" with rocker_bogie6, whose file \
+        with("vehicle=bare.toml"),
+        "error: built-in flat: physics.wheel_model: \"rollers\", allowed: \"contact\" or \"ball\" with omni3, whose file \
          has neither [rollers] nor rollers of wheel[0]\n"
     );
     assert_eq!(
+        refused(folder.path(), &["export", "bare.toml", "--format", "mjcf"]),
+        "error: vehicle omni3: wheel[0].contact: no rollers for wheel \"1\", allowed in MJCF: [rollers], or contact = { kind = \
+         \"rollers\", ... } for every wheel\n"
+    );
+    assert_eq!(
         with("physics.step_us=1000"),
-        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.step_us = 1000: in parts of more than \
-         250 us rollers shake\n"
+        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.step_us = 1000: rollers vibrate in \
+         parts of more than 250 us\n"
     );
     let slow = [
         "run",

@@ -94,7 +94,11 @@ fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_
             last.starts_with("stopped: the run ended at ") && last.ends_with(" s of 3600 s"),
             "{said}"
         );
-        assert_eq!(said.lines().count(), 2, "{said}");
+        // Where it is, and how it ended; the signal may come before or after the line on what is waited for.
+        let lines = said
+            .lines()
+            .filter(|line| *line != "waiting for the first subscriber");
+        assert_eq!(lines.count(), 2, "{said}");
     }
 }
 
@@ -132,7 +136,7 @@ fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() 
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let shown = String::from_utf8(output.stdout).unwrap();
     for done in ["independent", "paper"] {
-        assert!(shown.contains(&format!("\n| {done} ")), "{shown}");
+        assert!(shown.contains(&format!(" {done} |")), "{shown}");
         assert!(shown.contains(&format!("out/step-{done}.mcap\n")), "{shown}");
     }
     assert!(!shown.contains("synchronised"), "{shown}");
@@ -208,7 +212,7 @@ fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_ha
     assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0));
     assert_eq!(
         String::from_utf8(refused.stderr).unwrap(),
-        "error: --out = \"b\\xFF\", allowed: with --json a folder whose name is UTF-8, as JSON is\n"
+        "error: --out = \"b\\xFF\", allowed: with --json, a folder whose name is UTF-8\n"
     );
     assert_eq!(
         fs::read_dir(folder.path()).unwrap().count(),

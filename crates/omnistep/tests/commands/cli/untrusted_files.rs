@@ -25,7 +25,7 @@ pub(super) fn refused_soon(folder: &Path, args: &[&str]) -> String {
 }
 
 /// Every way to name a file, with `X` for it.
-const WAYS: [&[&str]; 12] = [
+const WAYS: [&[&str]; 13] = [
     &["check", "X"],
     &["run", "X"],
     &["compare", "X"],
@@ -34,6 +34,7 @@ const WAYS: [&[&str]; 12] = [
     &["study", "X"],
     &["wheels", "X"],
     &["urdf", "X"],
+    &["export", "X", "--format", "mjcf"],
     &["inspect", "X"],
     &["replay", "X"],
     &["constants", "X"],
@@ -189,7 +190,10 @@ fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
         ],
     )
     .unwrap_err();
-    assert!(said.contains("are the same run, allowed: each once"), "{said}");
+    assert!(
+        said.contains("are the same run, allowed: each run once"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -229,12 +233,12 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         (
             "duration_s = 6.0",
             format!("duration_s = \"{long}\""),
-            ", expected f64\n",
+            ", expected a number; for example duration_s = 6.0\n",
         ),
         (
             "duration_s = 6.0",
             format!("duration_s = [{wide}]"),
-            "expected f64\n",
+            "expected a number; for example duration_s = 6.0\n",
         ),
         ("seed = 0", format!("seed = 0\n{long} = 1"), "\n"),
         (

@@ -76,12 +76,12 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         (
             "terrain.friction",
             "perturbation.yaw_rad",
-            "small.toml: set.perturbation.yaw_rad: is an axis too",
+            "small.toml: set.perturbation.yaw_rad: is also an axis",
         ),
         (
             "duration_s = 0.01",
             "duration_s = 0.01\nseed = 3",
-            "small.toml: set.seed: allowed: any other key; seeds are given by `seeds`",
+            "small.toml: set.seed: allowed: any other key; set the seeds with `seeds`",
         ),
         (
             "yaw_rad = 0.05",
@@ -133,7 +133,7 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
     );
     let said = refused(SMALL, &["--set", "seed=3"]);
     assert!(
-        said.contains("\"seed=3\": allowed: any other key; seeds are given by `seeds`, or --seeds"),
+        said.contains("\"seed=3\": allowed: any other key; set the seeds with `seeds`, or --seeds"),
         "{said}"
     );
     let said = refused(SMALL, &["--set", "terrain.fricton=0.4"]);
@@ -197,7 +197,7 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
     let said = String::from_utf8(said.stdout).unwrap();
     assert!(
         said.contains("| 0/3 (0-56 %) | 0/0 (3 failed) |")
-            && said.contains("the first of 3 that failed, seed "),
+            && said.contains("the first of 3 failed runs, seed "),
         "{said}"
     );
 }
@@ -215,7 +215,7 @@ fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
     let output = omnistep(folder.path(), &text, &against);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("less vehicle.motor.stall_torque_n_m = 1.5, seed by seed\n"),
+        said.contains("difference from vehicle.motor.stall_torque_n_m = 1.5, seed by seed\n"),
         "{said}"
     );
     assert_eq!(

@@ -88,7 +88,7 @@ fn a_study_sets_a_part_with_a_flipped_bit_aside_and_shows_the_figures_that_it_ha
     assert_eq!(
         said,
         format!(
-            "out/small/{name}: cannot be read (its bytes are not those that were written: its SHA-256 differs): set aside as .damaged, its runs are run again\n"
+            "out/small/{name}: cannot be read (its SHA-256 checksum is wrong); renamed to .damaged, its runs are repeated\n"
         )
     );
     assert_eq!(again.stdout, first.stdout);
@@ -106,7 +106,7 @@ fn a_part_of_an_earlier_build_without_a_checksum_is_set_aside_and_said_to_be_tha
     let (store, path, mut bytes) = with_a_part(&plan, folder.path());
     bytes[4..85].fill(0);
     fs::write(&path, &bytes).unwrap();
-    let expected = "it has no checksum: damaged, or written by an earlier build";
+    let expected = "no checksum: damaged, or written by an earlier build";
     assert_eq!(damage(&path).unwrap(), Some(expected));
     let found = store.read().unwrap();
     assert_eq!(found.damaged, [(path, expected.to_owned())]);

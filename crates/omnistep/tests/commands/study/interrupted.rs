@@ -63,7 +63,7 @@ fn ctrl_c_loses_nothing_that_is_done_and_the_same_command_goes_on() {
     let before = done(folder.path(), &plan);
     assert!((1..240).contains(&before.len()), "{} of 240 runs", before.len());
     let expected = format!(
-        "stopped: {} of 240 runs are done and kept in out/small; the same command goes on\n",
+        "stopped: {} of 240 runs are done and kept in out/small; run the same command again to continue\n",
         before.len()
     );
     assert_eq!(said, expected);
@@ -132,7 +132,7 @@ fn two_studies_do_not_share_a_folder_at_once() {
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.contains("out/small: it is being written by another program"),
+        said.contains("out/small: another program is writing to it: wait until that one ends"),
         "{said}"
     );
     drop(lock);

@@ -310,7 +310,7 @@ fn a_folder_of_another_scenario_or_of_other_axes_is_refused_before_anything_runs
     };
     let said = refusal(&SMALL.replace("0.05", "0.06"));
     assert!(
-        said.contains("holds results with perturbation.yaw_rad = 0.05, here it is 0.06"),
+        said.contains("holds results with perturbation.yaw_rad = 0.05, but now perturbation.yaw_rad = 0.06"),
         "{said}"
     );
     let said = refusal(
@@ -320,7 +320,7 @@ fn a_folder_of_another_scenario_or_of_other_axes_is_refused_before_anything_runs
     );
     assert!(said.contains("control.period_us = 1000"), "{said}");
     let said = refusal(&SMALL.replace("perturbation.yaw_rad = 0.05", ""));
-    assert!(said.contains("; name another folder"), "{said}");
+    assert!(said.contains("; use another folder"), "{said}");
 }
 
 #[test]

@@ -118,13 +118,13 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
 fn listed_points_that_cannot_be_told_apart_or_are_none_are_refused() {
     let said = |points: &[&[&str]]| of_scenarios(points, Seeds::Count(2)).unwrap_err().to_string();
     let (once, twice): (&[&str], &[&str]) = (&["terrain.friction=0.5"], &["terrain.friction=0.50"]);
-    let expected = "listed: points: points[0] and points[2] are the same run, allowed: each once";
+    let expected = "listed: points: points[0] and points[2] are the same run, allowed: each run once";
     assert_eq!(said(&[once, &[], twice]), expected);
     assert_eq!(said(&[]), "listed: points: none, allowed: one or more");
     let seed = said(&[&["seed=3"]]);
     assert_eq!(
         seed,
-        "listed: points: \"seed\", allowed: any other key; seeds are given by `seeds`"
+        "listed: points: \"seed\", allowed: any other key; set the seeds with `seeds`"
     );
     let both: &[&str] = &["terrain.friction=0.5", "seed=3"];
     let many = of_scenarios(&[both; 11], Seeds::Count(100_000));
@@ -206,7 +206,7 @@ fn a_batch_is_refused_where_the_folder_is_not_the_studys_or_the_program_is_anoth
     let older = batch.to_text().replacen(&version, "\"version\":\"0.0.7\"", 1);
     let said = Batch::from_text(&older).unwrap_err().to_string();
     assert!(
-        said.starts_with("batch of runs: of omnistep 0.0.7, this worker has "),
+        said.starts_with("batch of runs: of omnistep 0.0.7, but this worker has "),
         "{said}"
     );
 
@@ -220,7 +220,7 @@ fn a_batch_is_refused_where_the_folder_is_not_the_studys_or_the_program_is_anoth
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("the scenario of run ") && said.ends_with(" is another"),
+        said.contains("batch of runs: run ") && said.ends_with(" has another scenario"),
         "{said}"
     );
 }

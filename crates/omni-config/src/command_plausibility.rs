@@ -1,0 +1,52 @@
+//! What is doubtful of a scenario's command, though it is allowed.
+
+use crate::derived_gains::digits;
+use crate::{Error, Scenario};
+
+/// A speed beyond what the motors reach by less than this part is none to speak of.
+const SLACK: f64 = 1.001;
+/// Units of a twist's parts.
+const AXES: [&str; 3] = ["m/s forward", "m/s sideways", "rad/s in yaw"];
+
+impl Scenario {
+    /// What is doubtful of the command, a line each: that it asks for more than the motors reach or the vehicle's `[limits]` let through, and that
+    /// rows of its table come when the run is over.
+    ///
+    /// # Errors
+    /// As [`Vehicle::speeds_at`](crate::Vehicle::speeds_at); a loaded scenario has been checked.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let doubts = |vx| Scenario::load("flat", &[Override::new("command.vx_m_s", vx)])?.command_doubts();
+    /// assert_eq!(doubts(0.3)?, Vec::<String>::new());
+    /// let expected = "command: up to 7 m/s forward, but the vehicle's [limits] allow only 1";
+    /// assert_eq!(doubts(7.0)?, [expected]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn command_doubts(&self) -> Result<Vec<String>, Error> {
+        let mut doubts = Vec::new();
+        let vehicle = self.vehicle();
+        let motors = vehicle.motor_speeds()?;
+        let limits = vehicle.limits.map(|limits| limits.speeds());
+        for (axis, asked) in self.command.largest().into_iter().enumerate() {
+            let unit = AXES[axis];
+            let beyond = |top: [f64; 3]| (asked > SLACK * top[axis]).then_some(top[axis]);
+            let why = match (limits.and_then(beyond), motors.and_then(beyond)) {
+                (Some(most), _) => format!("the vehicle's [limits] allow only {}", digits(most)),
+                (None, Some(most)) => format!("its motors reach only {} without load", digits(most)),
+                (None, None) => continue,
+            };
+            doubts.push(format!("command: up to {asked} {unit}, but {why}"));
+        }
+        let times = self.command.file.iter().flat_map(|file| file.rows());
+        let late = times.map(|row| row[0]).filter(|time_s| *time_s > self.duration_s);
+        if let Some(last_s) = late.clone().reduce(f64::max) {
+            doubts.push(format!(
+                "command.file: {} rows come after the run's end at {} s, the last at {last_s} s",
+                late.count(),
+                self.duration_s
+            ));
+        }
+        Ok(doubts)
+    }
+}

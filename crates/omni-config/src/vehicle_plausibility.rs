@@ -1,0 +1,193 @@
+//! What is doubtful of a vehicle, though it is allowed.
+
+use omni_core::{ConfigError, Kinematics};
+
+use crate::derived_gains::digits;
+use crate::{Error, Vehicle, WheelSpec, for_wheel_count, wheel_count_refused};
+
+/// A derived time constant beyond this is doubtful \[s\].
+const SLOW_S: f64 = 1.0;
+/// Rollers are doubtful where the vehicle's lever against turning is below this part of what they would give mounted the other way round.
+const LEVER_PART: f64 = 0.7;
+/// A rim that is faster than this without load is doubtful \[m/s\]: rpm taken for rad/s.
+const FAST_M_S: f64 = 6.0;
+/// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.
+const HIGH: f64 = 3.0;
+/// Limits are doubtful beyond what the motors reach by more than this part.
+const BEYOND: f64 = 1.05;
+
+impl Vehicle {
+    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused, all of it worth a second look.
+    ///
+    /// # Errors
+    /// As [`Vehicle::derived_gains`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario, Vehicle};
+    /// let doubts = Vehicle::load("omni3")?.doubts(1e-3)?;
+    /// assert_eq!(doubts, ["3 wheels: without the reading of one of them the motion is unknown, and the drive stops"]);
+    /// let heavy = Override::parse("vehicle.wheel[0].inertia_kg_m2=0.01")?;
+    /// let doubts = Scenario::load("step", &[heavy])?.vehicle().doubts(1e-3)?;
+    /// let said = "wheel 1: inertia_kg_m2 = 0.01, but all its mass at the rim gives 0.00436 (m r^2); a larger value is right only for a geared rotor";
+    /// assert_eq!(doubts, [said]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn doubts(&self, period_s: f64) -> Result<Vec<String>, Error> {
+        let mut doubts = Vec::new();
+        doubts.extend(self.unreplaceable()?);
+        doubts.extend(self.mirrored_rollers()?);
+        doubts.extend(self.wheel.iter().filter_map(flywheel));
+        doubts.extend(self.too_high());
+        doubts.extend(self.unequal_wheels());
+        doubts.extend(self.no_load_rad_s().and_then(|no_load| self.too_fast(no_load)));
+        doubts.extend(self.never_reached()?);
+        if self.gains.is_none() {
+            let derived = self.derived_gains(period_s)?;
+            if derived.time_constant_s > SLOW_S {
+                doubts.push(format!(
+                    "gains: the derived time constant is {:.2} s, for {:.3} kg and motors of {} N.m: the wheels follow slowly; \
+                     use stronger motors, a lower mass or [limits]",
+                    derived.time_constant_s,
+                    self.mass_kg(),
+                    self.motor.stall_torque_n_m
+                ));
+            }
+        }
+        Ok(doubts)
+    }
+
+    /// Wheels of one kind of contact with different radii, as after a change of one of them alone.
+    fn unequal_wheels(&self) -> Option<String> {
+        let first = self.wheel.first()?;
+        let kind = std::mem::discriminant(&first.contact);
+        let other = self.wheel.iter().find(|wheel| {
+            std::mem::discriminant(&wheel.contact) == kind && wheel.radius_m != first.radius_m
+        })?;
+        Some(format!(
+            "wheel {}: radius_m = {}, but {} for wheel {}: a change of one wheel alone?",
+            other.name, other.radius_m, first.radius_m, first.name
+        ))
+    }
+
+    /// Wheels without which the others do not tell the motion.
+    fn unreplaceable(&self) -> Result<Option<String>, Error> {
+        let alone: Vec<bool> = for_wheel_count!(self.wheel.len(), unreplaceable[](self), |count| Err(
+            wheel_count_refused(count)
+        ))
+        .map_err(|error| self.refuse(&error))?;
+        if self.wheel.len() == 3 {
+            let text =
+                "3 wheels: without the reading of one of them the motion is unknown, and the drive stops";
+            return Ok(Some(text.into()));
+        }
+        let wheels = self.wheel.iter().zip(alone);
+        let names: Vec<_> = wheels
+            .filter_map(|(wheel, alone)| alone.then_some(wheel.name.as_str()))
+            .collect();
+        Ok((!names.is_empty()).then(|| {
+            format!(
+                "wheel {}: without its reading the motion is unknown, and the drive stops",
+                names.join(", ")
+            )
+        }))
+    }
+
+    /// Rollers that are mounted the other way round than they turn the vehicle best.
+    fn mirrored_rollers(&self) -> Result<Option<String>, Error> {
+        let mut mirrored = self.clone();
+        for wheel in &mut mirrored.wheel {
+            wheel.roller_angle_rad = -wheel.roller_angle_rad;
+        }
+        // Rollers mirrored may not move it at all: then they are right as they are.
+        let Ok(other) = mirrored.lever_m() else {
+            return Ok(None);
+        };
+        let own = self.lever_m()?;
+        Ok((own < LEVER_PART * other).then(|| {
+            format!(
+                "roller_angle_rad: the wheels' forces have a lever of {own:.3} m about the middle, {other:.3} m with the other sign: the vehicle \
+                 hardly turns; choose signs with which the roller axes on the ground form a diamond"
+            )
+        }))
+    }
+
+    /// A centre of mass that no vehicle has.
+    fn too_high(&self) -> Option<String> {
+        let places = || self.wheel.iter().map(|wheel| wheel.position_m);
+        let apart = |[ax, ay]: [f64; 2]| places().map(move |[bx, by]| libm::hypot(ax - bx, ay - by));
+        let span_m = places().flat_map(apart).fold(0.0, f64::max);
+        let [_, _, z] = self.centre_of_mass_m();
+        (z > HIGH * span_m).then(|| {
+            format!(
+                "com_m: the centre of mass is {} m up, the wheels are {} m apart; write com_m in metres",
+                digits(z),
+                digits(span_m)
+            )
+        })
+    }
+
+    /// Wheels that nobody drives so fast.
+    fn too_fast(&self, no_load_rad_s: f64) -> Option<String> {
+        let rim_m_s = |wheel: &WheelSpec| no_load_rad_s * wheel.gear * wheel.radius_m;
+        let wheel = self.wheel.iter().find(|wheel| rim_m_s(wheel) > FAST_M_S)?;
+        Some(format!(
+            "motor: {} rad/s without load, {} m/s at the rim of wheel {}; use no_load_rpm for turns a minute",
+            digits(no_load_rad_s),
+            digits(rim_m_s(wheel)),
+            wheel.name
+        ))
+    }
+
+    /// Limits that are none: the motors are slower.
+    fn never_reached(&self) -> Result<Vec<String>, Error> {
+        let (Some(limits), Some(reached)) = (self.limits, self.motor_speeds()?) else {
+            return Ok(Vec::new());
+        };
+        let own = ["vx_m_s", "vy_m_s", "wz_rad_s"].into_iter().zip(limits.speeds());
+        let beyond = own.zip(reached).filter(|((_, limit), top)| *limit > BEYOND * top);
+        Ok(beyond
+            .map(|((key, limit), top)| {
+                format!(
+                    "limits.{key} = {limit}, but the motors reach only {} without load",
+                    digits(top)
+                )
+            })
+            .collect())
+    }
+
+    /// How far from the wheels' middle their pushes pass it, the root of the mean square \[m\].
+    fn lever_m(&self) -> Result<f64, Error> {
+        let (rows, _) = self.actuators()?;
+        let count = self.wheel.len() as f64;
+        let [cx, cy] =
+            [0, 1].map(|axis| self.wheel.iter().map(|wheel| wheel.position_m[axis]).sum::<f64>() / count);
+        let squares = rows.iter().map(|[ax, ay, turned]| {
+            let about_the_middle = turned + ax * cy - ay * cx;
+            about_the_middle * about_the_middle / (ax * ax + ay * ay)
+        });
+        Ok((squares.sum::<f64>() / count).sqrt())
+    }
+}
+
+/// Why a wheel's inertia is more than its mass can have.
+fn flywheel(wheel: &WheelSpec) -> Option<String> {
+    let most = wheel.mass_kg * wheel.radius_m * wheel.radius_m;
+    (wheel.inertia_kg_m2 > most).then(|| {
+        format!(
+            "wheel {}: inertia_kg_m2 = {}, but all its mass at the rim gives {} (m r^2); a larger value is right only for a geared rotor",
+            wheel.name,
+            wheel.inertia_kg_m2,
+            digits(most)
+        )
+    })
+}
+
+/// Of each wheel whether the motion is unknown without it.
+fn unreplaceable<const N: usize>(vehicle: &Vehicle) -> Result<Vec<bool>, ConfigError> {
+    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
+    let without = |wheel: usize| {
+        let excluded = core::array::from_fn(|each| each == wheel);
+        kinematics.excluding(&excluded).is_none()
+    };
+    Ok((0..N).map(without).collect())
+}

@@ -1,0 +1,159 @@
+//! Where the base is, by odometry and in truth.
+
+use omni_core::BodyTwist;
+use omni_sim::observation::Observation;
+
+use crate::messages::{quaternion, twist};
+use crate::ros2::{Header, Odometry, Point, Pose, PoseWithCovariance, TwistWithCovariance};
+#[cfg(feature = "ros2")]
+use crate::rotation::after;
+use crate::rotation::{about, rotate};
+use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK};
+
+/// A place \[m\] and a turn in a frame, the turn a unit quaternion x, y, z, w.
+pub(crate) type BasePose = ([f64; 3], [f64; 4]);
+
+/// The frame that a place and a turn are given in, as what is there sees it. Of the base by odometry it is the frame of odometry: a log sends
+/// that as a frame of the base, which is a frame of the world, so that the base's own place stays what the simulation has, in every bit.
+pub(crate) fn inverse((at, [x, y, z, w]): BasePose) -> BasePose {
+    let back = [-x, -y, -z, w];
+    (rotate(back, at.map(|place| -place)), back)
+}
+
+/// What is placed in a frame that is placed itself.
+#[cfg(feature = "ros2")]
+pub(crate) fn chained((at, turn): BasePose, (then, by): BasePose) -> BasePose {
+    let there = rotate(turn, then);
+    ([0, 1, 2].map(|k| at[k] + there[k]), after(turn, by))
+}
+
+/// The base by odometry: on the plane.
+pub(crate) fn by_odometry(seen: &Observation) -> BasePose {
+    let pose = &seen.odometry.pose;
+    ([pose.x_m, pose.y_m, 0.0], about([0.0, 0.0, 1.0], pose.yaw_rad))
+}
+
+/// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a variance that outweighs none of another sensor.
+const UNKNOWN: f64 = 1e6;
+
+/// Covariance of a pose or twist of which nobody said how sure it is. A 0 would say that it is exact, and a message of odometry has no other word for it:
+/// the first element -1 is one of `sensor_msgs` alone.
+pub(crate) fn unknown_covariance() -> [[f64; 6]; 6] {
+    std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }))
+}
+
+/// Covariance of a pose of which x, y and yaw are known as they are here.
+fn planar_covariance(known: &[[f64; 3]; 3]) -> [[f64; 6]; 6] {
+    let mut covariance = [[0.0; 6]; 6];
+    for (row, of_known) in [0, 1, 5].into_iter().zip(known) {
+        for (column, value) in [0, 1, 5].into_iter().zip(of_known) {
+            covariance[row][column] = *value;
+        }
+    }
+    for unknown in [2, 3, 4] {
+        covariance[unknown][unknown] = UNKNOWN;
+    }
+    covariance
+}
+
+/// What the wheels say.
+pub(crate) fn odometry(seen: &Observation) -> Odometry {
+    let (at, turn) = by_odometry(seen);
+    let covariance = planar_covariance(&seen.odometry.covariance);
+    located(
+        seen.time_ns,
+        ODOM_LINK,
+        (at, turn),
+        covariance,
+        &seen.odometry.twist,
+    )
+}
+
+/// What is so.
+pub(crate) fn ground_truth(seen: &Observation) -> Odometry {
+    let pose = (seen.pose.position_m, seen.pose.rotation_xyzw);
+    located(seen.time_ns, WORLD_LINK, pose, [[0.0; 6]; 6], &seen.twist)
+}
+
+/// The base in a frame: the place \[m\], the turn, how sure that is, and the twist.
+fn located(
+    time_ns: u64,
+    frame: &str,
+    ([x, y, z], turn): BasePose,
+    covariance: [[f64; 6]; 6],
+    moves: &BodyTwist<f64>,
+) -> Odometry {
+    let pose = Pose {
+        position: Point { x, y, z },
+        orientation: quaternion(turn),
+    };
+    Odometry {
+        header: Header::new(time_ns, frame),
+        child_frame_id: BASE_LINK.into(),
+        pose: PoseWithCovariance { pose, covariance },
+        twist: TwistWithCovariance {
+            twist: twist(moves),
+            covariance: [[0.0; 6]; 6],
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use omni_config::{Override, Scenario};
+    use omni_sim::Simulation;
+
+    /// After 0.8 s of a bend to the left, started with another heading.
+    fn seen() -> Observation {
+        let overrides = [
+            Override::new("command.wz_rad_s", 0.5),
+            Override::new("start.heading_rad", 0.7),
+        ];
+        let scenario = Scenario::load("flat", &overrides).expect("built-in");
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        for _ in 0..800 {
+            simulation.step(&simulation.scenario_command()).expect("finite");
+        }
+        simulation.observation().clone()
+    }
+
+    #[test]
+    fn a_covariance_is_where_ros_looks_for_it_and_says_what_the_plane_does_not() {
+        let seen = seen();
+        let covariance = odometry(&seen).pose.covariance;
+        let flat = covariance.as_flattened();
+        let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = seen.odometry.covariance;
+        for (places, expected) in [
+            (&[0][..], xx),
+            (&[1, 6], xy),
+            (&[7], yy),
+            (&[5, 30], xw),
+            (&[11, 31], yw),
+            (&[35], ww),
+            (&[14, 21, 28], 1e6), // z, roll, pitch
+        ] {
+            assert!(places.iter().all(|place| flat[*place] == expected), "{places:?}");
+            assert!(expected != 0.0, "{places:?}: the bend couples all of them");
+        }
+        assert_eq!(flat.iter().filter(|value| **value == 0.0).count(), 36 - 12);
+        assert_eq!(ground_truth(&seen).pose.covariance, [[0.0; 6]; 6]);
+    }
+
+    #[test]
+    fn from_the_frame_of_odometry_the_base_is_where_odometry_has_it() {
+        let seen = seen();
+        let (origin, turn) = inverse(by_odometry(&seen));
+        let message = odometry(&seen);
+        let (at, heading) = (message.pose.pose.position, message.pose.pose.orientation);
+        // The base's pose there takes that frame's origin, as the base sees it, to the origin.
+        let back = rotate([heading.x, heading.y, heading.z, heading.w], origin);
+        for (place, back) in [at.x, at.y, at.z].into_iter().zip(back) {
+            assert!((place + back).abs() < 1e-15, "{place} {back}");
+        }
+        assert_eq!((turn[2], turn[3]), (-heading.z, heading.w));
+        assert_eq!([at.x, at.y], [seen.odometry.pose.x_m, seen.odometry.pose.y_m]);
+        let frames = [message.header.frame_id, ground_truth(&seen).header.frame_id];
+        assert_eq!(frames, ["odom", "world"]);
+    }
+}

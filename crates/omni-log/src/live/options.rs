@@ -1,0 +1,104 @@
+//! How a live run is asked for.
+
+use std::path::PathBuf;
+
+use super::pilot::Pilot;
+#[cfg(feature = "ros2")]
+use super::ros::Ros2;
+
+/// Where and how fast a live run is, and what others may do to it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Live {
+    /// Port on 127.0.0.1 for viewers; 0 for any that is free, none for no port.
+    pub port: Option<u16>,
+    /// Its place on ROS 2; none for none.
+    #[cfg(feature = "ros2")]
+    pub ros2: Option<Ros2>,
+    /// Where its log is written; none for no log. Not with [`Live::steer`]: a log has one policy. Until the run's end the file is called
+    /// `.part`, and stays so where an error ends it.
+    pub log: Option<PathBuf>,
+    /// Simulated seconds a second on the clock, at least 0.001; infinity for as fast as it goes.
+    pub speed: f64,
+    /// Starts when the first viewer subscribes to something, or the first ROS 2 node does.
+    pub wait: bool,
+    /// When it ends.
+    pub until: Until,
+    /// Stands until it is told to drive, whatever the scenario's command is.
+    pub stands: bool,
+    /// Who drives it from this program, if somebody does.
+    pub pilot: Option<Pilot>,
+    /// Viewers may change command, policy and torque limit; else they watch.
+    pub steer: bool,
+    /// Of web pages only the run's own may connect, and those of [`Live::origins`]: neither other pages of this machine nor known viewers.
+    pub own_page: bool,
+    /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
+    pub origins: Vec<String>,
+}
+
+/// When a live run ends, if nobody ends it before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Until {
+    /// With the scenario.
+    Scenario,
+    /// After so many simulated seconds, above 0.
+    Seconds(f64),
+    /// Not by itself, but where `stop_when_done` is set and the vehicle is across.
+    Told,
+}
+
+impl Live {
+    /// A run on that port, 0 for any that is free, as fast as the clock: it starts at once, ends with its scenario, and others watch.
+    ///
+    /// ```
+    /// let live = omni_log::Live::new(8765);
+    /// assert_eq!((live.port, live.speed, live.steer), (Some(8765), 1.0, false));
+    /// ```
+    #[must_use]
+    pub fn new(port: u16) -> Self {
+        Self {
+            port: Some(port),
+            #[cfg(feature = "ros2")]
+            ros2: None,
+            log: None,
+            speed: 1.0,
+            wait: false,
+            until: Until::Scenario,
+            stands: false,
+            pilot: None,
+            steer: false,
+            own_page: false,
+            origins: Vec::new(),
+        }
+    }
+
+    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is told to end.
+    ///
+    /// ```
+    /// use omni_log::{Live, Ros2, Until};
+    /// let live = Live::on_ros2(Ros2::new(0));
+    /// assert_eq!((live.port, live.until), (None, Until::Told));
+    /// ```
+    #[cfg(feature = "ros2")]
+    #[must_use]
+    pub fn on_ros2(ros2: Ros2) -> Self {
+        Self {
+            port: None,
+            ros2: Some(ros2),
+            until: Until::Told,
+            ..Self::new(0)
+        }
+    }
+}
+
+/// Where a live run is, once it is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Opened {
+    /// For viewers, at an address such as `ws://127.0.0.1:8765`.
+    Port(String),
+    /// On ROS 2, in that domain.
+    #[cfg(feature = "ros2")]
+    Ros2(u16),
+}

@@ -1,0 +1,74 @@
+//! What the page of a live run is told, as JSON: once what there is to see, then 30 times a second on the clock how it is.
+
+use std::time::{Duration, Instant};
+
+use omni_config::Scenario;
+use omni_sim::Simulation;
+use serde::Serialize;
+
+use super::server::{Event, Hub, Topic};
+use crate::messages::Messages;
+use crate::scene;
+
+/// Time between two states.
+const EVERY: Duration = Duration::from_millis(33);
+
+/// What there is to see, and whether this page may steer.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    scene: scene::Scene<'a>,
+    steer: bool,
+}
+
+/// The page's topics: viewers may have them too.
+pub(super) const TOPICS: [Topic; 2] = [json("/page/scene"), json("/page/state")];
+
+const fn json(name: &'static str) -> Topic {
+    Topic {
+        name,
+        encoding: "json",
+        schema_name: "",
+        schema: "",
+    }
+}
+
+/// Tells the page, on the topics `first` and the one behind it.
+pub(super) struct Page {
+    first: usize,
+    due: Option<Instant>,
+}
+
+impl Page {
+    pub(super) fn new(first: usize) -> Self {
+        Self { first, due: None }
+    }
+
+    /// What there is to see: for who comes now.
+    pub(super) fn describe(&self, scenario: &Scenario, hub: &Hub) {
+        if hub.is_wanted(self.first) {
+            let (scene, steer) = (scene::scene(scenario), hub.steer);
+            send(hub, self.first, 0, &Told { scene, steer });
+        }
+    }
+
+    /// How it is after a period, if that is due.
+    pub(super) fn push(&mut self, messages: &Messages, simulation: &Simulation, hub: &Hub) {
+        let (now, state_of) = (Instant::now(), self.first + 1);
+        if self.due.is_some_and(|due| now < due) || !hub.is_wanted(state_of) {
+            return;
+        }
+        self.due = Some(now + EVERY);
+        send(
+            hub,
+            state_of,
+            simulation.time_ns(),
+            &scene::state(messages, simulation),
+        );
+    }
+}
+
+fn send(hub: &Hub, topic: usize, time_ns: u64, what: &impl Serialize) {
+    let data = scene::json(what).into_bytes();
+    hub.send(Event::Message(topic, time_ns, data.into()));
+}

@@ -1,0 +1,126 @@
+//! The run on ROS 2: a node of its own over DDS, without a ROS installation. The only modules that name ros2-client.
+
+mod commands;
+mod joints;
+mod node;
+mod options;
+mod payload;
+
+use std::sync::Arc;
+
+use commands::Commands;
+pub(super) use joints::{JointCommands, controller as joint_controller};
+use node::Node;
+use omni_config::Scenario;
+use omni_sim::Simulation;
+use omni_sim::controller::AnyController;
+pub use options::Ros2;
+
+use super::requests::Requests;
+use crate::Error;
+use crate::message_rates::Pace;
+use crate::messages::{Messages, Sink, topic, vector};
+use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped};
+use crate::tree::Roots;
+use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
+
+/// Covariance of what is not measured.
+const NOT_MEASURED: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+/// What others know on ROS 2, and tell.
+pub(super) struct OnRos {
+    node: Node,
+    messages: Messages,
+    driven: Option<JointInterface>,
+    clock: Pace,
+    imu: Pace,
+    commands: Commands,
+}
+
+impl OnRos {
+    /// Joins the domain.
+    pub(super) fn open(
+        scenario: &Scenario,
+        controller: &AnyController,
+        ros2: &Ros2,
+        (requests, joints): (&Arc<Requests>, Option<&Arc<JointCommands>>),
+        warn: Box<dyn Fn(&str) + Send + Sync>,
+    ) -> Result<Self, Error> {
+        let (rates, extra) = ros2.rates()?;
+        let namespace = ros2.namespace()?;
+        let (mut node, context) = node::join(ros2.domain, &namespace)?;
+        let commands = match joints {
+            Some(joints) => Commands::of_joints(&mut node, &namespace, joints.clone(), warn),
+            None => Commands::of_base(&mut node, &namespace, requests.clone(), warn),
+        };
+        let commands = commands.map_err(|reason| ros2.failed(reason))?;
+        let node = Node::new(node, context, &namespace).map_err(|reason| ros2.failed(reason))?;
+        let roots = if ros2.map { Roots::Map } else { Roots::Odometry };
+        Ok(Self {
+            node,
+            messages: Messages::at_rates(scenario, controller, rates, roots),
+            driven: ros2.joints,
+            clock: extra.clock,
+            imu: extra.imu,
+            commands,
+        })
+    }
+
+    /// Has another node subscribed to something since the last time?
+    pub(super) fn take_subscribed(&self) -> bool {
+        self.node.take_subscribed()
+    }
+
+    /// What is sent once, and kept for who comes later. Sending cannot fail: who is too slow misses messages.
+    pub(super) fn describe(&mut self) {
+        let _ = self.messages.describe(self.driven, &mut self.node);
+        let fixed = TransformStamped {
+            header: Header::new(0, BASE_LINK),
+            child_frame_id: IMU_LINK.into(),
+            transform: Transform {
+                translation: vector([0.0; 3]),
+                rotation: Quaternion::default(),
+            },
+        };
+        let message = TfMessage {
+            transforms: vec![fixed],
+        };
+        let _ = self.node.send(topic::TF_STATIC, 0, &message);
+    }
+
+    /// From the next message on the run has another controller.
+    pub(super) fn describes(&mut self, scenario: &Scenario) {
+        self.messages.describes(scenario);
+    }
+
+    /// The messages of a control period, the time before what happened then.
+    pub(super) fn push(&mut self, simulation: &Simulation) {
+        let (sample, seen) = (simulation.sample(), simulation.observation());
+        let time_ns = seen.time_ns;
+        if self.clock.due(time_ns) {
+            let clock = Time::from_ns(time_ns);
+            let _ = self.node.send(topic::CLOCK, time_ns, &Clock { clock });
+        }
+        if self.imu.due(time_ns) {
+            let _ = self.node.send(topic::IMU, time_ns, &imu(simulation));
+        }
+        let _ = self.messages.push(sample, seen, &mut self.node);
+    }
+
+    /// Leaves the domain.
+    pub(super) fn close(self) {
+        self.commands.stop();
+    }
+}
+
+/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are is the scenario's, which nobody told it.
+fn imu(simulation: &Simulation) -> Imu {
+    let sensed = &simulation.sensed().imu;
+    Imu {
+        header: Header::new(simulation.time_ns(), IMU_LINK),
+        orientation_covariance: NOT_MEASURED,
+        angular_velocity: vector(sensed.rate_rad_s),
+        linear_acceleration: vector(sensed.specific_force_m_s2),
+        ..Imu::default()
+    }
+}

@@ -1,0 +1,143 @@
+//! The node and what it publishes.
+
+use ros2_client::dds::rustdds::dds::statusevents::DomainParticipantStatusEvent;
+use ros2_client::dds::rustdds::{StatusEvented, Topic};
+use ros2_client::{Context, ContextOptions, Name, NodeName, NodeOptions, Publisher, QosProfile};
+
+use super::payload::{Cdr, latched, reliable, type_name};
+use crate::Error;
+use crate::messages::{Sink, topic};
+use crate::ros2::{
+    self, Clock, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage, VehicleState,
+};
+
+/// Name of the node.
+const NODE: &str = "omnistep";
+
+/// A topic, its type, and whether its last message is kept for who comes later.
+type Published = (&'static str, &'static str, bool);
+
+/// Everything that is published.
+const TOPICS: [Published; 10] = [
+    (topic::CLOCK, Clock::TYPE, false),
+    (topic::ROBOT_DESCRIPTION, StringMessage::TYPE, true),
+    (topic::TERRAIN, StringMessage::TYPE, true),
+    (topic::TF_STATIC, TfMessage::TYPE, true),
+    (topic::VEHICLE_STATE, VehicleState::TYPE, false),
+    (topic::TF, TfMessage::TYPE, false),
+    (topic::JOINT_STATES, JointState::TYPE, false),
+    (topic::ODOM, Odometry::TYPE, false),
+    (topic::GROUND_TRUTH, Odometry::TYPE, false),
+    (topic::IMU, Imu::TYPE, false),
+];
+
+/// Joins a domain with a node that has neither parameters nor a log of its own.
+pub(super) fn join(domain: u16, namespace: &str) -> Result<(ros2_client::Node, Context), Error> {
+    let failed = |reason: String| Error::Ros2 { domain, reason };
+    let options = ContextOptions::new().domain_id(domain);
+    let context = Context::with_options(options).map_err(|error| failed(error.to_string()))?;
+    let name = NodeName::new(namespace, NODE).map_err(|error| failed(error.to_string()))?;
+    let options = NodeOptions::new()
+        .enable_rosout(false)
+        .start_parameter_services(false);
+    let node = context.new_node(name, options);
+    Ok((node.map_err(|error| failed(error.to_string()))?, context))
+}
+
+/// A topic in a namespace; the time is everybody's.
+pub(super) fn absolute(namespace: &str, topic: &str) -> Result<Name, String> {
+    let full = if topic == topic::CLOCK {
+        topic.to_owned()
+    } else {
+        format!("{}{topic}", namespace.trim_end_matches('/'))
+    };
+    Name::parse(&full).map_err(|error| error.to_string())
+}
+
+/// What publishes a topic.
+struct Outlet {
+    name: &'static str,
+    topic: Topic,
+    qos: QosProfile,
+    publisher: Publisher<Cdr>,
+}
+
+/// A node with everything that it publishes.
+pub(super) struct Node {
+    outlets: Vec<Outlet>,
+    events: ros2_client::dds::rustdds::DomainParticipantStatusListener,
+    buffer: Vec<u8>,
+    node: ros2_client::Node,
+    _context: Context,
+}
+
+impl Node {
+    pub(super) fn new(
+        mut node: ros2_client::Node,
+        context: Context,
+        namespace: &str,
+    ) -> Result<Self, String> {
+        let mut outlets = Vec::new();
+        for (name, full_type, keeps) in TOPICS {
+            let qos = if keeps { latched() } else { reliable() };
+            let topic = node
+                .create_topic(&absolute(namespace, name)?, type_name(full_type), &qos)
+                .map_err(|error| error.to_string())?;
+            let publisher = node
+                .create_publisher(&topic, Some(qos.clone()))
+                .map_err(|error| error.to_string())?;
+            outlets.push(Outlet {
+                name,
+                topic,
+                qos,
+                publisher,
+            });
+        }
+        Ok(Self {
+            outlets,
+            events: context.domain_participant().status_listener(),
+            buffer: Vec::new(),
+            node,
+            _context: context,
+        })
+    }
+
+    /// Has somebody subscribed to one of its topics since the last time?
+    pub(super) fn take_subscribed(&self) -> bool {
+        let mut subscribed = false;
+        while let Some(event) = self.events.try_recv_status() {
+            if let DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, .. } = event {
+                subscribed |= self
+                    .outlets
+                    .iter()
+                    .any(|outlet| outlet.publisher.guid() == local_writer);
+            }
+        }
+        subscribed
+    }
+}
+
+impl Sink for Node {
+    type Error = std::convert::Infallible;
+
+    fn send<M: RosMessage>(&mut self, topic: &'static str, _: u64, message: &M) -> Result<(), Self::Error> {
+        let outlet = self.outlets.iter_mut().find(|outlet| outlet.name == topic);
+        if let Some(outlet) = outlet
+            && ros2::encode_into(message, &mut self.buffer).is_ok()
+        {
+            // The library writes the header of its encapsulation, which is the same.
+            let body = self.buffer.get(ros2::HEADER..).unwrap_or_default();
+            // The library keeps 8192 messages for a reader that wants all and takes none, and then it sends none to anybody: the
+            // topic begins anew for all of them.
+            if outlet.publisher.publish(Cdr(body.to_vec())).is_err()
+                && let Ok(anew) = self
+                    .node
+                    .create_publisher(&outlet.topic, Some(outlet.qos.clone()))
+            {
+                outlet.publisher = anew;
+                let _ = outlet.publisher.publish(Cdr(body.to_vec()));
+            }
+        }
+        Ok(())
+    }
+}

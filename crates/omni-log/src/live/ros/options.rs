@@ -1,0 +1,224 @@
+//! How a run's place on ROS 2 is asked for.
+
+use crate::Error;
+use crate::message_rates::{Pace, Rates};
+use crate::messages::topic;
+use crate::urdf::JointInterface;
+
+/// A run's place on ROS 2.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Ros2 {
+    /// Its domain, 0 to 232: who is in another one does not see it.
+    pub domain: u16,
+    /// What all topics but `/clock` begin with, as `/robot1`; empty for nothing.
+    pub namespace: String,
+    /// Rates other than the usual ones, by topic as it is without a namespace \[Hz\]: 0 to 1000, 0 for never.
+    pub rates: Vec<(String, f64)>,
+    /// Sends the frame `map`, too, which is the world: as a localisation without error would.
+    pub map: bool,
+    /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
+    pub joints: Option<JointInterface>,
+}
+
+/// What an environment names the domain by.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+/// Of which the ports of a domain are below 65536.
+const HIGHEST_DOMAIN: u16 = 232;
+/// Highest rate \[Hz\].
+const HIGHEST_RATE: f64 = 1000.0;
+/// Rates that can be chosen, with the usual ones \[Hz\].
+const RATES: [(&str, f64); 6] = [
+    (topic::CLOCK, 100.0),
+    (topic::IMU, 100.0),
+    (topic::VEHICLE_STATE, 50.0),
+    (topic::TF, 50.0),
+    (topic::JOINT_STATES, 50.0),
+    (topic::ODOM, 50.0),
+];
+/// Rate of `/joint_states` where the wheels are driven one by one \[Hz\].
+const JOINTS_HZ: f64 = 100.0;
+
+/// Of what only ROS 2 has.
+pub(super) struct ExtraRates {
+    pub(super) clock: Pace,
+    pub(super) imu: Pace,
+}
+
+impl Ros2 {
+    /// In that domain, without a namespace, at the usual rates, driven by `/cmd_vel`.
+    ///
+    /// ```
+    /// let ros2 = omni_log::Ros2::new(42);
+    /// assert_eq!((ros2.domain, ros2.namespace.as_str(), ros2.map), (42, "", false));
+    /// ```
+    #[must_use]
+    pub fn new(domain: u16) -> Self {
+        Self {
+            domain,
+            namespace: String::new(),
+            rates: Vec::new(),
+            map: false,
+            joints: None,
+        }
+    }
+
+    /// The same in the domain that `ROS_DOMAIN_ID` says, 0 where it says nothing.
+    ///
+    /// # Errors
+    /// [`omni_sim::Error::Argument`] where it is not a whole number, 0 to 232.
+    ///
+    /// ```
+    /// let ros2 = omni_log::Ros2::from_domain_id(Some("42"))?;
+    /// assert_eq!((ros2.domain, omni_log::Ros2::from_domain_id(None)?.domain), (42, 0));
+    /// let said = omni_log::Ros2::from_domain_id(Some("233")).map_err(|error| error.to_string());
+    /// assert_eq!(said.err().as_deref(), Some("ROS_DOMAIN_ID = 233, allowed: a whole number, 0 to 232"));
+    /// # Ok::<(), omni_log::Error>(())
+    /// ```
+    pub fn from_domain_id(value: Option<&str>) -> Result<Self, Error> {
+        let Some(text) = value.map(str::trim).filter(|text| !text.is_empty()) else {
+            return Ok(Self::new(0));
+        };
+        match text.parse() {
+            Ok(domain) if domain <= HIGHEST_DOMAIN => Ok(Self::new(domain)),
+            _ => Err(refused(DOMAIN, text, "a whole number, 0 to 232")),
+        }
+    }
+
+    /// The namespace, with a slash before and none behind; "/" for none.
+    pub(super) fn namespace(&self) -> Result<String, Error> {
+        let parts: Vec<&str> = self.namespace.trim_matches('/').split('/').collect();
+        let fits = |part: &&str| {
+            let plain = part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            plain && part.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        };
+        if parts == [""] {
+            return Ok("/".into());
+        }
+        if parts.iter().all(fits) {
+            return Ok(format!("/{}", parts.join("/")));
+        }
+        Err(refused(
+            "--namespace",
+            &self.namespace,
+            "names of letters, digits and _ separated by /, none with a digit first, such as robot1",
+        ))
+    }
+
+    /// How often everything is sent.
+    pub(super) fn rates(&self) -> Result<(Rates, ExtraRates), Error> {
+        let mut usual = RATES;
+        if self.joints.is_some() {
+            usual[4].1 = JOINTS_HZ;
+        }
+        for (name, rate) in &self.rates {
+            let named = format!("/{}", name.trim_start_matches('/'));
+            let Some(known) = usual.iter_mut().find(|(known, _)| *known == named) else {
+                return Err(refused(
+                    "--rate",
+                    &format!("{name}={rate}"),
+                    "one of the topics clock, imu, vehicle_state, tf, joint_states, odom",
+                ));
+            };
+            if !(0.0..=HIGHEST_RATE).contains(rate) {
+                return Err(refused("--rate", &format!("{name}={rate}"), "0 to 1000 Hz"));
+            }
+            known.1 = *rate;
+        }
+        let [clock, imu, vehicle_state, tf, joint_states, odom] = usual.map(|(_, rate)| Pace::hz(rate));
+        let rates = Rates {
+            vehicle_state,
+            tf,
+            joint_states,
+            odom,
+            // Whoever commands would hear itself; markers are for viewers without a robot model.
+            cmd_vel: Pace::hz(0.0),
+            markers: Pace::hz(0.0),
+        };
+        Ok((rates, ExtraRates { clock, imu }))
+    }
+
+    /// The error of something that the system refused.
+    pub(super) fn failed(&self, reason: impl std::fmt::Display) -> Error {
+        Error::Ros2 {
+            domain: self.domain,
+            reason: reason.to_string(),
+        }
+    }
+}
+
+fn refused(name: &'static str, value: &str, allowed: &'static str) -> Error {
+    let value = value.into();
+    omni_sim::Error::Argument { name, value, allowed }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said<T>(result: Result<T, Error>) -> String {
+        result.err().map_or_else(String::new, |error| error.to_string())
+    }
+
+    #[test]
+    fn namespaces_are_taken_with_and_without_slashes_and_refused_in_a_line() {
+        let of = |namespace: &str| Ros2 {
+            namespace: namespace.into(),
+            ..Ros2::new(0)
+        };
+        for (given, expected) in [
+            ("", "/"),
+            ("/", "/"),
+            ("robot1", "/robot1"),
+            ("/a/b_2/", "/a/b_2"),
+        ] {
+            assert_eq!(of(given).namespace().ok().as_deref(), Some(expected));
+        }
+        for given in ["1st", "a b", "a//b", "ü", "a/~"] {
+            let line = said(of(given).namespace());
+            assert!(
+                line.starts_with(&format!("--namespace = {given}, allowed: ")),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
+    fn rates_are_those_of_known_topics_within_their_range() {
+        let of = |name: &str, rate| Ros2 {
+            rates: vec![(name.into(), rate)],
+            ..Ros2::new(0)
+        };
+        let (mut rates, mut extra) = of("/odom", 10.0).rates().expect("a topic");
+        let in_a_second = |pace: &mut Pace| (0..1000).filter(|ms| pace.due(ms * 1_000_000)).count();
+        assert_eq!(
+            (
+                in_a_second(&mut rates.odom),
+                in_a_second(&mut rates.tf),
+                in_a_second(&mut extra.clock)
+            ),
+            (10, 50, 100)
+        );
+        assert_eq!(in_a_second(&mut of("imu", 0.0).rates().expect("never").1.imu), 0);
+        for (name, rate, part) in [
+            ("cmd_vel", 5.0, "allowed: one of the topics clock, "),
+            ("odom", -1.0, "allowed: 0 to 1000 Hz"),
+            ("odom", f64::NAN, "allowed: 0 to 1000 Hz"),
+            ("odom", 1001.0, "--rate = odom=1001, "),
+        ] {
+            let line = said(of(name, rate).rates());
+            assert!(line.contains(part), "{line}");
+        }
+    }
+
+    #[test]
+    fn a_domain_is_a_whole_number_up_to_232() {
+        for (text, domain) in [("0", 0), (" 232 ", 232), ("", 0)] {
+            let ros2 = Ros2::from_domain_id(Some(text)).expect("a domain");
+            assert_eq!(ros2.domain, domain);
+        }
+        for text in ["-1", "x", "1.5", "99999999999"] {
+            assert!(said(Ros2::from_domain_id(Some(text))).starts_with("ROS_DOMAIN_ID = "));
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What can go wrong with a log.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use mcap::McapError;
+use omni_config::shortened;
+
+/// A path, no longer than somebody reads it.
+fn short(path: &Path) -> String {
+    shortened(&path.display().to_string()).into_owned()
+}
+
+/// Why a log could not be written; every message starts with the file's path.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The file could not be created.
+    #[error("{}: cannot create the log: {source}", short(path))]
+    Create {
+        /// File that was to be created.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another program, or another run of this one, writes the log or has just written it and still tells of it.
+    #[error(
+        "{}: is being written by another run: wait for that one, or name another file or folder",
+        short(path)
+    )]
+    Busy {
+        /// The log's name.
+        path: PathBuf,
+    },
+    /// The system refused to write, for instance because the disk is full.
+    #[error("{}: cannot write the log: {source}", short(path))]
+    Io {
+        /// File that was written.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The container refused a record.
+    #[error("{}: cannot write the log: {source}", short(path))]
+    Mcap {
+        /// File that was written.
+        path: PathBuf,
+        /// What the container said.
+        source: McapError,
+    },
+    /// A message has no CDR form.
+    #[error("{}: cannot encode a {type_name} of topic {topic}: {source}", short(path))]
+    Encode {
+        /// File that was written.
+        path: PathBuf,
+        /// Topic of the message.
+        topic: String,
+        /// ROS 2 type of the message.
+        type_name: &'static str,
+        /// What the encoder said.
+        source: cdr_encoding::Error,
+    },
+    /// A topic was opened with two types.
+    #[error(
+        "{}: topic {topic} has type {first}, and cannot have {second} as well",
+        short(path)
+    )]
+    TopicType {
+        /// File that was written.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Type it was opened with.
+        first: &'static str,
+        /// Type it was opened with again.
+        second: &'static str,
+    },
+    /// A channel of one log was used in another.
+    #[error("{}: a channel for {type_name} belongs to another log", short(path))]
+    ForeignChannel {
+        /// File that was written.
+        path: PathBuf,
+        /// ROS 2 type of the channel.
+        type_name: &'static str,
+    },
+    /// A log could not be opened or read.
+    #[error("{}: {source}", short(path))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A log's bytes are not what was written.
+    #[error("{}: damaged: {}", short(path), shortened(reason))]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Which checksum or record is wrong.
+        reason: String,
+    },
+    /// A log has not what it is asked for.
+    #[error("{}: {}", short(path), shortened(what))]
+    Lacks {
+        /// The file.
+        path: PathBuf,
+        /// What is missing, and where it would come from.
+        what: String,
+    },
+    /// Reading was stopped by whoever watched it.
+    #[error("{}: reading was stopped", short(path))]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The finished log could not be given its final name; it is complete and keeps the name of `part`.
+    #[error(
+        "{}: the log is complete, but cannot be renamed from {}: {source}",
+        short(path),
+        short(part)
+    )]
+    Rename {
+        /// Final name.
+        path: PathBuf,
+        /// Name the log has.
+        part: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl LogError {
+    /// The log concerned.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Create { path, .. }
+            | Self::Busy { path }
+            | Self::Io { path, .. }
+            | Self::Mcap { path, .. }
+            | Self::Encode { path, .. }
+            | Self::TopicType { path, .. }
+            | Self::ForeignChannel { path, .. }
+            | Self::Read { path, .. }
+            | Self::Damaged { path, .. }
+            | Self::Lacks { path, .. }
+            | Self::Stopped { path }
+            | Self::Rename { path, .. } => path,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! `omnistep drive`.
+
+mod keys;
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering;
+
+use omni_config::{FileKind, Override, Scenario, Vehicle};
+use omni_log::{Live, Opened, Pilot, Until, driving_pace, run_live};
+use omni_sim::Simulation;
+
+use crate::Error;
+use crate::args::{DriveArgs, parse_overrides};
+use crate::compare::{headline_told, policy_key};
+use crate::live::{explain, page_of, show};
+use crate::notices::announce_vehicle;
+use crate::output::say;
+use crate::signals::stop_flag;
+use keys::Keys;
+
+/// The ground that a vehicle drives on without a scenario.
+const GROUND: &str = "bumps";
+/// Its bumps: their height as a part of the smallest wheel's radius, at most so high \[m\]; the way from the foremost wheel to the first, which is
+/// no nearer than this \[m\].
+const BUMP_OF_RADIUS: f64 = 1.0 / 3.0;
+const HIGHEST_M: f64 = 0.02;
+const RUN_UP_M: f64 = 0.3;
+const NEAREST_M: f64 = 0.7;
+
+/// Runs until it is ended, driven by keys and from the page, and prints its table.
+pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if let Some(policy) = &args.policy {
+        overrides.push(policy_key(policy)?);
+    }
+    let scenario = scenario(&args.name, overrides)?;
+    announce_vehicle(&scenario);
+    let pilot = Pilot::new();
+    let mut live = Live::new(args.port);
+    (live.until, live.stands, live.steer) = (Until::Told, true, true);
+    (live.speed, live.origins) = (args.speed, args.origins);
+    live.pilot = Some(pilot.clone());
+    live.own_page = true;
+    let no_keys = args.no_keys;
+    let opened = |place: &Opened| {
+        if let Opened::Port(address) = place {
+            let page = page_of(address);
+            say(&format!(
+                "open {page} in a browser to drive and to watch; Ctrl-C ends it"
+            ));
+        }
+    };
+    let (mut begun, mut keys) = (false, None);
+    let stop = stop_flag();
+    let watch = |simulation: Option<&Simulation>, _| {
+        if !std::mem::replace(&mut begun, true) && !no_keys {
+            keys = Keys::open(driving_pace(&scenario), pilot.clone());
+        }
+        let ended = match (&mut keys, simulation) {
+            (Some(keys), Some(simulation)) => keys.look(simulation),
+            _ => false,
+        };
+        if ended || stop.load(Ordering::SeqCst) {
+            keys = None; // the terminal is as it was before anything else takes time
+            return Ok(ControlFlow::Break(()));
+        }
+        Ok::<_, Error>(ControlFlow::Continue(()))
+    };
+    let warn = |line: &str| keys::say_between(&format!("live: {line}"));
+    let ran = run_live(&scenario, &live, opened, warn, watch);
+    drop(keys); // where the run ended by itself the terminal is still theirs
+    let (outcome, ended) = ran?;
+    let headline = headline_told(&scenario, "driven by hand");
+    show(&headline, &outcome, args.json, out)?;
+    if args.explain {
+        explain(&outcome, out)?;
+    }
+    ended.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// A scenario by its name, or the bumps with a vehicle by its name.
+fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
+    match Scenario::load(name, &overrides) {
+        Err(omni_config::Error::OtherKind {
+            found: FileKind::Vehicle,
+            ..
+        }) => {
+            let mut all = ground_for(&Vehicle::load(name)?);
+            all.push(Override::new("vehicle", name));
+            all.extend(overrides);
+            Ok(Scenario::load(GROUND, &all)?)
+        }
+        // Of two lists of names the one with a name that may have been meant.
+        Err(unknown @ omni_config::Error::UnknownName { .. }) => Err(match Vehicle::load(name) {
+            Err(other) if other.to_string().contains("(did you mean ") => other.into(),
+            _ => unknown.into(),
+        }),
+        other => other.map_err(|error| error.to_command("drive").into()),
+    }
+}
+
+/// Bumps that a vehicle's wheels can climb, with room before the first.
+fn ground_for(vehicle: &Vehicle) -> Vec<Override> {
+    let radii = vehicle.wheel.iter().map(|wheel| wheel.radius_m);
+    let height_m = (BUMP_OF_RADIUS * radii.fold(f64::INFINITY, f64::min)).min(HIGHEST_M);
+    let fronts = vehicle
+        .wheel
+        .iter()
+        .map(|wheel| wheel.position_m[0] + wheel.radius_m);
+    let at_m = (fronts.fold(0.0, f64::max) + RUN_UP_M).max(NEAREST_M);
+    vec![
+        Override::new("terrain.height_m", height_m),
+        Override::new("terrain.width_m", 2.0 * height_m), // half round
+        Override::new("terrain.at_m", at_m),
+    ]
+}

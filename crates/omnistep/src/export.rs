@@ -1,0 +1,77 @@
+//! `omnistep export`, and `omnistep urdf`.
+
+use std::io::Write;
+use std::path::Path;
+
+use omni_config::{FileKind, Override, Scenario, Source, Vehicle};
+use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicle_urdf};
+
+use crate::Error;
+use crate::args::{CommandInterface, Format, parse_overrides};
+use crate::output::print;
+
+/// Writes a vehicle, or a scenario, into a file or to standard output.
+pub(super) fn export(
+    name: &str,
+    format: Format,
+    overrides: &[String],
+    file: Option<&Path>,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let text = match format {
+        Format::Mjcf => mjcf(&scenario(name, parse_overrides(overrides)?)?)? + "\n",
+        Format::Urdf => vehicle_urdf(&vehicle(name, overrides)?) + "\n",
+        Format::Ros2Control => ros2_controllers(&vehicle(name, overrides)?)?,
+    };
+    match file {
+        None => print(out, &text),
+        Some(path) => std::fs::write(path, text).map_err(|source| Error::Io {
+            path: path.into(),
+            source,
+        }),
+    }
+}
+
+/// Prints a vehicle as URDF, with a block for ros2_control where it is commanded by something.
+pub(super) fn urdf(
+    name: &str,
+    commanded: Option<CommandInterface>,
+    overrides: &[String],
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let vehicle = vehicle(name, overrides)?;
+    let text = match commanded {
+        None => vehicle_urdf(&vehicle),
+        Some(interface) => ros2_control_urdf(&vehicle, interface.into()),
+    };
+    print(out, &(text + "\n"))
+}
+
+impl From<CommandInterface> for JointInterface {
+    fn from(interface: CommandInterface) -> Self {
+        match interface {
+            CommandInterface::Velocity => Self::Velocity,
+            CommandInterface::Effort => Self::Effort,
+        }
+    }
+}
+
+fn vehicle(name: &str, overrides: &[String]) -> Result<Vehicle, Error> {
+    let overrides = parse_overrides(overrides)?;
+    Ok(Vehicle::from_source(&Source::vehicle(name, None)?, &overrides)?)
+}
+
+/// A scenario by its name, or a vehicle by its name on level ground.
+fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
+    match Scenario::load(name, &overrides) {
+        Err(omni_config::Error::OtherKind {
+            found: FileKind::Vehicle,
+            ..
+        }) => {
+            let mut all = vec![Override::new("vehicle", name)];
+            all.extend(overrides);
+            Ok(Scenario::load("flat", &all)?)
+        }
+        other => other.map_err(|error| error.to_command("export").into()),
+    }
+}

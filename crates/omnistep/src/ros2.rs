@@ -1,0 +1,59 @@
+//! What `omnistep run --ros2` takes from its arguments and its environment.
+
+use std::env;
+
+use omni_log::{Live, Ros2};
+
+use crate::Error;
+use crate::args::Ros2Args;
+use crate::output::say;
+
+/// The run's place on ROS 2.
+pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
+    // What is not Unicode is no number either.
+    let domain = env::var_os("ROS_DOMAIN_ID").map(|value| value.to_string_lossy().into_owned());
+    let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
+    ros2.namespace = args.namespace;
+    ros2.map = args.map;
+    ros2.rates = args
+        .rates
+        .iter()
+        .map(|text| rate(text))
+        .collect::<Result<_, _>>()?;
+    ros2.joints = args.ros2_control.map(Into::into);
+    Ok(ros2)
+}
+
+fn rate(text: &str) -> Result<(String, f64), Error> {
+    let parts = text.split_once('=');
+    let parts = parts.and_then(|(topic, rate)| Some((topic.into(), rate.parse().ok()?)));
+    parts.ok_or_else(|| Error::Argument {
+        name: "--rate",
+        value: text.into(),
+        allowed: "TOPIC=HZ, such as odom=100",
+    })
+}
+
+/// Says where the run is, and what in the environment keeps the user's own nodes from finding it.
+pub(super) fn announce(domain: u16, live: &Live) {
+    let joints = live.ros2.as_ref().and_then(|ros2| ros2.joints);
+    let driven = joints.map_or_else(String::new, |interface| {
+        format!(", driven by {} on joint_commands", interface.name())
+    });
+    say(&format!(
+        "publishing on ROS 2, domain {domain} (DDS){driven}; Ctrl-C ends it"
+    ));
+    for (name, hides) in [
+        ("ROS_LOCALHOST_ONLY", &["1"][..]),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", &["LOCALHOST", "OFF"]),
+        ("RMW_IMPLEMENTATION", &["rmw_zenoh_cpp"]),
+    ] {
+        if let Ok(value) = env::var(name)
+            && hides.contains(&value.as_str())
+        {
+            say(&format!(
+                "{name}={value}: other nodes with this variable cannot find this one; unset it for them"
+            ));
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Vehicles and scenarios as files of other simulators.
+
+use super::{omnistep, refused, stdout};
+
+#[test]
+fn a_vehicle_as_urdf_has_its_masses_and_axes() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = stdout(&omnistep(folder.path(), &["urdf", "rocker_bogie6"]));
+    let robot = urdf_rs::read_from_string(&text).unwrap();
+    let vehicle = omni_config::Vehicle::load("rocker_bogie6").unwrap();
+    let masses = |links: &[urdf_rs::Link]| {
+        links
+            .iter()
+            .map(|link| link.inertial.mass.value)
+            .collect::<Vec<_>>()
+    };
+    let bodies = vehicle.body.iter().map(|body| body.mass_kg);
+    let wheels = vehicle.wheel.iter().map(|wheel| wheel.mass_kg);
+    assert_eq!(masses(&robot.links), bodies.chain(wheels).collect::<Vec<_>>());
+    let joint = |name: &str| robot.joints.iter().find(|joint| joint.name == name).unwrap();
+    for hinge in &vehicle.hinge {
+        let found = joint(&hinge.name);
+        assert_eq!(
+            (found.axis.xyz.0, found.limit.upper),
+            (hinge.axis, hinge.limit_rad)
+        );
+    }
+    for wheel in &vehicle.wheel {
+        let [x, y, z] = joint(&format!("wheel_{}", wheel.name)).axis.xyz.0;
+        let [dx, dy] = wheel.rolling_direction;
+        let length = dx.hypot(dy);
+        // The axle is the rolling direction turned to the left.
+        assert!((x + dy / length).abs() < 1e-12 && (y - dx / length).abs() < 1e-12 && z == 0.0);
+    }
+    // A differential: one rocker mimics the other, reversed.
+    let mimics: Vec<_> = robot
+        .joints
+        .iter()
+        .filter_map(|joint| joint.mimic.as_ref())
+        .collect();
+    assert_eq!(mimics.len(), 1);
+    assert_eq!(mimics[0].multiplier, Some(-vehicle.coupling[0].ratio));
+}
+
+#[test]
+fn urdf_is_short_for_an_export() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = stdout(&omnistep(folder.path(), &["export", "omni3", "--format", "urdf"]));
+    assert_eq!(stdout(&omnistep(folder.path(), &["urdf", "omni3"])), long);
+}
+
+#[test]
+fn a_scenario_as_mjcf_has_every_roller_hinge_coupling_and_motor() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "export",
+        "step",
+        "--format",
+        "mjcf",
+        "--set",
+        "vehicle=rocker_bogie6",
+    ];
+    let text = stdout(&omnistep(folder.path(), &args));
+    let count = |what: &str| text.matches(what).count();
+    // Six wheels of twelve rollers, each on a bearing, of three ellipsoids; five bodies on a free joint and four hinges.
+    assert_eq!(count("_roller_"), 2 * 6 * 12);
+    assert_eq!(count("type=\"ellipsoid\""), 3 * 6 * 12);
+    assert_eq!(
+        [count("<body"), count("<freejoint"), count("type=\"hinge\"")],
+        [5 + 6 + 6 * 12, 1, 4]
+    );
+    assert_eq!([count("polycoef=\"0 -1 0 0 0\""), count("<motor")], [1, 6]);
+    // The floor, and the step's box from 0.7 m on with its top at 5 cm.
+    assert_eq!([count("type=\"plane\""), count("type=\"box\"")], [1, 1 + 5]);
+    let to = [
+        "export",
+        "step",
+        "--format",
+        "mjcf",
+        "--set",
+        "vehicle=rocker_bogie6",
+        "-o",
+        "r.xml",
+    ];
+    assert_eq!(stdout(&omnistep(folder.path(), &to)), "");
+    assert_eq!(
+        std::fs::read_to_string(folder.path().join("r.xml")).unwrap(),
+        text
+    );
+}
+
+#[test]
+fn a_crown_that_leaves_the_rim_is_a_polyhedron_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = [
+        "export",
+        "mecanum4",
+        "--format",
+        "mjcf",
+        "--set",
+        "vehicle.rollers.crown_m=0",
+    ];
+    let text = stdout(&omnistep(folder.path(), &args));
+    assert_eq!(
+        [
+            text.matches("<mesh ").count(),
+            text.matches("type=\"mesh\"").count()
+        ],
+        [4, 4 * 9]
+    );
+    assert!(text.contains("does not follow the wheel's rim"));
+}
+
+#[test]
+fn patches_of_friction_are_boxes_with_priority_and_refused_where_the_ground_is_not_level() {
+    let folder = tempfile::tempdir().unwrap();
+    let ice = ["export", "ice", "--format", "mjcf"];
+    let text = stdout(&omnistep(folder.path(), &ice));
+    assert_eq!(
+        text.matches("priority=\"2\"").count(),
+        text.matches("name=\"friction_").count()
+    );
+    assert!(text.contains("name=\"friction_"));
+    let patch = "friction_patch=[{ x_m = [0.0, 1.0], y_m = [-1.0, 1.0], friction = 0.1 }]";
+    assert_eq!(
+        refused(
+            folder.path(),
+            &["export", "ramp", "--format", "mjcf", "--set", patch]
+        ),
+        "error: scenario ramp: friction_patch: allowed in MJCF: only ground of level boxes (flat, step, step_down, \
+         stairs, half_step, ditch)\n"
+    );
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = refused(
+        folder.path(),
+        &["export", "omni3", "--format", "mjcf", "-o", "no/such/folder.xml"],
+    );
+    assert!(said.starts_with("error: no/such/folder.xml: "), "{said}");
+}
+
+#[test]
+fn names_that_mjcf_would_have_twice_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |set: &str| {
+        refused(
+            folder.path(),
+            &["export", "step", "--format", "mjcf", "--set", set],
+        )
+    };
+    let allowed = "allowed in MJCF: any name except \"free\" and the names of wheels and rollers (wheel_NAME, wheel_NAME_roller_K)\n";
+    assert_eq!(
+        said("vehicle.hinge.0.name=free"),
+        format!("error: vehicle chugo7: hinge[0].name: \"free\", {allowed}")
+    );
+    assert_eq!(
+        said("vehicle.wheel.1.name=1_roller_3"),
+        format!("error: vehicle chugo7: wheel[1].name: \"1_roller_3\", {allowed}")
+    );
+    // A patch on the step is a box there and one below it: each has a name of its own.
+    let patch = "friction_patch=[{ x_m = [1.0, 1.2], y_m = [-1.0, 1.0], friction = 0.2 }]";
+    let text = stdout(&omnistep(
+        folder.path(),
+        &["export", "step", "--format", "mjcf", "--set", patch],
+    ));
+    let mut names: Vec<_> = text
+        .split("name=\"")
+        .skip(1)
+        .filter(|rest| rest.starts_with("friction_"))
+        .map(|rest| rest.split('"').next().unwrap())
+        .collect();
+    assert_eq!(names.len(), 2);
+    names.dedup();
+    assert_eq!(names.len(), 2);
+}

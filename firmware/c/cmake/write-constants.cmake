@@ -1,0 +1,8 @@
+# What omnistep_constants does in a build: COMMAND writes the constants of SCENARIO with KEYS, which become HEADER where they
+# differ. What is wrong with a file the command says by itself.
+list(TRANSFORM KEYS PREPEND "--set;" OUTPUT_VARIABLE options)
+execute_process(COMMAND "${COMMAND}" constants "${SCENARIO}" ${options} --language c OUTPUT_VARIABLE constants RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+    message(FATAL_ERROR "no constants of ${SCENARIO}: the line above says why (${COMMAND})")
+endif()
+file(CONFIGURE OUTPUT "${HEADER}" CONTENT "${constants}" @ONLY)

@@ -1,0 +1,88 @@
+"""``omnistep identify`` and ``omnistep calibrate``: from logs of a vehicle to its file."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from omnistep._command_line import made
+from omnistep._omnistep import Vehicle
+from omnistep.errors import ConfigError
+
+
+def identify(arguments: list[str]) -> int:
+    """Run ``omnistep identify`` and return its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="omnistep identify",
+        description="Find masses, friction, delay and lag from logs of torques and velocities, with intervals.",
+    )
+    parser.add_argument(
+        "logs", nargs="*", type=Path, metavar="LOG", help=".mcap, .csv or .parquet of a drive on flat ground"
+    )
+    parser.add_argument("--vehicle", required=True, help="the vehicle as far as known: a .toml file or a built-in name")
+    parser.add_argument(
+        "--lifted", nargs="+", default=[], type=Path, metavar="LOG", help="logs with all wheels in the air"
+    )
+    parser.add_argument(
+        "--known",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a value measured otherwise, such as mass_kg=3.2; may be repeated",
+    )
+    parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results and gains")
+    given = parser.parse_args(arguments)
+
+    def found() -> tuple[str, Vehicle]:
+        from omnistep.identification import identify
+
+        known = dict(_known(each) for each in given.known)
+        result = identify(given.logs, vehicle=given.vehicle, lifted=given.lifted, known=known)
+        return result.table(), result.vehicle
+
+    return _write(found, given.out, given.vehicle)
+
+
+def calibrate(arguments: list[str]) -> int:
+    """Run ``omnistep calibrate`` and return its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="omnistep calibrate",
+        description="Find wheel radii, positions and directions from runs with measured end positions, with intervals.",
+    )
+    parser.add_argument(
+        "runs", type=Path, metavar="RUNS.toml", help="names the logs and what was measured at their ends"
+    )
+    parser.add_argument("--vehicle", required=True, help="the vehicle as drawn: a .toml file or a built-in name")
+    parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
+    given = parser.parse_args(arguments)
+
+    def found() -> tuple[str, Vehicle]:
+        from omnistep._calibration_runs import read_runs
+        from omnistep.calibration import calibrate
+
+        runs, noise = read_runs(given.runs)
+        result = calibrate(runs, vehicle=given.vehicle, **noise)
+        return result.table(), result.vehicle
+
+    return _write(found, given.out, given.vehicle)
+
+
+def _known(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError as error:
+        raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
+
+
+def _write(found: Callable[[], tuple[str, Vehicle]], out: Path | None, drawn: str) -> int:
+    """Print the estimates, and write the vehicle."""
+
+    def make() -> None:
+        if out is not None and out.exists() and out.resolve() == Path(drawn).resolve():
+            raise ConfigError(f"{out}: the vehicle is read from this file, allowed: another name", file=str(out))
+        table, vehicle = found()
+        print(table)
+        if out is not None:
+            out.write_text(vehicle.to_toml(), encoding="utf-8")
+
+    return made(make, out)

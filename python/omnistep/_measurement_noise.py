@@ -1,0 +1,77 @@
+"""Propagation of measurement errors along a stretch: quantisation is independent, velocity noise is a random walk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._estimates import Floats, scipy_part
+
+#: Steps of a walk are looked for between these parts of the errors of single readings, as variances.
+LEAST, MOST = 1e-6, 1e4
+
+
+class Noise:
+    """Independent errors of angles, and a random walk whose steps have ``ratio`` of their variance.
+
+    Each stretch has its own straight line, and the residual of a reading is relative to it.
+    """
+
+    def __init__(self, ratio: float, rows: int) -> None:
+        self.ratio, self.rows = ratio, rows
+        self._of_size: dict[int, Floats] = {}
+
+    def whitened(self, left: Floats, stretch: NDArray[np.int64]) -> Floats:
+        """The residuals, (B, N), transformed such that their errors are independent."""
+        done = np.empty_like(left)
+        for rows in _runs(stretch):
+            size = rows.stop - rows.start
+            if size not in self._of_size:
+                steps, ways = _walk_of(size, self.rows)
+                self._of_size[size] = (ways / np.sqrt(1.0 + self.ratio * steps)) @ ways.T
+            done[rows] = self._of_size[size] @ left[rows]
+        return done
+
+
+def likely(parts: Iterable[tuple[Floats, NDArray[np.int64]]], rows: int, needed_by: str) -> Noise:
+    """The most likely noise of the residuals, (B, N), in stretches; restricted likelihood, which includes the lines.
+
+    A reading is the mean over that many rows; the random walk has a step in each.
+    """
+    spread, squares = [], []
+    for left, stretch in parts:
+        for run in _runs(stretch):
+            steps, ways = _walk_of(run.stop - run.start, rows)
+            seen = left[run][:, (left[run] != 0.0).any(axis=0)]
+            spread.append(steps)
+            squares.append(np.mean((ways.T @ seen) ** 2, axis=1) if seen.size else np.zeros(len(steps)))
+    steps, square = np.concatenate(spread), np.concatenate(squares)
+
+    def unlikely(log_ratio: float) -> float:
+        variance = 1.0 + np.exp(log_ratio) * steps
+        return float(np.log(np.mean(square / variance)) + np.mean(np.log(variance)))
+
+    search = scipy_part("optimize", needed_by).minimize_scalar
+    found = search(unlikely, bounds=(np.log(LEAST), np.log(MOST)), method="bounded")
+    return Noise(float(np.exp(found.x)), rows)
+
+
+def _runs(stretch: NDArray[np.int64]) -> list[slice]:
+    edges = np.flatnonzero(np.diff(stretch)) + 1
+    return [slice(int(a), int(b)) for a, b in zip(np.r_[0, edges], np.r_[edges, len(stretch)], strict=True)]
+
+
+def _walk(size: int, rows: int) -> tuple[Floats, Floats]:
+    """Variances of a unit-step random walk about its line, (size - 2,), and their directions, (size, size - 2)."""
+    number = np.arange(1.0, size + 1.0)
+    lines = np.linalg.qr(np.stack([np.ones(size), number], axis=1), mode="complete")[0][:, 2:]
+    # The mean of a walk over some rows varies less about its course than the walk.
+    course = np.minimum.outer(number, number) - (rows**2 - 1) / (6 * rows**2) * np.eye(size)
+    variances, ways = np.linalg.eigh(lines.T @ course @ lines)
+    return variances, lines @ ways
+
+
+_walk_of = lru_cache(maxsize=256)(_walk)

@@ -1,0 +1,114 @@
+"""Draws docs/images/climb.gif, the film of the README: two runs on the same ground, one policy above the other.
+
+python scripts/readme_film.py [OUT.gif]
+
+The runs are made anew. The player of web/player draws them in Chromium without a window, Pillow joins the pictures.
+Needs the package with its extra "plot" (which brings Pillow), Chromium and, in tests/viewers, what `npm ci` installs.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import omnistep
+from omnistep import _scene
+
+ROOT = Path(__file__).resolve().parent.parent
+RUNS = {"independent": "independent: plain PID", "steady": "steady: traction control"}
+# A run of the study's grid: the least friction and torque of it.
+OVERRIDES = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "physics.engine": "articulated"}
+SECONDS, FPS = 6.4, 12.5
+WIDTH, HEIGHT = 640, 230  # of one run
+LIMIT_BYTES = 2_000_000
+COLOURS = 64  # flat colours and edges: more are not seen
+PAGE = """<!doctype html><meta charset="utf-8"><style>
+body { margin: 0; width: %dpx; background: #fff; font: 600 15px system-ui, sans-serif; color: #1c1c22 }
+section { position: relative; height: %dpx; border-bottom: 1px solid #d0d0d6; overflow: hidden }
+section > div { width: 640px; height: 230px }
+p { position: absolute; left: 14px; top: 8px; margin: 0; z-index: 9 }
+.outcome { left: auto; right: 14px }
+button, .omnistep-player-buttons { display: none }
+</style>%s<script>%s</script><script>const DATA = %s; %s</script>"""
+SECTION = '<section><div id="scene-%d"></div><p>%s</p><p class="outcome" id="outcome-%d"></p></section>'
+SCRIPT = """
+const at = (name, k) => document.getElementById(`${name}-${k}`);
+const options = { view: "side" };
+const players = DATA.runs.map((run, k) => new omnistepPlayer.Player(at("scene", k), run.scene, options));
+players.forEach((player) => player.zoom(1.3));
+window.showFrame = (k) => DATA.runs.forEach((run, i) => {
+  players[i].show([run.states[k]]);
+  at("outcome", i).textContent = k >= run.ends ? run.outcome : `${(k / DATA.fps).toFixed(1)} s`;
+});
+"""
+
+
+def shown(policy: str, folder: Path) -> dict:
+    """Make a run, and return what the page shows of it."""
+    log_file = folder / f"{policy}.mcap"
+    scenario = omnistep.Scenario("step", overrides=OVERRIDES | {"duration_s": SECONDS + 0.5})
+    outcome = omnistep.run(scenario, policy=policy, mcap=log_file).outcome
+    log = omnistep.read_mcap(log_file)
+    vehicle, ground = _scene.vehicle(log), _scene.ground(log)
+    poses = _scene.poses(log, vehicle["frames"])
+    pushes = _scene.pushes(log, vehicle, poses, ground["ground"])
+    slip = log.trace.wheels("slip_ratio")
+    rows = np.clip(np.searchsorted(log.trace["time_s"], log.frame_time_s - 1e-9), 0, len(log.trace) - 1)
+    states = []
+    for time_s in np.arange(0, SECONDS, 1 / FPS):
+        k = int(np.argmin(np.abs(log.frame_time_s - time_s)))
+        wheels = [
+            {"slip": float(s), "push": [push[:3].tolist(), push[3:].tolist()] if push[:3].any() else None}
+            for s, push in zip(slip[rows[k]], pushes[k], strict=True)
+        ]
+        states.append({"poses": poses[k].tolist(), "wheels": wheels})
+    climbed_s = _end_of_climb_s(log, outcome)
+    return {
+        "scene": vehicle | ground | {"runs": [{"name": policy}], "metres_per_newton": 0.003},
+        "states": states,
+        "outcome": f"climbed in {outcome.crossing_s:.1f} s" if outcome.climbed else "stalled",
+        "ends": round((climbed_s if outcome.climbed else SECONDS - 1) * FPS),
+    }
+
+
+def _end_of_climb_s(log: omnistep.Log, outcome: omnistep.Outcome) -> float:
+    """When the last wheel is on top [s]: the crossing begins where the front wheels have come to the edge."""
+    if not outcome.climbed:
+        return float("inf")
+    at_m = 0.7 - 0.3 - 0.066  # the edge, less the front row's place and the wheels' radius
+    x = log.frames["base_link"][:, 0]
+    return float(log.frame_time_s[np.argmax(x > at_m)]) + outcome.crossing_s
+
+
+def main(out: Path) -> None:
+    """Make the runs, draw them, join the pictures."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        runs = [shown(policy, folder) for policy in RUNS]
+        sections = "".join(SECTION % (k, title, k) for k, title in enumerate(RUNS.values()))
+        data = json.dumps({"fps": FPS, "runs": runs}).replace("</", "<\\/")
+        player = (files("omnistep") / "assets" / "player.js").read_text("utf-8")
+        page = folder / "page.html"
+        page.write_text(PAGE % (WIDTH, HEIGHT, sections, player, data, SCRIPT), "utf-8")
+        frames = len(runs[0]["states"])
+        drawn = [str(each) for each in (page, frames, WIDTH, HEIGHT * len(RUNS), folder)]
+        subprocess.run(["node", str(ROOT / "scripts" / "readme_film.mjs"), *drawn], check=True)
+        pictures = [Image.open(folder / f"{k}.png").convert("RGB") for k in range(frames)]
+        # One palette for all, or colours would shimmer.
+        palette = pictures[frames // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+        flat = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+        last = 1500
+        durations = [round(1000 / FPS)] * (frames - 1) + [last]
+        flat[0].save(out, save_all=True, append_images=flat[1:], duration=durations, loop=0, optimize=False)
+    size = out.stat().st_size
+    print(f"{out}: {frames} pictures, {size} bytes")
+    assert size < LIMIT_BYTES
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images" / "climb.gif")

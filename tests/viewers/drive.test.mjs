@@ -1,0 +1,199 @@
+// The page of `omnistep drive` in headless Chromium: OMNISTEP=path/to/omnistep node --test drive.test.mjs, with CHROMIUM=/usr/bin/chromium.
+// PICTURES=folder keeps screenshots.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { after, before, test } from "node:test";
+import { chromium } from "playwright-core";
+
+const pictures = process.env.PICTURES;
+const runs = [];
+let browser;
+before(async () => { browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] }); });
+// Whatever failed, nothing goes on.
+after(() => { runs.forEach((run) => run.kill("SIGKILL")); return browser?.close(); });
+
+// A run and its page's address.
+async function started(...args) {
+  const run = spawn(process.env.OMNISTEP, args);
+  runs.push(run);
+  let said = "", printed = "";
+  run.stdout.on("data", (data) => { printed += data; });
+  const page = await new Promise((found, failed) => {
+    run.stderr.on("data", (data) => {
+      said += data;
+      const match = /(http:\/\/127\.0\.0\.1:\d+) in a browser/.exec(said);
+      if (match) found(match[1]);
+    });
+    run.on("exit", () => failed(new Error(`ended: ${said}`)));
+  });
+  return { run, page, printed: () => printed };
+}
+
+// The page, loaded and told how the run is, and all that it complained of or asked others for.
+async function opened(page, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 900 }, ...options });
+  const tab = await context.newPage();
+  tab.setDefaultTimeout(120_000); // a busy machine without a graphics card
+  const complaints = [], elsewhere = [];
+  tab.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
+  tab.on("pageerror", (error) => complaints.push(String(error)));
+  tab.on("request", (request) => { if (request.url() !== `${page}/` && !request.url().startsWith("data:")) elsewhere.push(request.url()); });
+  const sockets = [];
+  tab.on("websocket", (socket) => sockets.push(socket.url()));
+  await tab.goto(page);
+  await tab.waitForSelector("html[data-ready=true]", { state: "attached", timeout: 60_000 });
+  return { context, tab, complaints, elsewhere, sockets };
+}
+
+const numbers = (text) => text.match(/-?\d+(\.\d+)?/g).map(Number);
+const place = async (tab) => numbers(await tab.locator("#place").textContent());
+// Looks until the numbers that are shown there are so: the page's policy lets nobody evaluate anything inside it.
+const until = async (tab, id, test, what) => {
+  const from = performance.now();
+  let shown = "";
+  while (performance.now() - from < 60_000) {
+    shown = await tab.locator(`#${id}`).textContent();
+    if (test(numbers(shown))) return;
+    await tab.waitForTimeout(20);
+  }
+  assert.fail(`not in time: ${what}, but ${shown}`);
+};
+const rests = (tab) => until(tab, "ahead", ([is, asked]) => is === 0 && asked === 0, "rest")
+  .then(() => until(tab, "left", ([is, asked]) => is === 0 && asked === 0, "rest sideways"));
+const ended = async ({ run }) => { run.kill("SIGINT"); await once(run, "exit"); };
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+
+test("keys drive the vehicle, and letting go, looking away and space stop it", async () => {
+  const run = await started("drive", "flat", "--port", "0", "--no-keys", "--json");
+  const { context, tab, complaints, elsewhere, sockets } = await opened(run.page);
+  assert.equal(await tab.title(), "chugo7 on flat: omnistep");
+  // Nobody has told it to move.
+  assert.deepEqual((await place(tab)).map((value) => Math.abs(value)), [0, 0, 0]);
+  await tab.keyboard.down("ArrowUp");
+  await until(tab, "place", ([x]) => x > 0.1, "10 cm ahead");
+  const [x, y] = await place(tab);
+  assert.ok(Math.abs(y) < 0.02, `ahead is ahead, not ${y} m aside`);
+  await tab.keyboard.up("ArrowUp");
+  await rests(tab);
+  // Sideways, as only such vehicles do; WASD are the same.
+  await tab.keyboard.down("a");
+  await until(tab, "place", ([, side]) => side > y + 0.1, "10 cm to the left");
+  // Looking away: the key is still down.
+  await tab.evaluate(() => window.dispatchEvent(new Event("blur")));
+  await rests(tab);
+  await tab.keyboard.up("a");
+  assert.ok(Math.abs((await place(tab))[0] - x) < 0.15, "sideways is not ahead");
+  await tab.keyboard.down("q");
+  await until(tab, "place", ([, , degrees]) => degrees > 10, "10 degrees to the left");
+  // Space stops, though the key is still held, and repeats itself.
+  await tab.keyboard.press("Space");
+  await until(tab, "turning", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "no turning");
+  await tab.keyboard.down("q");
+  await tab.waitForTimeout(300);
+  assert.equal(numbers(await tab.locator("#turning").textContent())[1], 0, "a key that repeats itself drives again after the stop");
+  await tab.keyboard.up("q");
+  // A button of the pad that a screen reader presses drives for a moment.
+  const turned = (await place(tab))[2];
+  await tab.getByRole("button", { name: "Turn right" }).press("Enter");
+  await until(tab, "place", ([, , degrees]) => degrees < turned - 3, "3 degrees to the right");
+  await until(tab, "turning", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "no turning after a moment");
+  // Settings by buttons, and what is refused is said.
+  await tab.getByRole("button", { name: "paper", exact: true }).click();
+  await tab.locator("#policies button[aria-pressed=true]", { hasText: "paper" }).waitFor();
+  await tab.locator("#torque").fill("1.25");
+  await tab.locator("#torque").press("Enter");
+  await tab.locator("#policy", { hasText: "paper, 1.25 N.m at most" }).waitFor();
+  await tab.locator("#torque").fill("-1");
+  await tab.locator("#torque").press("Enter");
+  await tab.locator("#said", { hasText: "vehicle.motor.stall_torque_n_m: -1" }).waitFor();
+  assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
+  assert.deepEqual([complaints, elsewhere], [[], []]);
+  assert.deepEqual(sockets, [`${run.page.replace("http", "ws")}/`]);
+  await context.close();
+  await ended(run);
+  assert.ok(JSON.parse(run.printed()).final_y_m > 0.1);
+});
+
+test("it drives over bumps in light and in dark, and on a phone with the pad", async () => {
+  const run = await started("drive", "--port", "0", "--no-keys");
+  const { context, tab, complaints } = await opened(run.page, { colorScheme: "light" });
+  assert.equal(await tab.title(), "chugo7 on bumps: omnistep");
+  await tab.keyboard.down("w");
+  await until(tab, "place", ([x]) => x > 0.4, "nearly the first bump");
+  await tab.keyboard.down("a");
+  await until(tab, "place", ([x, y]) => x > 0.55 && y > 0.05, "slantwise over it");
+  const inked = () => tab.evaluate(() => ["side", "plan"].map((id) => {
+    const canvas = document.getElementById(id), { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const colours = new Set();
+    for (let k = 0; k < data.length; k += 4) colours.add((data[k] << 16) | (data[k + 1] << 8) | data[k + 2]);
+    return colours.size;
+  }));
+  // Ground, bodies, seven colours of wheels, forces, and their mixtures at edges.
+  assert.ok((await inked()).every((count) => count > 50), "both views are drawn");
+  if (pictures) await tab.screenshot({ path: `${pictures}/drive-light.png` });
+  await tab.locator("#theme").click();
+  if (pictures) { await tab.waitForTimeout(200); await tab.screenshot({ path: `${pictures}/drive-dark.png` }); }
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.theme), "dark");
+  await tab.keyboard.up("w");
+  await tab.keyboard.up("a");
+
+  const phone = await opened(run.page, PHONE);
+  await rests(phone.tab);
+  const [before] = await place(phone.tab);
+  const button = phone.tab.getByRole("button", { name: "Back" });
+  await button.scrollIntoViewIfNeeded();
+  const { x, y, width, height } = await button.boundingBox();
+  const touch = await phone.context.newCDPSession(phone.tab);
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: x + width / 2, y: y + height / 2 }] });
+  await until(phone.tab, "place", ([ahead]) => ahead < before - 0.05, "5 cm back");
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await rests(phone.tab);
+  const wide = await phone.tab.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wide <= 0, `${wide} pixels are beyond the screen`);
+  if (pictures) {
+    await phone.tab.evaluate(() => scrollTo(0, 0));
+    await phone.tab.screenshot({ path: `${pictures}/drive-phone.png`, fullPage: true });
+  }
+  assert.deepEqual([complaints, phone.complaints, phone.elsewhere], [[], [], []]);
+  await context.close();
+  await phone.context.close();
+  await ended(run);
+});
+
+test("a page that goes leaves a vehicle at rest, and one of elsewhere cannot drive", async () => {
+  const run = await started("drive", "flat", "--port", "0", "--no-keys");
+  const driver = await opened(run.page), watcher = await opened(run.page);
+  await driver.tab.keyboard.down("ArrowUp");
+  await until(watcher.tab, "ahead", ([is]) => is > 0.2, "driving");
+  await driver.context.close();
+  await rests(watcher.tab);
+  // A page that came from nowhere, and one that frames ours.
+  const context = await browser.newContext();
+  const tab = await context.newPage();
+  tab.setDefaultTimeout(120_000); // a busy machine without a graphics card
+  await tab.goto("data:text/html,<p>elsewhere</p>");
+  const opens = await tab.evaluate((address) => new Promise((resolve) => {
+    const socket = new WebSocket(address, "foxglove.sdk.v1");
+    socket.addEventListener("open", () => resolve(true));
+    socket.addEventListener("error", () => resolve(false));
+  }), run.page.replace("http", "ws"));
+  assert.equal(opens, false);
+  await tab.setContent(`<iframe src="${run.page}"></iframe>`);
+  await tab.waitForTimeout(500);
+  assert.equal(await tab.frames()[1].locator("#plan").count(), 0, "the page is shown inside another");
+  await context.close();
+  await watcher.context.close();
+  await ended(run);
+});
+
+test("a run that is watched only has no pad, and a page whose run has ended says so", async () => {
+  const run = await started("run", "flat", "--live", "--port", "0", "--set", "duration_s=600");
+  const { context, tab, complaints } = await opened(run.page);
+  await until(tab, "ahead", ([is, asked]) => is > 0.25 && asked === 0.3, "the scenario's command");
+  assert.deepEqual([await tab.locator("#steering").isVisible(), await tab.locator("#watched").isVisible()], [false, true]);
+  assert.deepEqual(complaints, []);
+  await ended(run);
+  await tab.locator("#link.gone").waitFor();
+  await context.close();
+});

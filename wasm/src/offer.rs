@@ -1,0 +1,46 @@
+//! What a page can offer.
+
+use omni_sim::Figure;
+use omni_sim::config::{Engine, POLICIES, Scenario, Vehicle, builtin_scenarios, builtin_vehicles};
+use serde_json::{Value, json};
+
+/// Scenarios with what can be chosen of each, vehicles, policies, engines, wheel models, and what the figures mean: a JSON object.
+pub fn offer() -> Result<String, String> {
+    let scenarios: Result<Vec<_>, _> = builtin_scenarios().into_iter().map(scenario).collect();
+    let vehicles: Result<Vec<_>, _> = builtin_vehicles().into_iter().map(vehicle).collect();
+    let text = |error: omni_sim::config::Error| error.to_string();
+    Ok(json!({
+        "version": omni_sim::VERSION,
+        "scenarios": scenarios.map_err(text)?,
+        "vehicles": vehicles.map_err(text)?,
+        "policies": POLICIES,
+        "engines": [Engine::Articulated.name(), Engine::Rapier.name()],
+        "wheel_models": ["ball", "rollers"],
+        "figures": Figure::ALL.map(figure),
+    })
+    .to_string())
+}
+
+fn scenario(name: &str) -> Result<Value, omni_sim::config::Error> {
+    let scenario = Scenario::load(name, &[])?;
+    Ok(json!({
+        "name": name,
+        "vehicle": scenario.vehicle().name,
+        "policy": scenario.control.policy,
+        "engine": scenario.physics.engine.name(),
+    }))
+}
+
+fn vehicle(name: &str) -> Result<Value, omni_sim::config::Error> {
+    let vehicle = Vehicle::load(name)?;
+    Ok(json!({ "name": name, "torque": vehicle.motor.stall_torque_n_m }))
+}
+
+fn figure(figure: Figure) -> Value {
+    json!({
+        "key": figure.key,
+        "heading": figure.heading(),
+        "meaning": figure.meaning,
+        "better": figure.better.name(),
+    })
+}

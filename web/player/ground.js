@@ -1,0 +1,141 @@
+// The ground of a scene: boxes, bars, fields of heights, meshes and friction patches as three.js objects.
+import {
+  BoxGeometry, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group,
+  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry,
+} from "three";
+
+/** Ground further away than this is not drawn [m]: precision of the depth buffer. */
+const FAR_M = 60;
+/** Above so many parts their edges are not drawn: a field of columns is clearer without. */
+const MOST_EDGED = 60;
+
+const clipped = (value) => Math.min(Math.max(value, -FAR_M), FAR_M);
+
+function box({ half_m: half, at_m: at, turn_y_rad: turn = 0 }) {
+  if (turn) {
+    const geometry = new BoxGeometry(2 * Math.min(half[0], FAR_M), 2 * Math.min(half[1], FAR_M), 2 * half[2]);
+    return geometry.rotateY(turn).translate(...at);
+  }
+  // Cut to what is near: the far side of a plain is kilometres away.
+  const span = at.map((centre, k) => [clipped(centre - half[k]), clipped(centre + half[k])]);
+  const geometry = new BoxGeometry(...span.map(([from, to]) => Math.max(to - from, 1e-6)));
+  return geometry.translate(...span.map(([from, to]) => (from + to) / 2));
+}
+
+function bar({ radius_m: radius, at_m: at, half_length_m: half = FAR_M }) {
+  return new CylinderGeometry(radius, radius, 2 * Math.min(half, FAR_M), 48).translate(...at); // about y
+}
+
+function surface(rows, columns, place) {
+  const points = new Float32Array(3 * rows * columns), triangles = [];
+  for (let i = 0; i < rows; i += 1) for (let j = 0; j < columns; j += 1) points.set(place(i, j), 3 * (i * columns + j));
+  for (let i = 0; i + 1 < rows; i += 1) for (let j = 0; j + 1 < columns; j += 1) {
+    const a = i * columns + j, b = a + columns;
+    triangles.push(a, b, a + 1, b, b + 1, a + 1);
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(points, 3));
+  geometry.setIndex(triangles);
+  return geometry;
+}
+
+function field({ from_m: from, extent_m: [long, wide], rows, columns, heights_m: heights }) {
+  const place = (i, j) => [from + long * i / (rows - 1), wide / 2 - wide * j / (columns - 1), heights[i * columns + j]];
+  const geometry = surface(rows, columns, place);
+  geometry.computeVertexNormals();
+  // Its first corner is at the left: turn the triangles to face upwards.
+  if (geometry.getAttribute("normal").getZ(0) < 0) {
+    geometry.index.array.reverse();
+    geometry.computeVertexNormals();
+  }
+  return geometry;
+}
+
+function profile({ x_m: x, z_m: z, half_width_m: half = 3 }) {
+  const geometry = surface(x.length, 2, (i, j) => [x[i], j ? half : -half, z[i]]).toNonIndexed();
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+function mesh({ vertices_m: vertices, triangles }) {
+  const indexed = new BufferGeometry();
+  indexed.setAttribute("position", new BufferAttribute(Float32Array.from(vertices.flat()), 3));
+  indexed.setIndex(Array.from(triangles.flat()));
+  const geometry = indexed.toNonIndexed(); // flat faces
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+const SHAPES = { box, bar, field, profile, mesh };
+
+/** One geometry of all parts: a field shown as columns would else be a thousand draws. */
+function merged(geometries) {
+  const flat = geometries.map((geometry) => (geometry.index ? geometry.toNonIndexed() : geometry));
+  const count = flat.reduce((total, geometry) => total + geometry.getAttribute("position").count, 0);
+  const whole = new BufferGeometry();
+  for (const name of ["position", "normal"]) {
+    const values = new Float32Array(3 * count);
+    let at = 0;
+    for (const geometry of flat) { values.set(geometry.getAttribute(name).array, at); at += geometry.getAttribute(name).array.length; }
+    whole.setAttribute(name, new BufferAttribute(values, 3));
+  }
+  return whole;
+}
+
+/** Lambert's shading, tinted by height (6 cm are most of it), with lines every 0.1 and 0.5 m on what faces up. */
+function groundMaterial(uniforms) {
+  const material = new MeshLambertMaterial({ side: DoubleSide });
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms);
+    shader.vertexShader = `varying vec3 vPlace; varying vec3 vUp;\n${shader.vertexShader}`
+      .replace("#include <begin_vertex>", "#include <begin_vertex>\n vPlace = position; vUp = normal;");
+    shader.fragmentShader = `varying vec3 vPlace; varying vec3 vUp;
+      uniform vec3 low; uniform vec3 level; uniform vec3 high; uniform vec3 grid;
+      float lines(vec2 p, float every) {
+        vec2 q = p / every, w = fwidth(q);
+        vec2 d = abs(fract(q - 0.5) - 0.5) / max(w, vec2(1e-6));
+        return (1.0 - min(min(d.x, d.y), 1.0)) * clamp(1.0 - 4.0 * max(w.x, w.y), 0.0, 1.0);
+      }
+      ${shader.fragmentShader}`
+      .replace("#include <color_fragment>", `#include <color_fragment>
+      float tint = tanh(vPlace.z / 0.06);
+      vec3 earth = tint < 0.0 ? mix(level, low, -tint) : mix(level, high, tint);
+      if (vUp.z > 0.3) earth = mix(earth, grid, 0.28 * lines(vPlace.xy, 0.1) + 0.35 * lines(vPlace.xy, 0.5));
+      else earth *= 0.82;
+      diffuseColor.rgb *= earth;`);
+  };
+  return material;
+}
+
+/** The ground of a scene. */
+export class Ground {
+  constructor(parts, patches = []) {
+    this.object = new Group();
+    this.uniforms = Object.fromEntries(["low", "level", "high", "grid"].map((name) => [name, { value: new Color() }]));
+    const known = parts.filter(({ kind }) => kind in SHAPES);
+    const geometries = known.map((part) => SHAPES[part.kind](part));
+    this.edges = new LineBasicMaterial({ transparent: true, opacity: 0.55 });
+    if (geometries.length) {
+      const solid = new Mesh(merged(geometries), groundMaterial(this.uniforms));
+      solid.receiveShadow = true;
+      this.object.add(solid);
+      if (known.length <= MOST_EDGED) {
+        geometries.forEach((geometry, k) => {
+          if (known[k].kind !== "field") this.object.add(new LineSegments(new EdgesGeometry(geometry, 25), this.edges));
+        });
+      }
+    }
+    geometries.forEach((geometry) => geometry.dispose());
+    this.patch = new MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2 });
+    for (const { x_m: x, y_m: y, z_m: z = 0 } of patches) {
+      const [x0, x1, y0, y1] = [...x, ...y].map(clipped);
+      this.object.add(new Mesh(new PlaneGeometry(x1 - x0, y1 - y0).translate((x0 + x1) / 2, (y0 + y1) / 2, z + 0.001), this.patch));
+    }
+  }
+
+  setLooks(look) {
+    for (const [name, uniform] of Object.entries(this.uniforms)) uniform.value.set(look[name]);
+    this.edges.color.set(look.ink);
+    this.patch.color.set(look.mark);
+  }
+}

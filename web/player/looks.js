@@ -1,0 +1,24 @@
+// Colours of the player, light and dark, and of wheels and runs.
+
+/** Colours of wheels, in the order of the vehicle; those of the live page (Okabe and Ito). */
+export const WHEEL_COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#7f7f7f"];
+
+/** Colours of runs: light theme, dark theme. */
+export const RUN_COLOURS = [
+  ["#3b5bdb", "#8ea2ff"],
+  ["#c2255c", "#ff7ba7"],
+  ["#2b8a3e", "#6fdd86"],
+  ["#b35300", "#ffb066"],
+  ["#7b2cbf", "#d29bff"],
+  ["#0b7285", "#4fd3e6"],
+  ["#5c4a1f", "#d9c48a"],
+  ["#495057", "#c5ccd3"],
+];
+
+/** The colour of a run. */
+export const runColour = (index, dark) => RUN_COLOURS[index % RUN_COLOURS.length][dark ? 1 : 0];
+
+/** All other colours of the scene. */
+export const looks = (dark) => dark
+  ? { paper: "#14171b", ink: "#e6e9ee", low: "#1c2026", level: "#2f3339", high: "#6d6555", grid: "#7d8794", alarm: "#ff5a4f", force: "#6cb2ff", mark: "#6cb2ff", body: "#8c9aab", sun: 2.2, sky: 1.6 }
+  : { paper: "#ffffff", ink: "#1b1f24", low: "#cfd6de", level: "#eceae4", high: "#c9bda6", grid: "#8a8f98", alarm: "#d1201a", force: "#0a66c2", mark: "#0a66c2", body: "#55677c", sun: 1.7, sky: 2.0 };

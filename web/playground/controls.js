@@ -1,0 +1,102 @@
+// Keys, buttons and a gamepad: what they ask for, as parts of the speed, from -1 to 1.
+
+const KEYS = {
+  ArrowUp: [1, 0, 0], KeyW: [1, 0, 0], ArrowDown: [-1, 0, 0], KeyS: [-1, 0, 0],
+  ArrowLeft: [0, 1, 0], KeyA: [0, 1, 0], ArrowRight: [0, -1, 0], KeyD: [0, -1, 0], KeyQ: [0, 0, 1], KeyE: [0, 0, -1],
+};
+/** How often the gamepad is read [ms], and how long a button drives that is pressed by Enter or a screen reader. */
+const GAMEPAD_MS = 50, MOMENT_MS = 400;
+/** What a stick at rest may show. */
+const DEAD = 0.15;
+
+/** Calls `ask` with forward, left and turning to the left when they change. */
+export class Controls {
+  #ask; #held = new Map(); #last = [0, 0, 0]; #free = true;
+
+  constructor(pad, stop, ask) {
+    this.#ask = ask;
+    addEventListener("keydown", (event) => this.#down(event));
+    addEventListener("keyup", ({ code }) => this.#release(code));
+    for (const gone of ["blur", "pagehide", "contextmenu"]) addEventListener(gone, () => this.letGo());
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
+    stop.addEventListener("click", () => this.stop());
+    pad.querySelectorAll("button[data-twist]").forEach((button) => this.#button(button));
+    setInterval(() => this.#told(), GAMEPAD_MS);
+  }
+
+  /** Nothing is held any more. */
+  letGo() {
+    this.#held.clear();
+    this.#told();
+  }
+
+  /** Asks again for what is held: what a part of the speed is has changed. */
+  repeat() { if (this.#last.some((part) => part !== 0)) this.#ask(this.#last); }
+
+  /** The same, and a stick has to come back to the middle first. */
+  stop() {
+    this.#free = false;
+    this.letGo();
+    this.#ask([0, 0, 0]);
+  }
+
+  #down(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) { this.letGo(); return; }
+    const { target, code } = event, field = target.closest?.("input, select, pre");
+    if (code === "Space") {
+      if (field || target.closest?.("button, a")) return; // Space presses what has the focus
+      event.preventDefault();
+      this.stop();
+      return;
+    }
+    // Arrows turn the picture while it has the focus.
+    if (!(code in KEYS) || field || (target.tagName === "CANVAS" && code.startsWith("Arrow"))) return;
+    event.preventDefault();
+    if (!event.repeat) this.#hold(code, KEYS[code]);
+  }
+
+  #hold(what, twist) {
+    this.#held.set(what, twist);
+    this.#told();
+  }
+
+  #release(what) { if (this.#held.delete(what)) this.#told(); }
+
+  #button(button) {
+    const twist = button.dataset.twist.split(" ").map(Number);
+    const end = () => {
+      button.removeAttribute("aria-pressed");
+      this.#release(button);
+    };
+    button.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      button.setPointerCapture(event.pointerId);
+      button.setAttribute("aria-pressed", "true");
+      this.#hold(button, twist);
+    });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(name, end);
+    button.addEventListener("click", ({ detail }) => {
+      if (detail !== 0) return;
+      this.#hold(button, twist);
+      setTimeout(end, MOMENT_MS);
+    });
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  // The left stick drives, the right one turns.
+  #stick() {
+    const pad = document.hasFocus() ? (navigator.getGamepads?.() ?? []).find((each) => each?.connected) : null;
+    const axis = (k) => { const value = pad?.axes[k] ?? 0; return Math.abs(value) < DEAD ? 0 : -value; };
+    const stick = [axis(1), axis(0), axis(2)];
+    this.#free ||= stick.every((part) => part === 0);
+    return this.#free ? stick : [0, 0, 0];
+  }
+
+  #told() {
+    const all = [this.#stick(), ...this.#held.values()];
+    const asked = [0, 1, 2].map((k) => Math.min(Math.max(all.reduce((total, each) => total + each[k], 0), -1), 1));
+    if (asked.every((part, k) => part === this.#last[k])) return;
+    this.#last = asked;
+    this.#ask(asked);
+  }
+}

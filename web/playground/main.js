@@ -1,0 +1,314 @@
+// The playground's page: what is chosen, who drives, what is shown.
+import { Player, runColour } from "../player/index.js";
+import { Controls } from "./controls.js";
+import { address, blamed, commandLine, read, requests } from "./settings.js";
+import { number, showOutcomes, Wheels } from "./tables.js";
+
+const byId = (id) => document.getElementById(id);
+const root = document.documentElement;
+const text = (id, what) => { if (byId(id).textContent !== what) byId(id).textContent = what; };
+const FIELDS = ["scenario", "vehicle", "policy", "against", "torque", "friction", "height", "engine", "model"];
+/** The setting of a field, where it has another name than the field. */
+const SETTING = { model: "wheels" };
+/** Length of the arrow of a force [m/N]: as in the markers of a log. */
+const METRES_PER_NEWTON = 0.005;
+/** Points of the path that is drawn lie so far apart [m]. */
+const POINT_M = 0.02;
+
+let offer, settings, asked = []; // asked: a request a run
+let player, scene, latest, paths = []; // latest: states as text that are not drawn yet
+let opening = false; // a run was asked for, and is not there yet
+let mode = "loading"; // opening, ready, running, paused, ended
+let tables = []; // of a driven run: its commands
+let driven = false, pace = [0, 0, 0];
+const wheels = new Wheels(byId("wheels"));
+const dark = () => root.dataset.theme === "dark";
+const policies = () => asked.map(({ policy }) => policy);
+
+// ---- the simulation, beside the page
+let worker;
+const say = (type, told = {}) => worker.postMessage({ type, ...told });
+const refused = (line) => {
+  const about = blamed(line);
+  if (opening && about) wrongAt(about.field, about.what);
+  else text("said", line);
+  text("writing", "");
+  setButtons(false);
+  if (opening || !["running", "paused"].includes(mode)) none(about ? NOT_ALLOWED : "");
+  else setMode("ended");
+};
+
+const NOT_ALLOWED = "There is no run: a setting is not allowed.";
+/** There is no run: nothing of an earlier one stays but its picture, which is faint. */
+const none = (why) => {
+  opening = false;
+  byId("commands").replaceChildren();
+  clearOutcome();
+  text("until", "There is no run.");
+  // What the ground of an earlier run does not have, the next one may have.
+  for (const field of ["friction", "height"]) byId(field).disabled = false;
+  for (const id of ["time", "rate", "place", "ahead"]) text(id, "-");
+  latest = undefined;
+  setMode("refused");
+  text("status", why);
+};
+const clearOutcome = () => { for (const id of ["outcome", "mark", "meanings"]) byId(id).hidden = true; };
+
+const setMode = (now) => {
+  mode = now;
+  root.dataset.mode = now;
+  text("run", now === "running" ? "Pause" : "Run");
+  byId("run").disabled = !["ready", "running", "paused"].includes(now);
+  byId("reset").disabled = !["running", "paused", "ended"].includes(now);
+  const lines = { ready: "Ready.", running: driven ? "You drive." : "The command of the scenario drives.", paused: "Paused.", ended: "The run has ended.", opening: "Preparing the run." };
+  if (now in lines) text("status", lines[now]);
+};
+
+const on = {
+  offer({ offer: told }) {
+    offer = told;
+    fill();
+    fromAddress();
+  },
+  opened({ scene: told, settings: has, requests: whole }) {
+    opening = false;
+    asked = whole;
+    byId("model").value = has.wheels;
+    text("model-note", noteOf(has));
+    scene = { ...told, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON };
+    pace = told.pace;
+    paths = asked.map(() => []);
+    latest = undefined;
+    tables = [];
+    driven = false;
+    for (const field of ["torque", "friction", "height"]) byId(field).placeholder = has[field] === null ? "" : String(Number(has[field].toPrecision(6)));
+    byId("height").disabled = has.height === null;
+    byId("friction").disabled = has.friction === null;
+    byId("vehicle").options[0].textContent = `${offer.scenarios[settings.scenario].vehicle} (of the scenario)`;
+    if (player) player.setScene(scene);
+    else player = new Player(byId("player"), scene, { dark: dark() });
+    asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
+    wheels.setScene(scene.wheels, asked.length);
+    clearOutcome();
+    text("until", "The figures come when the run ends or is paused.");
+    showSpeed();
+    offerCommands();
+    setMode("ready");
+  },
+  state(told) {
+    latest = told;
+    if (mode !== "running") return;
+    if (told.slow) text("status", `This machine is too slow: it simulates at ${number(told.rate, 2)} times real time.`);
+    else text("status", driven ? "You drive." : "The command of the scenario drives.");
+  },
+  paused({ outcomes }) { stopped("paused", outcomes); },
+  ended({ outcomes }) { stopped("ended", outcomes); },
+  refused({ line }) { refused(line); },
+  writing({ part }) { text("writing", `Simulating the run again for its log: ${Math.round(100 * part)} %.`); },
+  log({ name, file, csv }) {
+    if (csv) save(new Blob([csv], { type: "text/csv" }), "drive.csv");
+    save(file, name);
+    text("writing", `${name} has ${number(file.size / 1e6, 1)} MB.`);
+    setButtons(false);
+  },
+  commands({ which, driven: table }) {
+    tables[which] = table;
+    showCommand(which);
+  },
+};
+
+const stopped = (how, outcomes) => {
+  setMode(how);
+  showOutcomes({ table: byId("outcome"), mark: byId("mark"), meanings: byId("meanings") }, policies(), outcomes, offer.figures);
+  text("until", `Figures until ${number(outcomes[0].time_s, 2)} s${how === "paused" ? ", where the run is paused" : ""}.`);
+  const failure = outcomes.map((each, k) => each.failure && `${policies()[k]}: ${each.failure}`).find(Boolean);
+  if (failure) text("said", failure);
+  // Nothing was driven before the first period.
+  if (driven && outcomes[0].time_s > 0) asked.forEach((_, which) => say("commands", { which }));
+};
+
+const start = () => {
+  if (location.protocol === "file:") {
+    text("status", "");
+    text("said", "This page needs a web server, because browsers load no WebAssembly from a file: run \"python3 -m http.server\" in the folder of the site and open http://localhost:8000 .");
+    return;
+  }
+  worker = new Worker("worker.js");
+  worker.addEventListener("message", ({ data: { type, ...told } }) => on[type](told));
+  worker.addEventListener("error", (event) => refused(`the simulation cannot be started${event.message ? `: ${event.message}` : ""}`));
+  say("start", { module: "omnistep.wasm" });
+};
+
+// ---- settings
+const options = (id, names) => byId(id).replaceChildren(...names.map(([value, shown]) => Object.assign(document.createElement("option"), { value, textContent: shown ?? value })));
+const fill = () => {
+  options("scenario", Object.keys(offer.scenarios).map((name) => [name, name.replaceAll("_", " ")]));
+  options("vehicle", [["", "of the scenario"], ...Object.keys(offer.vehicles).map((name) => [name])]);
+  options("policy", offer.policies.map((name) => [name]));
+  options("against", [["", "nothing"], ...offer.policies.map((name) => [name])]);
+  options("engine", offer.engines.map((name) => [name]));
+  options("model", [["ball", "balls (quick)"], ["rollers", "rollers (slow)"]]);
+};
+/** Why the wheels are simulated as they are, where that is not as usual. */
+const noteOf = ({ wheels: model, wheel_model_valid: valid }) => {
+  if (!valid) return "The balls do not stand for this vehicle's wheels on this ground. Choose rollers as the wheel model.";
+  return model === "rollers" && settings.wheels === undefined ? "The wheel model is rollers, because balls do not stand for this vehicle's wheels on this ground." : "";
+};
+
+// ---- what is wrong with a field, below it
+for (const field of FIELDS) {
+  const label = byId(field).parentElement, box = document.createElement("div");
+  label.replaceWith(box);
+  box.append(label, Object.assign(document.createElement("p"), { id: `${field}-wrong`, className: "alarm", role: "alert" }));
+}
+const wrongAt = (field, what) => {
+  text(`${field}-wrong`, `${byId(field).parentElement.firstChild.textContent.trim()}: ${what}`);
+  byId(field).setAttribute("aria-invalid", "true");
+  byId(field).setAttribute("aria-describedby", `${field}-wrong`);
+};
+const rightAgain = () => {
+  for (const field of FIELDS) {
+    text(`${field}-wrong`, "");
+    for (const name of ["aria-invalid", "aria-describedby"]) byId(field).removeAttribute(name);
+  }
+};
+const fromAddress = () => {
+  const { settings: chosen, wrong } = read(location.hash, offer);
+  settings = chosen;
+  for (const field of FIELDS) byId(field).value = String(settings[SETTING[field] ?? field] ?? "");
+  open(wrong);
+};
+const open = (wrong = "") => {
+  asked = requests(settings);
+  opening = true;
+  text("said", wrong);
+  text("model-note", "");
+  rightAgain();
+  setMode("opening");
+  text("writing", "");
+  controls.letGo();
+  say("open", { requests: asked });
+};
+const chosen = ({ target: { id, value, validity } }) => {
+  if (validity.badInput) {
+    say("open", { requests: [] });
+    none(NOT_ALLOWED);
+    rightAgain();
+    wrongAt(id, "not a number, allowed: a number");
+    return;
+  }
+  settings = { ...settings, [SETTING[id] ?? id]: value === "" ? undefined : ["torque", "friction", "height"].includes(id) ? Number(value) : value };
+  // What belongs to the ground or the vehicle that was there goes with it.
+  const gone = { scenario: ["vehicle", "torque", "friction", "height", "model"], vehicle: ["torque", "model"] }[id] ?? [];
+  for (const field of gone) { settings[SETTING[field] ?? field] = undefined; byId(field).value = ""; }
+  if (id === "scenario") { settings.policy = offer.scenarios[value].policy; byId("policy").value = settings.policy; }
+  history.replaceState(null, "", address(settings));
+  open();
+};
+for (const field of FIELDS) byId(field).addEventListener("change", chosen);
+addEventListener("hashchange", () => { if (offer) fromAddress(); });
+
+// ---- run, pause, reset
+const run = () => {
+  if (mode === "running") { say("pause"); return; }
+  if (!["ready", "paused"].includes(mode)) return;
+  goOn();
+};
+byId("run").addEventListener("click", run);
+byId("reset").addEventListener("click", () => open());
+document.addEventListener("visibilitychange", () => { if (document.hidden && mode === "running") say("pause"); });
+
+// ---- driving
+const controls = new Controls(byId("pad"), byId("stop"), (parts) => {
+  const moves = parts.some((part) => part !== 0);
+  if (!["ready", "running", "paused", "ended"].includes(mode) || (!moves && !driven && mode !== "running")) return;
+  driven = true;
+  const fast = Number(byId("fast").value);
+  say("command", { asked: parts.map((part, k) => part * pace[k] * fast) });
+  if (moves && mode !== "running") goOn();
+});
+/** A run that goes on has other figures than those that are shown, and another command. */
+const goOn = () => {
+  text("said", "");
+  clearOutcome();
+  text("until", "The figures come when the run ends or is paused.");
+  setMode("running");
+  say("run");
+};
+const showSpeed = () => text("faster", `${number(pace[0] * Number(byId("fast").value), 2)} m/s`);
+byId("fast").addEventListener("input", () => { showSpeed(); controls.repeat(); });
+byId("fast").addEventListener("pointerup", () => byId("fast").blur()); // arrows drive again
+
+// ---- what does the same elsewhere
+const save = (blob, name) => {
+  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+};
+/** As the command line calls it. */
+const logName = ({ scenario, policy, set }) => {
+  const engine = set["physics.engine"];
+  return `${[scenario, policy, ...(engine === offer.scenarios[scenario].engine ? [] : [engine])].join("-")}.mcap`;
+};
+const setButtons = (disabled) => document.querySelectorAll("#commands button").forEach((button) => { button.disabled = disabled; });
+const offerCommands = () => byId("commands").replaceChildren(...asked.map((request, which) => {
+  const part = document.createElement("div");
+  part.innerHTML = `<pre tabindex="0"></pre><div class="take"><button type="button">Copy the command</button><button type="button">Download the log (MCAP)</button></div>`;
+  const [code, [copy, download]] = [part.querySelector("pre"), part.querySelectorAll("button")];
+  code.setAttribute("aria-label", `Command of the run with ${request.policy}`);
+  download.setAttribute("aria-label", `Download the log (MCAP) of the run with ${request.policy}`);
+  code.textContent = commandLine(request);
+  copy.addEventListener("click", () => navigator.clipboard.writeText(code.textContent).then(() => text("writing", "Copied."), () => {
+    getSelection().selectAllChildren(code);
+    text("writing", "The browser does not allow copying: the command is selected.");
+  }));
+  download.addEventListener("click", () => {
+    if (mode === "running") say("pause");
+    setButtons(true);
+    say("log", { which, name: logName(request) });
+  });
+  return part;
+}));
+const showCommand = (which) => {
+  const part = byId("commands").children[which], table = tables[which];
+  if (!part || !table) return;
+  part.querySelector("pre").textContent = commandLine(asked[which], table);
+  if (part.querySelectorAll("button").length > 2) return;
+  const button = Object.assign(document.createElement("button"), { type: "button", textContent: "Download drive.csv" });
+  button.addEventListener("click", () => save(new Blob([tables[which].csv], { type: "text/csv" }), "drive.csv"));
+  part.querySelector(".take").append(button);
+};
+
+// ---- pictures
+const grow = (path, [x, y]) => {
+  const n = path.length;
+  return n && Math.hypot(x - path[n - 3], y - path[n - 2]) < POINT_M ? path : [...path, x, y, 0.002];
+};
+const frame = () => {
+  if (latest && player) {
+    const { states: texts, rate } = latest;
+    latest = undefined;
+    const states = texts.map((state) => JSON.parse(state)), [first] = states;
+    if (states.length === scene.runs.length) {
+      // Before the first period nothing is known of the wheels but where they are.
+      if (first.wheels.length === 0) for (const state of states) state.wheels = undefined;
+      paths = states.map((state, k) => grow(paths[k], state.poses[0]));
+      player.show(states.map((state, k) => ({ ...state, path_m: paths[k] })));
+      if (first.wheels) wheels.show(states);
+      text("time", number(first.time_s, 2, "s"));
+      text("rate", mode === "running" && rate !== undefined ? `${number(rate, 2)} x real time` : "-");
+      text("place", states.map(({ poses: [[x, y]] }) => `${number(x, 3)}, ${number(y, 3)} m`).join("; "));
+      text("ahead", `${number(first.twist[0], 2)} of ${number(first.asked[0], 2)} m/s`);
+      root.dataset.ready = "true";
+    }
+  }
+  requestAnimationFrame(frame);
+};
+byId("theme").addEventListener("click", () => {
+  root.dataset.theme = dark() ? "light" : "dark";
+  player?.setTheme(dark());
+  asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
+});
+
+start();
+requestAnimationFrame(frame);

@@ -1,0 +1,100 @@
+// What the reader has chosen: in the page's address, as a request of the simulation, as a command line.
+
+/** Keys of the address; of numbers, the key of the scenario. */
+const NUMBERS = {
+  torque: "vehicle.motor.stall_torque_n_m",
+  friction: "terrain.friction",
+  height: "terrain.height_m",
+};
+/** Where the simulation's messages have what a field has. */
+const PLACES = {
+  "motor.stall_torque_n_m": "torque",
+  "terrain.friction": "friction",
+  "terrain.height_m": "height",
+  "physics.engine": "engine",
+  "physics.wheel_model": "model",
+};
+const NAMES = ["scenario", "vehicle", "policy", "against", "engine", "wheels"];
+
+/** The keys of the address that are used, in its order. */
+export const KEYS = [...NAMES, ...Object.keys(NUMBERS)];
+
+/** What is shown to somebody who has chosen nothing. */
+export const usual = () => ({ scenario: "step", policy: "steady", against: "independent", engine: "articulated" });
+
+/** A page's address may come from anybody: what is wrong with it is one line, and is left out. */
+export function read(hash, offer) {
+  const chosen = {}, wrong = [];
+  const allowed = {
+    scenario: Object.keys(offer.scenarios),
+    vehicle: Object.keys(offer.vehicles),
+    policy: offer.policies,
+    against: offer.policies,
+    engine: offer.engines,
+    wheels: offer.wheel_models,
+  };
+  const given = new URLSearchParams(hash.replace(/^#/, ""));
+  for (const [key, value] of given) {
+    const short = value.length > 40 ? `${value.slice(0, 40)}...` : value;
+    if (key in allowed && NAMES.includes(key)) {
+      if (allowed[key].includes(value)) chosen[key] = value;
+      else wrong.push(`${key}: "${short}", allowed: ${allowed[key].join(", ")}`);
+    } else if (Object.hasOwn(NUMBERS, key)) {
+      const number = Number(value);
+      if (value.trim() !== "" && Number.isFinite(number)) chosen[key] = number;
+      else wrong.push(`${key}: "${short}", allowed: a number`);
+    } else wrong.push(`${key.slice(0, 40)}: no such setting, allowed: ${KEYS.join(", ")}`);
+  }
+  // A scenario brings its vehicle and its policy; without any setting there is something to compare.
+  const settings = [...given].length === 0 ? usual() : { engine: "articulated", ...chosen };
+  settings.scenario ??= "step";
+  settings.policy ??= offer.scenarios[settings.scenario].policy;
+  return { settings, wrong: wrong[0] ?? "" };
+}
+
+/** The address of these settings. */
+export function address(settings) {
+  const given = KEYS.filter((key) => settings[key] !== undefined).map((key) => [key, String(settings[key])]);
+  return `#${new URLSearchParams(given)}`;
+}
+
+/** The keys that are set. */
+function set(settings) {
+  const keys = { "physics.engine": settings.engine };
+  if (settings.wheels !== undefined) keys["physics.wheel_model"] = settings.wheels; // else the ground decides
+  if (settings.vehicle !== undefined) keys.vehicle = settings.vehicle;
+  for (const [key, name] of Object.entries(NUMBERS)) if (settings[key] !== undefined) keys[name] = settings[key];
+  return keys;
+}
+
+/** Runs as the simulation is asked for them: one, or two of different policies. */
+export function requests(settings) {
+  const policies = [settings.policy, settings.against].filter((policy, k, all) => policy !== undefined && all.indexOf(policy) === k);
+  return policies.map((policy) => ({ scenario: settings.scenario, policy, set: set(settings) }));
+}
+
+/** The same run with the commands of a driven one: CSV, until a time. */
+export function again(request, driven) {
+  if (!driven) return request;
+  const file = `data:text/csv;base64,${btoa(driven.csv)}`;
+  return { ...request, set: { ...request.set, command: { file }, duration_s: driven.time_s } };
+}
+
+const quoted = (text) => (/^[\w.=/-]+$/.test(text) ? text : `'${text}'`);
+
+/** What does the same in a terminal. */
+export function commandLine(request, driven) {
+  const keys = { ...request.set };
+  if (driven) Object.assign(keys, { command: '{ file = "drive.csv" }', duration_s: driven.time_s });
+  const given = Object.entries(keys).map(([key, value]) => `--set ${quoted(`${key}=${value}`)}`);
+  return [`omnistep run ${request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
+}
+
+/** The field that a message of the simulation is about, and what it says of it; nothing where it is about none. */
+export function blamed(line) {
+  for (const [place, field] of Object.entries(PLACES)) {
+    const at = line.indexOf(`${place}: `);
+    if (at >= 0) return { field, what: line.slice(at + place.length + 2) };
+  }
+  return undefined;
+}

@@ -1,0 +1,78 @@
+// Numbers of the run: wheels while it goes on, figures at its end.
+
+/** Loads are shown in parts of so many times a wheel's mean load. */
+const MOST_LOADS = 4;
+
+const made = (tag, inside, text = "") => inside.appendChild(Object.assign(document.createElement(tag), { textContent: text }));
+/** A number with its unit; no zero has a sign. */
+export const number = (value, digits, unit = "") => (Number.isFinite(value) ? `${value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1")}${unit && ` ${unit}`}` : "-");
+
+const bar = (cell, k, both) => {
+  const outer = made("div", cell), inner = made("i", outer);
+  outer.className = `bar${both ? " both" : ""}${k ? " second" : ""}`;
+  return (part) => {
+    const shown = Number.isFinite(part) ? Math.min(Math.max(part, both ? -1 : 0), 1) : 0;
+    inner.style.transform = `scaleX(${shown})`;
+    outer.classList.toggle("full", both && Math.abs(shown) >= 0.999);
+  };
+};
+
+/** A row a wheel, in it a bar a run. */
+export class Wheels {
+  #body; #rows = [];
+
+  constructor(table) { this.#body = table.tBodies[0]; }
+
+  setScene(wheels, count) {
+    this.#body.replaceChildren();
+    this.#rows = wheels.map(({ name }) => {
+      const row = made("tr", this.#body), runs = Array.from({ length: count });
+      made("th", row, name).scope = "row";
+      const speed = made("td", row), [torque, slip, load] = [0, 1, 2].map(() => made("td", row));
+      const speeds = runs.map((_, k) => { const line = made("div", speed); line.className = count > 1 ? `name${k}` : ""; return line; });
+      const bars = runs.map((_, k) => ({ torque: bar(torque, k, true), slip: bar(slip, k, true), load: bar(load, k, false) }));
+      return { speeds, bars };
+    });
+  }
+
+  show(states) {
+    states.forEach(({ wheels }, k) => {
+      const mean = wheels.reduce((total, { load_n: load }) => total + (load || 0), 0) / wheels.length;
+      wheels.forEach((wheel, at) => {
+        const { speeds, bars } = this.#rows[at], [lower, upper] = wheel.limits_n_m;
+        speeds[k].textContent = number(wheel.speed_rad_s, 1);
+        bars[k].torque(wheel.torque_n_m < 0 ? -wheel.torque_n_m / lower : wheel.torque_n_m / upper);
+        bars[k].slip(wheel.slip);
+        bars[k].load(wheel.load_n / (MOST_LOADS * Math.max(mean, 1e-9)));
+      });
+    });
+  }
+}
+
+/** Behind a verdict where the balls do not stand for the wheels, as in the command's tables. */
+const MARK = " *";
+
+/** Figures down, runs across: the figures that the command's table of these runs has. Below it what the mark and the figures mean. */
+export function showOutcomes({ table, mark, meanings }, policies, outcomes, figures) {
+  const head = table.tHead.rows[0], body = table.tBodies[0];
+  head.replaceChildren();
+  made("th", head, "figure").scope = "col";
+  policies.forEach((policy, k) => { Object.assign(made("th", head, policy), { scope: "col", className: `name${k}` }); });
+  body.replaceChildren();
+  const line = (title, cells) => {
+    const row = made("tr", body);
+    made("th", row, title).scope = "row";
+    for (const cell of cells) made("td", row, cell);
+  };
+  line("verdict", outcomes.map(({ outcome }) => outcome.verdict + (outcome.wheel_model_valid ? "" : MARK)));
+  const needed = figures.filter(({ key }) => outcomes.some(({ shown }) => shown[key][1]));
+  for (const { key, heading } of needed) line(heading, outcomes.map(({ shown }) => shown[key][0] ?? "-"));
+  mark.hidden = outcomes.every(({ outcome }) => outcome.wheel_model_valid);
+  const list = meanings.querySelector("dl"), better = { lower: " Lower is better.", zero: " Nearer to zero is better." };
+  list.replaceChildren();
+  for (const figure of needed) {
+    made("dt", list, figure.heading);
+    made("dd", list, figure.meaning + (better[figure.better] ?? ""));
+  }
+  table.hidden = meanings.hidden = false;
+}

@@ -1,0 +1,155 @@
+// Runs in step with the clock, beside the page: simulation here, pictures there.
+import { again } from "./settings.js";
+import { Engine, Refused } from "./engine.js";
+
+/** Between two looks at the clock [ms]; what is simulated at once; what is given up when the clock is farther ahead. */
+const TICK_MS = 6, BUDGET_MS = 14, MOST_LATE_S = 0.2;
+/** Control periods of one slice. */
+const SLICE = 5;
+/** Between two states [ms]. */
+const SHOW_MS = 16;
+/** The rate is measured over this time [ms]. */
+const RATE_MS = 500;
+
+let engine;
+let runs = []; // number, request, whether it goes on
+let period; // of control [s]
+let clock; // while it runs: when it was last looked at, what is due, how fast it went
+let twist; // what is commanded; none: the scenario's own command
+let shown = 0, timer = 0;
+
+const tell = (type, told = {}) => postMessage({ type, ...told });
+/** A trap leaves the module in no known state: only a new one goes on. */
+let broken = "";
+const guarded = (what) => {
+  if (broken) {
+    tell("refused", { line: broken });
+    return undefined;
+  }
+  try {
+    return what();
+  } catch (error) {
+    if (!(error instanceof Refused)) broken = `the simulation stopped (${error.message}): load the page again`;
+    pause();
+    tell("refused", { line: broken || error.message });
+    return undefined;
+  }
+};
+
+const show = (now) => {
+  shown = now;
+  tell("state", { states: runs.map(({ number }) => engine.state(number)), rate: clock?.rate, slow: clock?.slow ?? false, driven: twist !== undefined });
+};
+
+function pause() {
+  clearTimeout(timer);
+  clock = undefined;
+}
+
+const goOn = (run, periods) => {
+  if (!run.goes) return;
+  run.goes = engine.advance(run.number, periods, twist) === periods;
+};
+
+function tick() {
+  const now = performance.now();
+  clock.due_s = Math.min(clock.due_s + (now - clock.at) / 1000, MOST_LATE_S);
+  clock.at = now;
+  while (clock.due_s >= SLICE * period && performance.now() - now < BUDGET_MS && runs.some(({ goes }) => goes)) {
+    for (const run of runs) goOn(run, SLICE);
+    clock.due_s -= SLICE * period;
+    clock.went_s += SLICE * period;
+  }
+  if (now - clock.from > RATE_MS) {
+    clock.rate = clock.went_s / ((now - clock.from) / 1000);
+    clock.slow = clock.rate < 0.9;
+    Object.assign(clock, { from: now, went_s: 0 });
+  }
+  if (now - shown >= SHOW_MS) show(now);
+  if (runs.some(({ goes }) => goes)) timer = setTimeout(() => guarded(tick), TICK_MS);
+  else {
+    pause();
+    show(now);
+    tell("ended", { outcomes: outcomes() });
+  }
+}
+
+const outcomes = () => runs.map(({ number }) => engine.outcome(number));
+
+const closeAll = () => {
+  pause();
+  for (const { number } of runs) engine.close(number);
+  runs = [];
+  twist = undefined;
+};
+
+/** The commands of a driven run. */
+const driven = (run) => (twist === undefined || engine.outcome(run.number).time_s === 0 ? undefined : { csv: engine.commands(run.number), time_s: engine.outcome(run.number).time_s });
+
+const does = {
+  open({ requests }) {
+    closeAll();
+    if (requests.length === 0) return;
+    const whole = [];
+    try {
+      for (const request of requests) whole.push(engine.withWheels(request));
+      for (const request of whole) runs.push({ number: engine.open(request), request, goes: true });
+    } catch (error) {
+      closeAll();
+      throw error;
+    }
+    const { scene, settings } = engine.scene(runs[0].number);
+    period = settings.period_s;
+    tell("opened", { scene, settings, requests: whole });
+    show(performance.now());
+  },
+  run() {
+    if (clock || runs.length === 0) return;
+    if (!runs.some(({ goes }) => goes)) { tell("ended", { outcomes: outcomes() }); return; }
+    const now = performance.now();
+    clock = { at: now, from: now, due_s: 0, went_s: 0 };
+    tick();
+  },
+  pause() {
+    if (!clock) return;
+    pause();
+    show(performance.now());
+    tell("paused", { outcomes: outcomes() });
+  },
+  command({ asked }) {
+    twist = asked;
+    // A scenario's own command ends; whoever drives goes on. (Of failed physics no period goes.)
+    for (const run of runs) run.goes = true;
+  },
+  async log({ which, name }) {
+    const run = runs[which];
+    if (!run) throw new Refused("there is no run to log");
+    const table = driven(run), pieces = [], yields = (part) => {
+      tell("writing", { part });
+      return new Promise((done) => { setTimeout(done); });
+    };
+    for await (const piece of engine.logged(again(run.request, table), yields)) pieces.push(piece);
+    tell("log", { name, file: new Blob(pieces, { type: "application/octet-stream" }), csv: table?.csv });
+  },
+  commands({ which }) {
+    const run = runs[which];
+    if (run) tell("commands", { which, driven: driven(run) });
+  },
+};
+
+addEventListener("message", async ({ data: { type, ...told } }) => {
+  if (type === "start") {
+    try {
+      const answer = await fetch(told.module);
+      if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+      engine = await Engine.from(await answer.arrayBuffer());
+      tell("offer", { offer: engine.offer() });
+    } catch (error) {
+      tell("refused", { line: `the simulation cannot be loaded: ${error.message}` });
+    }
+    return;
+  }
+  if (!engine || !Object.hasOwn(does, type)) return;
+  const done = guarded(() => does[type](told));
+  if (done instanceof Promise) await done.catch((error) => guarded(() => { throw error; }));
+});
