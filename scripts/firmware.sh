@@ -35,20 +35,18 @@ for features in "" defmt serde defmt,serde; do
 done
 
 cd firmware
+# Everything for the images is compiled in one folder, so that what build scripts and macros need is compiled once; programs of one
+# name go to folders of their own.
+images() { CARGO_BUILD_BUILD_DIR=$PWD/target/build cargo $toolchain "$@"; } # unquoted: an empty toolchain must vanish
 # First the image of the processor in the loop with a whole Drive, which its scenario asks for: the next build is of another one.
-# shellcheck disable=SC2086
-OMNISTEP_SCENARIO=scenarios/drive.toml cargo $toolchain build --locked --quiet --release --bin loop
+OMNISTEP_SCENARIO=scenarios/drive.toml images build --locked --quiet --release --bin loop
 cp target/thumbv7em-none-eabihf/release/loop target/drive_loop
-# shellcheck disable=SC2086
-cargo $toolchain build --locked --quiet --release # for the Cortex-M4F, as in .cargo/config.toml
-# shellcheck disable=SC2086
-cargo $toolchain build --locked --quiet --release -p omni-embassy
+images build --locked --quiet --release # for the Cortex-M4F, as in .cargo/config.toml
+images build --locked --quiet --release -p omni-embassy
 # Without --release, and for a control period whose reciprocal is no round number: it links, and its bits are the same.
-# shellcheck disable=SC2086
-OMNISTEP_SCENARIO=scenarios/period.toml CARGO_TARGET_DIR=target/dev cargo $toolchain build --locked --quiet --bin self_test
+OMNISTEP_SCENARIO=scenarios/period.toml CARGO_TARGET_DIR=target/dev images build --locked --quiet --bin self_test
 cargo test --locked --quiet -p omni-embassy --lib --target "$(rustc -vV | sed -n 's/^host: //p')"
-# shellcheck disable=SC2086
-build() { CARGO_TARGET_DIR=target/$1 RUSTFLAGS="$2" cargo $toolchain build --locked --quiet --release "${@:3}"; }
+build() { CARGO_TARGET_DIR=target/$1 RUSTFLAGS="$2" images build --locked --quiet --release "${@:3}"; }
 thumb="-C link-arg=-Tlink.x"
 build m7 "$thumb -C target-cpu=cortex-m7" --bin self_test --target thumbv7em-none-eabihf
 build m0plus "$thumb -C target-cpu=cortex-m0plus" --bin self_test --target thumbv6m-none-eabi
@@ -79,7 +77,7 @@ link every_function every_function
 echo '#include "omnistep.h"' | "${CXX:-c++}" -std=c++11 -Wall -Wextra -Werror -pedantic -fsyntax-only -Ic/include -x c++ -
 same() { # program, what it says before the hash, the example that knows the hash and its arguments
     local said expected
-    expected=$(cd .. && cargo run --locked --quiet --release -p omni-config --example "${@:3}")
+    expected=$(cd .. && cargo run --locked --quiet --release --config scripts/test_profile.toml --example "${@:3}")
     said=$(./qemu.sh mps2-an386 "$c/$1" 2>&1) || true # where semihosting prints; what is wrong it says itself
     echo "$said"
     [ "$said" = "from C: $2, hash $expected" ] || { echo "C computes something else; wanted $expected" >&2; exit 1; }
