@@ -57,7 +57,9 @@ def of_yaw(turning_rad_s: Floats, gyro_rad_s: Floats) -> list[str]:
         return []
     if slope < 0.0:
         return ["the gyro has the opposite sign of the wheels: counter-clockwise must be positive"]
-    return [f"the gyro says {slope:.3g} times the yaw rate from the wheels: rad/s and deg/s differ by a factor of 57.3"]
+    return [
+        f"the gyro reads {slope:.3g} times the yaw rate from the wheels: rad/s and deg/s differ by a factor of 57.3"
+    ]
 
 
 def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats) -> list[str]:
@@ -80,7 +82,7 @@ def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats) -> list[
         return ["all wheels turn opposite to the command: x must be forward, y left, and a turn to the left positive"]
     doubts = [f"wheel {name} turns opposite to the command" for name in other]
     return doubts + [
-        f"wheel {name} turns as the command tells wheel {names[of]} to: check that the order is that of the file"
+        f"wheel {name} follows the command for wheel {names[of]}: check that the order is that of the file"
         for name, of, part, most in zip(names, best, own, np.abs(alike).max(axis=1), strict=True)
         if abs(part) < ALIKE and most > SURELY
     ]

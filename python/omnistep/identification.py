@@ -72,7 +72,7 @@ class Identification:
         for each in self.estimates:
             if each.name == name:
                 return each
-        raise KeyError(f"{name}, there is: {', '.join(each.name for each in self.estimates)}")
+        raise KeyError(f"{name}, allowed: {', '.join(each.name for each in self.estimates)}")
 
     def table(self) -> str:
         """The estimates, the gains and the undetermined parameters, as text."""

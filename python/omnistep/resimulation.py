@@ -120,7 +120,7 @@ class Resimulation:
         title = f"{len(self.recorded)} control periods by {self.by}, {self.unknown} of them unknown (last value held); "
         if self.zeroed:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
-        return "\n".join([f"{title}simulated less recorded:", *lines])
+        return "\n".join([f"{title}simulated minus recorded:", *lines])
 
     def plot(self) -> Any:
         """Draw both over each other: wheels' velocities, twist and path.

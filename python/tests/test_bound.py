@@ -59,7 +59,7 @@ def test_a_bound_is_a_value():
     assert pickle.loads(pickle.dumps(one)) == one
     assert (one.vehicle, one.height_m, one.friction, one.torque_n_m, one.speed_m_s) == ("chugo7", 0.05, 0.7, 1.4, 0.3)
     assert one.rows == ["front", "middle", "rear"] and one.wheels == [["5", "6", "7"], ["4"], ["1", "2", "3"]]
-    assert repr(one) == "<omnistep.Bound of chugo7 up 0.05 m: not excluded, the middle row decides>"
+    assert repr(one) == "<omnistep.Bound of chugo7 over 0.05 m: not excluded, the middle row is decisive>"
 
 
 @pytest.mark.parametrize(

@@ -49,8 +49,11 @@ def swapped(table):
         (lambda table: table.update(a=table["a"] + 0.4 * np.random.default_rng(1).normal(size=200)), []),
         (scaled("b", -1.0), ["a counter is reversed", "wheel front_right turns opposite to the command"]),
         # The redundancy of mecanum wheels has one sign for the first two: it does not tell them apart.
-        (swapped, ["wheel front_left turns as the command tells wheel front_right to", "tells wheel front_left to"]),
-        (scaled("g", 180 / np.pi), ["the gyro says 57.3 times the yaw rate from the wheels"]),
+        (
+            swapped,
+            ["wheel front_left follows the command for wheel front_right", "follows the command for wheel front_left"],
+        ),
+        (scaled("g", 180 / np.pi), ["the gyro reads 57.3 times the yaw rate from the wheels"]),
         (scaled("g", -1.0), ["the gyro has the opposite sign"]),
         (scaled("abcd", -1.0), ["the gyro has the opposite sign", "all wheels turn opposite to the command"]),
         (scaled("t", 1e-3), ["samples are 1e-05 s apart: check the unit of time"]),

@@ -63,7 +63,7 @@ pub enum AntiWindupLaw {
     Conditional,
     /// Integrals follow the applied torques within `tracking_time_s`.
     BackCalculation,
-    /// The loops see the reference with which they would just have asked for the applied torques.
+    /// The integrals use the reference for which the loops would have requested exactly the applied torques.
     Conditioned,
 }
 

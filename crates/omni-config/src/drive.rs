@@ -38,7 +38,7 @@ pub struct Drive {
     #[garde(custom(within(ACCELERATION_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub stop_m_s2: f64,
-    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
+    /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
     #[garde(custom(within(ACCELERATION_RAD_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
     pub stop_rad_s2: f64,

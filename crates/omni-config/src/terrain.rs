@@ -77,7 +77,7 @@ pub enum Terrain {
         #[garde(custom(within(STEP_HEIGHT_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
         height_m: f64,
-        /// Way from riser to riser \[m\], 0.01 to 10.
+        /// Distance from riser to riser \[m\], 0.01 to 10.
         #[garde(custom(within(TREAD_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = TREAD_M.min, max = TREAD_M.max)))]
         tread_m: f64,
@@ -162,7 +162,7 @@ pub enum Terrain {
         #[garde(custom(within(WIDTH_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
         width_m: f64,
-        /// Way from bar to bar \[m\], 0.01 to 100.
+        /// Distance from bar to bar \[m\], 0.01 to 100.
         #[garde(custom(within(LENGTH_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
         spacing_m: f64,

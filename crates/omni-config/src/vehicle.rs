@@ -163,7 +163,7 @@ pub struct Limits {
     #[garde(inner(custom(within(ACCELERATION_M_S2))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
     pub linear_m_s2: Option<f64>,
-    /// The same of the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: unlimited.
+    /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: unlimited.
     #[serde(default)]
     #[garde(inner(custom(within(ACCELERATION_RAD_S2))))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]

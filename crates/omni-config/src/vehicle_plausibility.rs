@@ -64,7 +64,7 @@ impl Vehicle {
             std::mem::discriminant(&wheel.contact) == kind && wheel.radius_m != first.radius_m
         })?;
         Some(format!(
-            "wheel {}: radius_m = {}, but {} for wheel {}: a change of one wheel alone?",
+            "wheel {}: radius_m = {}, but {} for wheel {}; check whether only one wheel was changed",
             other.name, other.radius_m, first.radius_m, first.name
         ))
     }
@@ -105,7 +105,7 @@ impl Vehicle {
         let own = self.lever_m()?;
         Ok((own < LEVER_PART * other).then(|| {
             format!(
-                "roller_angle_rad: the wheels' forces have a lever of {own:.3} m about the middle, {other:.3} m with the other sign: the vehicle \
+                "roller_angle_rad: the wheels' forces have a lever arm of {own:.3} m about the centre of the wheels, {other:.3} m with the other sign: the vehicle \
                  hardly turns; choose signs with which the roller axes on the ground form a diamond"
             )
         }))
@@ -131,7 +131,7 @@ impl Vehicle {
         let rim_m_s = |wheel: &WheelSpec| no_load_rad_s * wheel.gear * wheel.radius_m;
         let wheel = self.wheel.iter().find(|wheel| rim_m_s(wheel) > FAST_M_S)?;
         Some(format!(
-            "motor: {} rad/s without load, {} m/s at the rim of wheel {}; use no_load_rpm for turns a minute",
+            "motor: {} rad/s without load, {} m/s at the rim of wheel {}; use no_load_rpm if the value is in rpm",
             digits(no_load_rad_s),
             digits(rim_m_s(wheel)),
             wheel.name

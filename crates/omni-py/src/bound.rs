@@ -157,7 +157,7 @@ impl Bound {
         };
         let row = bound.rows[bound.decisive()].row;
         format!(
-            "<omnistep.Bound of {} up {} m: {possible}, the {row} row decides>",
+            "<omnistep.Bound of {} over {} m: {possible}, the {row} row is decisive>",
             bound.vehicle, bound.step.height_m
         )
     }

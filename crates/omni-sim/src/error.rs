@@ -106,7 +106,7 @@ pub enum Error {
         reason: String,
     },
     /// A joint gave way: forces beyond what the physics step can hold.
-    #[error("the vehicle fell apart at t = {time_s:.3} s: {part} moved apart by {:.1} mm", 1e3 * gap_m)]
+    #[error("a joint separated at t = {time_s:.3} s: {part} by {:.1} mm", 1e3 * gap_m)]
     FellApart {
         /// Simulated time \[s\].
         time_s: f64,

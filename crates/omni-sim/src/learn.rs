@@ -236,7 +236,11 @@ impl Episode {
         }
         if action.len() != self.action.len() {
             let value = format!("{} numbers", action.len());
-            return refuse("action", value, "as many as the action space has");
+            return refuse(
+                "action",
+                value,
+                "one number for each dimension of the action space",
+            );
         }
         match action.iter().find(|a| !a.is_finite()) {
             Some(bad) => refuse("action", bad.to_string(), "finite numbers, -1 to 1"),

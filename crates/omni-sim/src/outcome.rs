@@ -77,8 +77,8 @@ impl Verdict {
             }
             Self::Driven => "There is no obstacle, and the run went to its end.",
             Self::Tipped => "The base leaned by more than 60 degrees.",
-            Self::RanAway => "The vehicle was more than half as fast again as commanded for half a second.",
-            Self::Leaned => "A body leaned by 30 degrees more than the ground explains.",
+            Self::RanAway => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
+            Self::Leaned => "A body leaned by 30 degrees more than the ground requires.",
             Self::GainedEnergy => {
                 "The physics created energy, so no figure is valid. Use a shorter physics.step_us."
             }

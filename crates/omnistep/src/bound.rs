@@ -52,7 +52,7 @@ pub(super) fn bound(name: &str, overrides: &[String], json: bool, out: &mut dyn 
     print(
         out,
         &format!(
-            "{}: up {} m, friction {}, with {} N.m, at {} m/s: {possible}; the {} row decides\n{}\n",
+            "{}: step of {} m, friction {}, torque {} N.m, speed {} m/s: {possible}; the {} row is decisive\n{}\n",
             bound.vehicle,
             bound.step.height_m,
             bound.step.friction,
@@ -92,9 +92,9 @@ fn table(rows: &[RowBound]) -> Table {
         "wheels",
         "verdict",
         "least torque [N.m]",
-        "lacking [J]",
-        "run-up, least [m/s]",
-        "run-up, enough [m/s]",
+        "missing energy [J]",
+        "run-up, necessary [m/s]",
+        "run-up, sufficient [m/s]",
     ];
     let number = |number: f64, digits: usize| {
         if number.is_finite() {

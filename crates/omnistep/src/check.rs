@@ -313,7 +313,7 @@ fn on_step(
     let has = vehicle.motor.stall_torque_n_m;
     let mut step = omni_bound::Step::new(height_m, friction)?;
     step.gravity_m_s2 = gravity_m_s2;
-    let where_ = format!("up {height_m} m with friction {friction}");
+    let where_ = format!("step of {height_m} m, friction {friction}");
     let linkage = match omni_bound::Linkage::new(vehicle) {
         Ok(linkage) => linkage,
         Err(omni_bound::Error::Vehicle { .. }) => {
@@ -328,7 +328,7 @@ fn on_step(
                     told.warn([format!(
                         "{where_}: no torque lifts wheel {wheels} off the ground, because the friction is too low"
                     )]);
-                    needs.push(format!("{wheels} no torque is enough"));
+                    needs.push(format!("{wheels}: no torque suffices"));
                     continue;
                 }
                 if torque > has {
@@ -340,7 +340,7 @@ fn on_step(
             }
             let needs = needs.join(", ");
             return Ok(format!(
-                "\n  {:<8} {where_}, least torques at first touch [N.m]: {needs}; the motor has {has}",
+                "\n  {:<8} {where_}, least torques at first contact [N.m]: {needs}; the motor has {has}",
                 "step"
             ));
         }

@@ -119,7 +119,7 @@ fn described(file: &LogFile) -> String {
     };
     let until_s = file.until_ns as f64 / 1e9;
     text += &if file.complete {
-        format!("complete, {until_s} s, every checksum is right\n")
+        format!("complete, {until_s} s, all checksums are correct\n")
     } else {
         format!("not finished: read up to {until_s} s, every checksum up to there is right\n")
     };
@@ -163,7 +163,7 @@ fn said(replay: &Replay) -> String {
     }
     let Some(first) = &replay.first else {
         return format!(
-            "{file}: policy {}: {periods} control periods, no difference in any bit\n",
+            "{file}: policy {}: {periods} control periods, equal in every bit\n",
             replay.policy
         );
     };

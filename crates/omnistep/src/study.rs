@@ -155,7 +155,7 @@ pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<Stri
         if looked_at == combinations {
             format!("{} of {} runs", seeds * count, seeds * combinations)
         } else {
-            format!("{count} of the {looked_at} combinations looked at")
+            format!("{count} of the {looked_at} combinations that were checked")
         }
     };
     let mut doubts: Vec<String> = of_vehicles.into_iter().collect();

@@ -255,7 +255,10 @@ fn greeting<const N: usize>(link: &mut Link) -> Result<Option<Greeting>, String>
         }
     }
     if answers {
-        return Err("it speaks omni-link, but its greeting does not say what it was built for".into());
+        return Err(
+            "it sends omni-link messages, but its greeting does not state the vehicle it was built for"
+                .into(),
+        );
     }
     Ok(None)
 }
@@ -276,7 +279,9 @@ fn fits(greeting: &Greeting, scenario: &Scenario) -> Result<(), String> {
     match (greeting, &expected) {
         (found, expected) if found.version != expected.version => {
             let (found, expected) = (found.version, expected.version);
-            built(format!("speaks version {found} of the protocol, not {expected}"))
+            built(format!(
+                "built for version {found} of the protocol, expected {expected}"
+            ))
         }
         (found, expected) if found.wheels != expected.wheels => {
             let (found, expected) = (found.wheels, expected.wheels);

@@ -69,7 +69,7 @@ fn pool(threads: usize) -> Result<Pool, Error> {
     let threads = built.map_err(|error| Error::Argument {
         name: "threads",
         value: format!("{threads} ({error})"),
-        allowed: "as many as the system can start",
+        allowed: "a number of threads that the system can start",
     })?;
     Ok(Pool {
         threads,
@@ -155,7 +155,7 @@ impl Episodes {
             return Err(Error::Argument {
                 name: "actions",
                 value: format!("{} numbers", actions.len()),
-                allowed: "as many as the action space has, for every environment",
+                allowed: "one number for each dimension of the action space, for every environment",
             });
         }
         let resets = |episode: &Episode| episode.over && autoreset == Autoreset::NextStep;

@@ -101,7 +101,7 @@ impl Figure {
         Self::new("disturbed_rms", "speed error, rms", "", 3, |o| Some(o.disturbed_rms))
             .says("Difference between reference and measured speed of the driven wheels, as a part of the larger of the two.").lower(),
         Self::new("spread_rms", "speed spread, rms", "", 3, |o| Some(o.spread_rms))
-            .says("How much the driven wheels disagree: standard deviation over the wheels of measured speed over reference.").lower(),
+            .says("Standard deviation, over the driven wheels, of measured speed over reference speed.").lower(),
         Self::new("linkage_spread", "slip spread, rms", "", 3, |o| Some(o.linkage_spread))
             .says(
                 "How differently the driven wheels slip, as a part of their reference speeds. Speed differences that the hinges cause in \
@@ -112,7 +112,7 @@ impl Figure {
         Self::new("work_j", "work", "J", 2, |o| Some(o.work_j)).says("Mechanical work of the motors.").lower(),
         // Reports have it; the command's tables are of the runs' results.
         Self::new("required_friction", "required friction", "", 2, |o| Some(o.required_friction))
-            .says("Friction coefficient that 95 of 100 averages of 10 ms over a loaded wheel stayed within.")
+            .says("95th percentile of the friction coefficient that loaded wheels needed, as averages over 10 ms.")
             .lower()
             .of(|_| false),
     ];

@@ -133,7 +133,7 @@ fn of_wheels<const N: usize>(
         JointInterface::Velocity => {
             let config = scenario.wheel_control::<f64, N>()?;
             let Ok(loops) = WheelController::new(config) else {
-                let allowed = "a policy without a shared integral, because the wheels are driven one by one";
+                let allowed = "a policy without a shared integral, because each wheel has its own command";
                 return refuse("control.policy", scenario.control.law(), allowed);
             };
             let state = ControlState::default();

@@ -9,7 +9,7 @@ fn bound_is_a_table_with_a_line_a_row_of_wheels() {
     let first = text.lines().next().unwrap();
     assert_eq!(
         first,
-        "chugo7: up 0.05 m, friction 0.7, with 2 N.m, at 0.3 m/s: not excluded; the middle row decides"
+        "chugo7: step of 0.05 m, friction 0.7, torque 2 N.m, speed 0.3 m/s: not excluded; the middle row is decisive"
     );
     for row in [
         "| front  | 5 6 7  | torque ",

@@ -57,7 +57,7 @@ fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() 
     );
     let (warnings, code) = checked(path, &[]);
     assert_eq!((warnings.len(), code), (1, Some(0)), "{warnings:?}");
-    let expected = "roller_angle_rad: the wheels' forces have a lever of 0.035 m about the middle, 0.318 m with the other sign";
+    let expected = "roller_angle_rad: the wheels' forces have a lever arm of 0.035 m about the centre of the wheels, 0.318 m with the other sign";
     assert!(warnings[0].starts_with(expected), "{}", warnings[0]);
     assert_eq!(checked(path, &["--strict"]).1, Some(1));
 
@@ -169,7 +169,7 @@ fn units_that_were_mixed_up_are_doubtful() {
         (
             slope,
             "no_load_rad_s = 286.0 ",
-            "motor: 286 rad/s without load, 21.7 m/s at the rim of wheel front_left; use no_load_rpm for turns a minute",
+            "motor: 286 rad/s without load, 21.7 m/s at the rim of wheel front_left; use no_load_rpm if the value is in rpm",
         ),
         (
             "com_m = [0.0, 0.0, 0.12] ",

@@ -45,7 +45,7 @@ fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
     let output = omnistep(folder.path(), &["replay", log]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("policy synchronised+floor=0.5: 100 control periods, no difference in any bit"),
+        said.contains("policy synchronised+floor=0.5: 100 control periods, equal in every bit"),
         "{said}"
     );
 }

@@ -79,7 +79,7 @@ fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading
             let said = stdout(&omnistep(folder.path(), &["replay", &log]));
             assert_eq!(
                 said,
-                format!("{log}: policy {policy}: 2500 control periods, no difference in any bit\n"),
+                format!("{log}: policy {policy}: 2500 control periods, equal in every bit\n"),
                 "{more}"
             );
         }
@@ -140,10 +140,7 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
     // And back again by a key.
     let back = ["replay", "gain.mcap", "--set", "vehicle.gains.kp_n_m_s_rad=0.3"];
     let said = stdout(&omnistep(folder.path(), &back));
-    assert!(
-        said.contains("500 control periods, no difference in any bit"),
-        "{said}"
-    );
+    assert!(said.contains("500 control periods, equal in every bit"), "{said}");
 }
 
 #[test]

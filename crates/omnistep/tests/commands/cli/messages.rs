@@ -158,7 +158,7 @@ fn check_and_inspect_go_on_after_a_bad_file_and_end_as_the_worst() {
     // A damaged log is a failure, not a wrong request.
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        stdout(&output).contains("every checksum is right"),
+        stdout(&output).contains("all checksums are correct"),
         "{}",
         stdout(&output)
     );
@@ -420,7 +420,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     );
     assert_eq!(inspected[0]["complete"], true);
     // It is replayed to its end, bit for bit.
-    assert!(stdout(&omnistep(folder.path(), &["replay", &logs[0]])).contains("no difference in any bit"));
+    assert!(stdout(&omnistep(folder.path(), &["replay", &logs[0]])).contains("equal in every bit"));
     // On flat ground there is nothing to be done with.
     let flat = omnistep(
         folder.path(),

@@ -227,7 +227,7 @@ fn a_run_that_fails_is_a_row_with_its_error_and_the_others_finish() {
     for row in &failed {
         assert_eq!(row.axes, [Cell::Float(1e6)]);
         let error = row.error.as_deref().unwrap();
-        assert!(error.contains("the vehicle fell apart at t = "), "{error}");
+        assert!(error.contains("a joint separated at t = "), "{error}");
     }
     let map = cells(&plan, &found.rows);
     assert_eq!(
