@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 OWN = {"omni_config", "omni_log", "omnistep"}  # these differ: the package has the optional features
-ALONE = {"num_bigint", "quick_xml"}  # quick to compile, and nearly nothing stands on them
+ALONE = {"quick_xml"}  # quick to compile, and nearly nothing stands on them
 TESTS = ("--no-run", "--config", "scripts/test_profile.toml")
 
 
