@@ -37,6 +37,7 @@ def of_runs(logs: Sequence[Log]) -> tuple[dict[str, str], dict[str, list[str]]]:
 def told(heading: str, text: str) -> str:
     """Return a setting in a line of text.
 
+    >>> from omnistep._run_settings import told
     >>> told("height [m]", "0.05")
     'height 0.05 m'
     >>> told("friction", "0.7")
