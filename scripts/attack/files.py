@@ -142,6 +142,7 @@ def toml(setting: Setting) -> list[Campaign]:
 def by_hand(setting: Setting, folder: Path) -> Campaign:
     """Files that are no files, and files without end."""
     step = (setting.top / "crates/omni-config/assets/scenarios/step.toml").read_bytes()
+    study = b'schema_version = 1\nname = "long"\nscenario = "flat"\nseeds = 1\n'
     place = folder / "hand"
     place.mkdir()
     texts = {
@@ -154,6 +155,9 @@ def by_hand(setting: Setting, folder: Path) -> Campaign:
         "latin1": step.replace(b"name", "größe".encode("latin-1"), 1),
         "empty": b"",
         "zeros": b"\0" * 1_000_000,
+        "long-key": b"a." * 1_000_000 + b"a = 1\n",
+        "long-axis": study + b'[[axis]]\nkey = "' + b"a." * 1_000_000 + b'a"\nvalues = [1]\n',
+        "long-set": study + b'[set]\n"' + b"a." * 1_000_000 + b'a" = 1\n',
     }
     paths = []
     for name, data in texts.items():
@@ -174,13 +178,16 @@ def by_hand(setting: Setting, folder: Path) -> Campaign:
         paths[-1].write_bytes(step.replace(b'"chugo7"', f'"{value}"'.encode()))
     special.write_bytes(step.replace(b'"chugo7"', b'"special.toml"'))
 
-    def check(path: Path) -> str | None:
-        ended = run([setting.omnistep, "check", path.name], place)
-        wrong = faults(ended, allowed=(0, 2))
+    def check(item: tuple[str, list[object]]) -> str | None:
+        name, words = item
+        wrong = faults(run([setting.omnistep, *words], place), allowed=(0, 2))
         # By its name: scripts/attack/files.py makes it again.
-        return f"by_hand, {path.name}: {'; '.join(wrong)}" if wrong else None
+        return f"by_hand, {name}: {'; '.join(wrong)}" if wrong else None
 
-    return Campaign("TOML by hand", *_with_unit(in_parallel(check, [*paths, special]), "files"))
+    checked: list[tuple[str, list[object]]] = [(path.name, ["check", path.name]) for path in [*paths, special]]
+    # The longest word that Linux takes.
+    checked.append(("long-option", ["run", "flat", "--set", "a." * 65_000 + "a=1"]))
+    return Campaign("TOML by hand", *_with_unit(in_parallel(check, checked), "files"))
 
 
 def _with_unit(result: tuple[int, list[str]], unit: str) -> tuple[int, str, list[str]]:

@@ -4,6 +4,11 @@ use toml::{Table, Value};
 
 use crate::{Error, Source};
 
+/// Parts of a key and its characters at most, more than any key of a file has. Each part may make a table in the one before it,
+/// and dropping a million tables in one another overflows the stack.
+const MOST_PARTS: usize = 16;
+const MOST_CHARACTERS: usize = 200;
+
 /// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
 /// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0).
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +18,7 @@ pub struct Override {
 }
 
 impl Override {
-    /// `value` for `key`.
+    /// `value` for `key`. A key of more than 16 parts or 200 characters is refused where it is used.
     pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
         Self {
             key: dotted(&key.into()),
@@ -24,7 +29,7 @@ impl Override {
     /// `key=value`, the value as in TOML; a bare word is a string.
     ///
     /// # Errors
-    /// [`Error::Override`] where there is no `=` or no key.
+    /// [`Error::Override`] where there is no `=` or no key, or a key of more than 16 parts or 200 characters.
     ///
     /// ```
     /// use omni_config::Override;
@@ -45,12 +50,16 @@ impl Override {
         if key.is_empty() {
             return Err(malformed("allowed: KEY=VALUE with a key"));
         }
+        let key = dotted(key);
+        if let Some(reason) = too_long(&key) {
+            return Err(malformed(&reason));
+        }
         let parsed = format!("value = {value}")
             .parse::<Table>()
             .ok()
             .and_then(|mut table| table.remove("value"));
         Ok(Self {
-            key: dotted(key),
+            key,
             value: parsed.unwrap_or_else(|| Value::String(value.into())),
         })
     }
@@ -65,6 +74,12 @@ impl Override {
     #[must_use]
     pub fn value(&self) -> &Value {
         &self.value
+    }
+
+    /// Does it replace what stands at this dotted key, alone or with a table around it?
+    pub(crate) fn replaces(&self, key: &str) -> bool {
+        let inside = key.strip_prefix(&self.key);
+        inside.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 
     /// The override without its leading `vehicle.`, if it has one and is not the vehicle's name itself.
@@ -82,6 +97,9 @@ impl Override {
             .rsplit_once('.')
             .map_or((None, self.key.as_str()), |(p, l)| (Some(p), l));
         let refuse = |reason: String| source.refuse(self.key.clone(), reason);
+        if let Some(reason) = too_long(&self.key) {
+            return Err(refuse(reason));
+        }
         let mut here: Option<&mut Value> = None;
         for part in parents.into_iter().flat_map(|p| p.split('.')) {
             here = Some(match here {
@@ -128,7 +146,64 @@ fn child<'a>(value: &'a mut Value, part: &str) -> Result<&'a mut Value, String> 
     }
 }
 
+/// Why a dotted key cannot be one of a file, if it is too long.
+pub(crate) fn too_long(key: &str) -> Option<String> {
+    let (parts, characters) = (key.split('.').count(), key.chars().count());
+    (parts > MOST_PARTS || characters > MOST_CHARACTERS).then(|| {
+        format!(
+            "a key of {parts} parts and {characters} characters, allowed: {MOST_PARTS} parts and {MOST_CHARACTERS} characters at most"
+        )
+    })
+}
+
 /// `wheel[2].radius_m`, as messages write it, as `wheel.2.radius_m`.
 pub(crate) fn dotted(key: &str) -> String {
     key.replace('[', ".").replace(']', "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, Scenario, Seeds, Study};
+
+    /// A million parts, and 17; then 201 characters in two parts.
+    fn long_keys() -> [String; 3] {
+        [1_000_000, 17, 0].map(|parts| match parts {
+            0 => format!("terrain.{}", "a".repeat(193)),
+            parts => vec!["a"; parts].join("."),
+        })
+    }
+
+    #[test]
+    fn a_key_of_more_than_16_parts_or_200_characters_is_refused_in_one_short_line() {
+        let allowed = "allowed: 16 parts and 200 characters at most";
+        for key in long_keys() {
+            let axis = Axis::new(&*key, vec![1.into()]);
+            let of_axis = Study::of_points("long", "step", vec![axis], Seeds::Count(1)).unwrap_err();
+            let file = format!(
+                "schema_version = 1\nname = \"long\"\nscenario = \"step\"\nseeds = 1\n[set]\n\"{key}\" = 1\n"
+            );
+            let study = Study::from_source(&Source::text("y.toml", file)).unwrap();
+            for error in [
+                Override::parse(&format!("{key}=1")).unwrap_err(),
+                Scenario::load("step", &[Override::new(&*key, 1)]).unwrap_err(),
+                Scenario::load("step", &[Override::new(format!("vehicle.{key}"), 1)]).unwrap_err(),
+                study.points(&[]).unwrap_err(),
+                of_axis,
+            ] {
+                let said = error.to_string();
+                assert!(said.contains(allowed), "{said}");
+                assert!(said.len() <= 400 && said.lines().count() == 1, "{said}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_key_of_16_parts_or_200_characters_is_looked_for() {
+        for key in [["a"; 16].join("."), format!("terrain.{}", "a".repeat(192))] {
+            let set = Override::parse(&format!("{key}=1")).unwrap();
+            let said = Scenario::load("step", &[set]).unwrap_err().to_string();
+            assert!(said.contains("unknown field"), "{said}");
+        }
+    }
 }

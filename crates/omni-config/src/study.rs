@@ -14,7 +14,7 @@ use toml::{Table, Value};
 use crate::Error;
 use crate::file_kind::FileKind;
 use crate::load::{Source, read};
-use crate::override_key::{Override, dotted};
+use crate::override_key::{Override, dotted, too_long};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{AXIS_COUNT, is_name, within};
@@ -138,7 +138,7 @@ fn is_key(key: &str, _: &()) -> garde::Result {
         "seed" => Err(garde::Error::new(
             "\"seed\", allowed: any other key; set the seeds with `seeds`",
         )),
-        _ => Ok(()),
+        _ => too_long(&dotted(key)).map_or(Ok(()), |reason| Err(garde::Error::new(reason))),
     }
 }
 

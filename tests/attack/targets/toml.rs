@@ -34,7 +34,8 @@ pub(super) fn run(data: &[u8]) -> Done {
             }
             Err(error) => check_message(&error),
         },
-        _ => match Study::from_source(&source) {
+        // Of the runs one is enough: all others have the same keys.
+        _ => match Study::from_source(&source).and_then(|study| study.each_value(&[])?.next().transpose()) {
             Ok(_) => {}
             Err(error) => check_message(&error),
         },
