@@ -59,7 +59,7 @@ def run(
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
             ``"vehicle.wheel.0.radius_m"``. Values are numbers, strings, bools, or lists, arrays or dictionaries of
-            them.
+            them. A path is relative to the working directory; one in a file is relative to that file.
         seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
         mcap: path of an MCAP log to write; the file gets that name only when the run has ended regularly.
         progress: show a bar on standard error when it takes more than a second.

@@ -19,6 +19,20 @@ def test_a_scenario_survives_toml_dictionaries_and_pickle(name):
     assert tomllib.loads(scenario.to_toml()) == scenario.to_dict()
 
 
+def test_a_path_of_an_override_is_relative_to_the_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenarios").mkdir()
+    for place, vehicle in (("scenarios/bot.toml", "omni3"), ("bot.toml", "mecanum4")):
+        (tmp_path / place).write_text(omnistep.Vehicle(vehicle).to_toml(), encoding="utf-8")
+    file = tmp_path / "scenarios" / "flat.toml"
+    keys = "duration_s = 0.01\n[terrain]\nkind = 'flat'\nfriction = 0.7\n[command]\nvx_m_s = 0.1\n"
+    file.write_text(f"schema_version = 1\nname = 'a'\nvehicle = 'bot.toml'\n{keys}", encoding="utf-8")
+    assert omnistep.Scenario(file).vehicle.name == "omni3"
+    assert omnistep.Scenario(file, overrides={"vehicle": "bot.toml"}).vehicle.name == "mecanum4"
+    assert omnistep.Scenario(file, vehicle="bot.toml").vehicle.name == "mecanum4"
+    assert omnistep.run(file, overrides={"vehicle": "bot.toml"}).layout == omnistep.Vehicle("mecanum4").layout
+
+
 @pytest.mark.parametrize("name", omnistep.vehicles())
 def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
     vehicle = omnistep.Vehicle(name)

@@ -116,15 +116,20 @@ impl CommandFile {
         &self.rows
     }
 
-    /// Puts the table itself where the command of a scenario file names one.
-    pub(crate) fn embed(source: &Source, scenario: &mut Table) -> Result<(), Error> {
+    /// Is this text of a scenario the path of a table, not the table itself?
+    pub(crate) fn is_path(file: &str) -> bool {
+        !file.starts_with(DATA_URL)
+    }
+
+    /// Puts the table itself where the command of a scenario names one, in this folder.
+    pub(crate) fn embed(source: &Source, folder: Option<&Path>, scenario: &mut Table) -> Result<(), Error> {
         let command = scenario.get_mut("command").and_then(Value::as_table_mut);
         let Some(Value::String(file)) = command.and_then(|command| command.get_mut("file")) else {
             return Ok(());
         };
-        if !file.starts_with(DATA_URL) {
+        if Self::is_path(file) {
             source.check_reference("command.file", file, "the table")?;
-            let path = source.folder().unwrap_or(Path::new("")).join(&*file);
+            let path = folder.unwrap_or(Path::new("")).join(&*file);
             let refuse =
                 |reason: String| source.refuse("command.file", format!("{}: {reason}", path.display()));
             let bytes = read_regular(&path, MOST_BYTES)

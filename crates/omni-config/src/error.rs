@@ -70,6 +70,16 @@ pub enum Error {
         /// What is wrong with it.
         message: String,
     },
+    /// There is no file of that name.
+    #[error("{}{meant}: {source}", shortened(&path.display().to_string()))]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// The name that may have been meant, or where the names are listed, in words behind the file's.
+        meant: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
     /// A file could not be read.
     #[error("{}: {source}", shortened(&path.display().to_string()))]
     Io {

@@ -1,6 +1,5 @@
 //! A file of any kind.
 
-use crate::builtin::kind_of_builtin;
 use crate::file_kind::FileKind;
 use crate::{Error, Scenario, Source, Study, Vehicle, WheelsExperiment};
 
@@ -31,10 +30,7 @@ impl File {
     /// assert!(matches!(omni_config::File::load("omni3"), Ok(omni_config::File::Vehicle(_))));
     /// ```
     pub fn load(name: &str) -> Result<Self, Error> {
-        let source = match kind_of_builtin(name) {
-            Some(kind) => Source::text(format!("built-in {name}"), kind.template(name)?),
-            None => Source::file(name)?,
-        };
+        let source = Source::of_any_kind(name)?;
         Ok(
             match FileKind::of(&source.table()?).unwrap_or(FileKind::Scenario) {
                 FileKind::Vehicle => Self::Vehicle(Box::new(Vehicle::from_source(&source, &[])?)),

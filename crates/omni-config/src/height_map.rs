@@ -113,15 +113,20 @@ impl HeightMap {
         most
     }
 
-    /// Puts the picture itself where the terrain of a scenario file names one.
-    pub(crate) fn embed(source: &Source, scenario: &mut Table) -> Result<(), Error> {
+    /// Is this text of a scenario the path of a picture, neither the picture itself nor the name of a built-in one?
+    pub(crate) fn is_path(image: &str) -> bool {
+        !image.starts_with(DATA_URL) && !PICTURES.iter().any(|(name, _)| *name == image)
+    }
+
+    /// Puts the picture itself where the terrain of a scenario names one, in this folder.
+    pub(crate) fn embed(source: &Source, folder: Option<&Path>, scenario: &mut Table) -> Result<(), Error> {
         let terrain = scenario.get_mut("terrain").and_then(Value::as_table_mut);
         let Some(Value::String(image)) = terrain.and_then(|terrain| terrain.get_mut("image")) else {
             return Ok(());
         };
         if !image.starts_with(DATA_URL) {
             source.check_reference("terrain.image", image, "the picture")?;
-            let path = source.folder().unwrap_or(Path::new("")).join(&*image);
+            let path = folder.unwrap_or(Path::new("")).join(&*image);
             let built_in = PICTURES.iter().find(|(name, _)| *name == image.as_str());
             let bytes = match built_in {
                 Some((_, bytes)) => bytes.to_vec(),

@@ -1,5 +1,6 @@
 //! From a name, a path or a text to a checked value.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use garde::Validate;
@@ -10,7 +11,7 @@ use crate::builtin::{Builtin, EXPERIMENTS, SCENARIOS, STUDIES, VEHICLES, kind_of
 use crate::file_kind::FileKind;
 use crate::kind_tables::INNER_KEY;
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
-use crate::suggestion::with_nearest;
+use crate::suggestion::{did_you_mean, with_nearest};
 use crate::{Error, SCHEMA_VERSION};
 
 /// A text and where it came from.
@@ -30,7 +31,7 @@ impl Source {
     /// A vehicle by built-in name or path.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] or [`Error::Io`].
+    /// [`Error::UnknownName`], [`Error::Missing`] or [`Error::Io`].
     pub fn vehicle(name: &str, relative_to: Option<&Path>) -> Result<Self, Error> {
         Self::find("vehicle", FileKind::Vehicle, VEHICLES, name, relative_to)
     }
@@ -38,7 +39,7 @@ impl Source {
     /// A scenario by built-in name or path.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] or [`Error::Io`].
+    /// [`Error::UnknownName`], [`Error::Missing`] or [`Error::Io`].
     pub fn scenario(name: &str) -> Result<Self, Error> {
         Self::scenario_in(name, None)
     }
@@ -50,7 +51,7 @@ impl Source {
     /// A study by built-in name or path.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] or [`Error::Io`].
+    /// [`Error::UnknownName`], [`Error::Missing`] or [`Error::Io`].
     pub fn study(name: &str) -> Result<Self, Error> {
         Self::find("study", FileKind::Study, STUDIES, name, None)
     }
@@ -58,7 +59,7 @@ impl Source {
     /// The experiment of section 3.3 by built-in name (`wheels`) or path.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] or [`Error::Io`].
+    /// [`Error::UnknownName`], [`Error::Missing`] or [`Error::Io`].
     pub fn wheels(name: &str) -> Result<Self, Error> {
         Self::find("wheels experiment", FileKind::Experiment, EXPERIMENTS, name, None)
     }
@@ -119,15 +120,45 @@ impl Source {
     /// The file at a path.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`Error::Missing`] or [`Error::Io`].
     pub fn file(path: impl Into<PathBuf>) -> Result<Self, Error> {
-        Self::read(path.into())
+        Self::read(path.into(), &[])
     }
 
-    fn read(path: PathBuf) -> Result<Self, Error> {
-        let bytes = read_regular(&path, MOST_TOML_BYTES).map_err(|source| Error::Io {
-            path: path.clone(),
-            source,
+    /// What is built in by a name, else the file at a path, of whatever kind.
+    ///
+    /// # Errors
+    /// [`Error::Missing`] or [`Error::Io`].
+    pub(crate) fn of_any_kind(name: &str) -> Result<Self, Error> {
+        match kind_of_builtin(name) {
+            Some(kind) => Ok(Self::text(format!("built-in {name}"), kind.template(name)?)),
+            None => {
+                let read = Self::read(PathBuf::from(name), &[VEHICLES, SCENARIOS, EXPERIMENTS, STUDIES]);
+                read.map_err(|error| match error {
+                    Error::Missing { path, meant, source }
+                        if meant.is_empty() && !name.ends_with(".toml") =>
+                    {
+                        let meant = " (omnistep list prints what is built in)".into();
+                        Error::Missing { path, meant, source }
+                    }
+                    other => other,
+                })
+            }
+        }
+    }
+
+    /// The file at a path; where there is none, one beside it or what is built in may have been meant.
+    fn read(path: PathBuf, builtin: &[Builtin]) -> Result<Self, Error> {
+        let bytes = read_regular(&path, MOST_TOML_BYTES).map_err(|source| match source.kind() {
+            ErrorKind::NotFound => Error::Missing {
+                meant: meant(&path, builtin),
+                path: path.clone(),
+                source,
+            },
+            _ => Error::Io {
+                path: path.clone(),
+                source,
+            },
         })?;
         let file = path.display().to_string();
         let text = crate::encoding::text(bytes, &file).map_err(|reason| Error::NotText {
@@ -155,7 +186,7 @@ impl Source {
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
         // Whatever is there: a directory or a device is refused as such.
         if path.exists() || name.ends_with(".toml") {
-            return Self::read(path);
+            return Self::read(path, &[builtin]);
         }
         if let Some(found) = kind_of_builtin(name) {
             return Err(Error::OtherKind {
@@ -210,6 +241,23 @@ impl Source {
             message: message.into(),
         }
     }
+}
+
+/// The .toml file beside a missing one, or what is built in, whose name is much like it, in words.
+fn meant(missing: &Path, builtin: &[Builtin]) -> String {
+    let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
+    let beside = match missing.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let there = std::fs::read_dir(beside).into_iter().flatten().flatten();
+    let files: Vec<_> = there
+        .filter_map(|entry| name(&entry.path()))
+        .filter(|file| file.ends_with(".toml"))
+        .collect();
+    let known = builtin.iter().flat_map(|kind| kind.iter()).map(|(name, _)| *name);
+    let known = files.iter().map(String::as_str).chain(known);
+    did_you_mean(&name(missing).unwrap_or_default(), known)
 }
 
 /// Comes before everything else: what the keys of another version mean is not for this program to say.

@@ -1,6 +1,6 @@
 //! A scenario: a vehicle, the ground, a command, a controller, how finely to simulate.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -136,22 +136,6 @@ enum VehicleChoice {
     Table(Box<Vehicle>),
 }
 
-/// The .toml file beside a missing one whose name is much like it, in words.
-fn meant_file(missing: &Path) -> String {
-    let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
-    let beside = match missing.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let there = std::fs::read_dir(beside).into_iter().flatten().flatten();
-    let files: Vec<_> = there
-        .filter_map(|entry| name(&entry.path()))
-        .filter(|file| file.ends_with(".toml"))
-        .collect();
-    let missing = name(missing).unwrap_or_default();
-    did_you_mean(&missing, files.iter().map(String::as_str))
-}
-
 /// How much lower than the others a wheel may be mounted, as a part of its radius.
 const LOWEST: f64 = 0.1;
 
@@ -201,7 +185,7 @@ impl Scenario {
     /// tells Cargo to watch them.
     ///
     /// # Errors
-    /// [`Error::UnknownName`], [`Error::Io`] or [`Error::Syntax`].
+    /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
     ///
     /// ```
     /// assert!(omni_config::Scenario::files("step")?.is_empty());
@@ -219,7 +203,7 @@ impl Scenario {
     /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where it names none that there is.
     ///
     /// # Errors
-    /// [`Error::UnknownName`], [`Error::Io`] or [`Error::Syntax`].
+    /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
     ///
     /// ```
     /// use omni_config::{Engine, Scenario};
@@ -235,7 +219,8 @@ impl Scenario {
         })
     }
 
-    /// The scenario that a source describes, with some keys replaced.
+    /// The scenario that a source describes, with some keys replaced. A path in the source is relative to the source's folder; a path
+    /// in an override, of a vehicle, a picture or a table of commands, is relative to the current folder.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -249,21 +234,28 @@ impl Scenario {
                 None => own.push(each),
             }
         }
-        for each in own {
+        for each in &own {
             each.apply(source, &mut table)?;
         }
         check_version(source, &table)?;
+        // Whoever replaces a key says a path as it is from here, not from where the file is.
+        let folder_of = |key: &str| match own.iter().any(|each| each.replaces(key)) {
+            true => None,
+            false => source.folder(),
+        };
         let vehicle = match table.remove("vehicle") {
             Some(Value::String(name)) => {
                 source.check_reference("vehicle", &name, "the vehicle")?;
-                let vehicle = Source::vehicle(&name, source.folder()).map_err(|error| match error {
+                let vehicle = Source::vehicle(&name, folder_of("vehicle")).map_err(|error| match error {
                     Error::UnknownName { name, known, .. } => {
                         let meant = did_you_mean(&name, known.split(", "));
                         source.refuse("vehicle", format!("{name:?}{meant}, allowed: {known}"))
                     }
-                    Error::Io { path, source: reason } if reason.kind() == std::io::ErrorKind::NotFound => {
-                        source.refuse("vehicle", format!("{name:?}{}: {reason}", meant_file(&path)))
-                    }
+                    Error::Missing {
+                        meant,
+                        source: reason,
+                        ..
+                    } => source.refuse("vehicle", format!("{name:?}{meant}: {reason}")),
                     other => other,
                 })?;
                 Vehicle::from_source(&vehicle, &for_vehicle)?
@@ -283,8 +275,8 @@ impl Scenario {
         let inline =
             Value::try_from(&vehicle).map_err(|error| source.refuse("vehicle", error.to_string()))?;
         table.insert("vehicle".into(), inline);
-        HeightMap::embed(source, &mut table)?;
-        CommandFile::embed(source, &mut table)?;
+        HeightMap::embed(source, folder_of("terrain.image"), &mut table)?;
+        CommandFile::embed(source, folder_of("command.file"), &mut table)?;
         Command::complete(&mut table);
         let whole = || Self::load("step", &[]).ok()?.to_toml().ok()?.parse().ok();
         let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;

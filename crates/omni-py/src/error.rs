@@ -42,7 +42,7 @@ fn of_simulation(error: &omni_sim::Error) -> (&'static str, Option<&str>, Option
             ("ConfigError", Some(kind.trim_start_matches("wheels ")), None)
         }
         Config(Bad::Override { text, .. }) => ("ConfigError", Some(text), None),
-        Config(Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
+        Config(Bad::Missing { path, .. } | Bad::Io { path, .. }) => ("ConfigError", None, path.to_str()),
         Config(_) => ("ConfigError", None, None),
         Argument { name, .. } => ("ConfigError", Some(name), None),
         Signal { .. } => ("ConfigError", Some("policy"), None),

@@ -1,9 +1,13 @@
 //! From a study to its scenarios, each checked; what is wrong with one is said of the axis that it came from.
 
+use std::path::Path;
+
 use toml::Value;
 
 use super::Study;
 use crate::builtin::VEHICLES;
+use crate::command_file::CommandFile;
+use crate::height_map::HeightMap;
 use crate::load::Source;
 use crate::override_key::{Override, dotted};
 use crate::suggestion::did_you_mean;
@@ -116,17 +120,27 @@ impl Study {
         })
     }
 
-    /// An override; the path of a vehicle or a picture, relative to the study's file, made absolute.
+    /// An override; a path in it, relative to the study's file, made absolute.
     fn located(&self, key: &str, value: &Value) -> Override {
-        if let (Some(folder), "vehicle" | "terrain.image", Value::String(name)) =
-            (&self.origin.folder, key, value)
-            && !VEHICLES.iter().any(|(known, _)| known == name)
-            && (name.ends_with(".toml") || folder.join(name).is_file())
-            && let Ok(path) = std::path::absolute(folder.join(name))
-        {
-            return Override::new(key, path.display().to_string());
+        let mut value = value.clone();
+        let is_path: [(&str, fn(&str, &Path) -> bool); 3] = [
+            ("vehicle", |name, folder| {
+                !VEHICLES.iter().any(|(known, _)| *known == name)
+                    && (name.ends_with(".toml") || folder.join(name).is_file())
+            }),
+            ("terrain.image", |image, _| HeightMap::is_path(image)),
+            ("command.file", |file, _| CommandFile::is_path(file)),
+        ];
+        for (path_key, is_path) in is_path {
+            if let (Some(folder), Some(Value::String(name))) =
+                (&self.origin.folder, part(key, &mut value, path_key))
+                && is_path(name, folder)
+                && let Ok(path) = std::path::absolute(folder.join(&*name))
+            {
+                *name = path.display().to_string();
+            }
         }
-        Override::new(key, value.clone())
+        Override::new(key, value)
     }
 
     /// What is wrong with a combination, said of the axis or the setting that it came from.
@@ -222,6 +236,14 @@ impl Grid<'_> {
             values: chosen,
             scenario,
         })
+    }
+}
+
+/// What a value for `key` puts at the key `wanted`, if anything.
+fn part<'a>(key: &str, value: &'a mut Value, wanted: &str) -> Option<&'a mut Value> {
+    match wanted.strip_prefix(key)? {
+        "" => Some(value),
+        inside => value.get_mut(inside.strip_prefix('.')?),
     }
 }
 

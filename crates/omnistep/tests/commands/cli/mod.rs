@@ -11,6 +11,7 @@ mod foreign_logs;
 mod grid;
 mod logs;
 mod messages;
+mod paths;
 mod refusals;
 mod results;
 mod rollers;
