@@ -16,16 +16,15 @@ use crate::compare::{headline_told, policy_key};
 use crate::live::{explain, page_of, show};
 use crate::notices::announce_vehicle;
 use crate::output::say;
+use crate::room::obstacle_at_m;
 use crate::signals::stop_flag;
 use keys::Keys;
 
 /// The ground that a vehicle drives on without a scenario.
 const GROUND: &str = "bumps";
-/// Its bumps: their height as a part of the smallest wheel's radius, at most so high \[m\]; the way from the foremost wheel to the first, which is
-/// no nearer than this \[m\].
+/// Its bumps: their height as a part of the smallest wheel's radius, at most so high \[m\]; the first is no nearer than this \[m\].
 const BUMP_OF_RADIUS: f64 = 1.0 / 3.0;
 const HIGHEST_M: f64 = 0.02;
-const RUN_UP_M: f64 = 0.3;
 const NEAREST_M: f64 = 0.7;
 
 /// Runs until it is ended, driven by keys and from the page, and prints its table.
@@ -104,14 +103,9 @@ fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
 fn ground_for(vehicle: &Vehicle) -> Vec<Override> {
     let radii = vehicle.wheel.iter().map(|wheel| wheel.radius_m);
     let height_m = (BUMP_OF_RADIUS * radii.fold(f64::INFINITY, f64::min)).min(HIGHEST_M);
-    let fronts = vehicle
-        .wheel
-        .iter()
-        .map(|wheel| wheel.position_m[0] + wheel.radius_m);
-    let at_m = (fronts.fold(0.0, f64::max) + RUN_UP_M).max(NEAREST_M);
     vec![
         Override::new("terrain.height_m", height_m),
         Override::new("terrain.width_m", 2.0 * height_m), // half round
-        Override::new("terrain.at_m", at_m),
+        Override::new("terrain.at_m", obstacle_at_m(vehicle, NEAREST_M)),
     ]
 }

@@ -62,8 +62,8 @@ pub enum Error {
     },
     /// A command that another program has.
     #[error(
-        "omnistep {command} is part of the Python package: run pip install \".[{extra}]\" in the repository, then the same command with the \
-         omnistep of that package"
+        "omnistep {command} is part of the Python package: install that with its extra \"{extra}\" (in a clone of the repository: pip install \
+         \".[{extra}]\"), then run the same command with the omnistep of that package"
     )]
     Elsewhere {
         /// The command.
@@ -73,8 +73,8 @@ pub enum Error {
     },
     /// A command that this program was built without.
     #[error(
-        "omnistep {what}: this program was built without the feature {feature}; use cargo run --release --features full -- {what}, \
-         or the omnistep of the Python package"
+        "omnistep {what}: this program was built without the feature {feature}; build it with --features full (in a clone of the \
+         repository: cargo run --release --features full -- {what}), or use the omnistep of the Python package"
     )]
     NotBuilt {
         /// What was asked for.

@@ -9,6 +9,7 @@ use omni_config::{FileKind, Scenario, Source, Study, Vehicle, WheelModel};
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
 use crate::output::print;
+use crate::room::{behind_m, obstacle_at_m};
 use crate::{log_map, manoeuvre};
 
 /// Prints the JSON Schema of a kind of file.
@@ -118,7 +119,9 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
     // Every built-in scenario has the line, as a test says.
     let own = own.unwrap_or_default();
     let source = Source::vehicle(vehicle, None)?;
-    let wheels = Vehicle::from_source(&source, &[])?.wheel.len();
+    let other = Vehicle::from_source(&source, &[])?;
+    let wheels = other.wheel.len();
+    let text = with_room(text, like, &other)?;
     let text = text.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
     // Balls where they are a valid wheel model, else the rollers of the vehicle's file if it has them.
     let scenario = Scenario::from_source(&Source::text(like, &*text), &[])?;
@@ -132,6 +135,35 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
         true => text.replacen("\n[physics]\n", &format!("\n[physics]\n{line}\n"), 1),
         false => format!("{text}\n[physics]\n{line}\n"),
     })
+}
+
+/// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and time for the longer way.
+fn with_room(text: String, like: &str, vehicle: &Vehicle) -> Result<String, Error> {
+    let usual = Scenario::from_source(&Source::text(like, &*text), &[])?;
+    let Some(obstacle) = usual.terrain.obstacle() else {
+        return Ok(text);
+    };
+    let at_m = obstacle_at_m(vehicle, obstacle.from_m);
+    if at_m <= obstacle.from_m {
+        return Ok(text);
+    }
+    let longer_m = (behind_m(vehicle) - behind_m(usual.vehicle())).max(0.0) + at_m - obstacle.from_m;
+    let speed_m_s = usual.command.vx_m_s.abs().max(0.1);
+    let duration_s = (usual.duration_s + longer_m / speed_m_s).ceil();
+    let text = with_value(&text, "at_m", &format!("{at_m:.1}"));
+    Ok(with_value(&text, "duration_s", &format!("{duration_s:.1}")))
+}
+
+/// The text with another value in the first line of a key, whose comment was about the value before.
+fn with_value(text: &str, key: &str, value: &str) -> String {
+    let start = format!("{key} = ");
+    let line = text.lines().find(|line| line.starts_with(&start));
+    // Every built-in scenario with an obstacle has the lines, as a test says.
+    let other = format!(
+        "{:<27} # for the length of this vehicle",
+        format!("{start}{value}")
+    );
+    text.replacen(line.unwrap_or_default(), &other, 1)
 }
 
 /// A text as TOML writes it.

@@ -29,6 +29,7 @@ mod notices;
 mod output;
 mod retry_state;
 mod ripple;
+mod room;
 #[cfg(feature = "ros2")]
 mod ros2;
 mod signals;
@@ -169,9 +170,9 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             overrides,
         } => export::urdf(&vehicle, ros2_control, &overrides, out),
         Command::Import(_) => Err(in_python("import", "import")),
-        Command::Resimulate(_) => Err(in_python("resimulate", "view")),
+        Command::Resimulate(_) => Err(in_python("resimulate", "plot")),
         Command::Film(_) => Err(in_python("film", "view")),
-        Command::Strip(_) => Err(in_python("strip", "view")),
+        Command::Strip(_) => Err(in_python("strip", "plot")),
         Command::Report(_) => Err(in_python("report", "view")),
         Command::Identify(_) => Err(in_python("identify", "identify")),
         Command::Calibrate(_) => Err(in_python("calibrate", "identify")),

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::{omnistep, refused, stdout};
+use super::{omnistep, refused, rows, stdout};
 
 #[test]
 fn a_new_file_is_checked_runs_and_is_never_overwritten() {
@@ -294,6 +294,55 @@ fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
     );
     assert!(said.contains("mybt.toml"), "{said}");
     assert!(!path.join("other.toml").exists());
+}
+
+#[test]
+fn a_new_scenario_has_its_obstacle_ahead_of_a_long_vehicle() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // 1.5 m from rim to rim.
+    let long = omni_config::FileKind::Vehicle
+        .template("mecanum4")
+        .unwrap()
+        .replace("position_m = [0.25,", "position_m = [0.836,")
+        .replace("position_m = [-0.25,", "position_m = [-0.512,");
+    fs::write(path.join("long.toml"), long).unwrap();
+    let scenarios = stdout(&omnistep(path, &["list", "scenarios"]));
+    let names = scenarios
+        .lines()
+        .filter_map(|line| line.split_whitespace().next());
+    let mut longer = 0;
+    for like in names {
+        let usual = omni_config::Scenario::load(like, &[]).unwrap();
+        let name = format!("long_{like}");
+        let new = ["new", "scenario", &name, "--like", like, "--vehicle", "long.toml"];
+        let output = omnistep(path, &new);
+        assert!(output.status.success(), "{like}: {output:?}");
+        let text = fs::read_to_string(path.join(format!("{name}.toml"))).unwrap();
+        if usual.terrain.obstacle().is_none() {
+            assert!(!text.contains("for the length of this vehicle"), "{text}");
+            continue;
+        }
+        longer += 1;
+        // 0.836 + 0.076 to the foremost rim and 0.3 to the obstacle are 1.212: in tenths, 0.6 more than usual. The rear wheels are 0.262 m
+        // farther behind than with mecanum4, which is longer behind than most: at 0.3 m/s some 2 s, and up to 1.
+        assert!(text.contains("\nat_m = 1.3  "), "{like}: {text}");
+        let file = path.join(format!("{name}.toml"));
+        let scenario = omni_config::Scenario::load(file.to_str().unwrap(), &[]).unwrap();
+        let more_s = scenario.duration_s - usual.duration_s;
+        assert!((2.0..=4.0).contains(&more_s), "{like}: {more_s} s more");
+    }
+    assert!(longer >= 8, "{longer}");
+    let run = [
+        "run",
+        "long_bumps.toml",
+        "--quiet",
+        "--json",
+        "--set",
+        "physics.engine=articulated",
+    ];
+    let row = &rows(&omnistep(path, &run))[0];
+    assert_eq!(row["verdict"], "climbed", "{row}");
 }
 
 #[test]

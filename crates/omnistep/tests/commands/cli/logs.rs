@@ -477,8 +477,8 @@ fn what_is_no_log_is_refused_by_name() {
     for (command, extra) in [
         ("film", "view"),
         ("report", "view"),
-        ("strip", "view"),
-        ("resimulate", "view"),
+        ("strip", "plot"),
+        ("resimulate", "plot"),
         ("import", "import"),
     ] {
         let said = refused(folder.path(), &[command, "x.mcap", "-o", "y"]);

@@ -254,6 +254,85 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
 }
 
 #[test]
+fn help_and_message_of_a_python_command_name_the_same_extra() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = stdout(&omnistep(folder.path(), &["help"]));
+    let commands: Vec<_> = help
+        .lines()
+        .filter(|line| line.ends_with("[Python]."))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert_eq!(commands.len(), 7, "{help}");
+    let extra = |text: &str| {
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let named = text
+            .split_once("its extra \"")
+            .and_then(|(_, rest)| rest.split_once('"'));
+        named.map(|(extra, _)| extra.to_owned())
+    };
+    for command in commands {
+        let of_help = extra(&stdout(&omnistep(folder.path(), &["help", command])));
+        let said = refused(folder.path(), &[command]);
+        assert!(
+            of_help.is_some() && of_help == extra(&said),
+            "{command}: {of_help:?}, {said}"
+        );
+        assert!(
+            said.contains(&format!("\".[{}]\"", of_help.unwrap_or_default())),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
+    let folder = one_of_each();
+    let path = folder.path();
+    fs::copy(path.join("v.toml"), path.join("mybot.toml")).unwrap();
+    for (args, expected) in [
+        (&["check", "setp"][..], "error: setp (did you mean \"step\"?): "),
+        (
+            &["check", "mecanum"],
+            "error: mecanum (did you mean \"mecanum4\"?): ",
+        ),
+        (
+            &["check", "climbmap"],
+            "error: climbmap (did you mean \"climb_map\"?): ",
+        ),
+        (
+            &["check", "mybto.toml"],
+            "error: mybto.toml (did you mean \"mybot.toml\"?): ",
+        ),
+        (
+            &["check", "moon"],
+            "error: moon (omnistep list prints what is built in): ",
+        ),
+        (&["check", "moon.toml"], "error: moon.toml: "),
+        (
+            &["run", "mybto.toml"],
+            "error: mybto.toml (did you mean \"mybot.toml\"?): ",
+        ),
+        (
+            &["run", "flat.toml"],
+            "error: flat.toml (did you mean \"flat\"?): ",
+        ),
+        (&["study", "x/../yy.toml"], "error: x/../yy.toml: "),
+        (
+            &["urdf", "mybto.toml"],
+            "error: mybto.toml (did you mean \"mybot.toml\"?): ",
+        ),
+    ] {
+        let said = refused(path, args);
+        assert!(said.starts_with(expected), "{said}has no\n{expected}");
+        // Of Windows: "The system cannot find the file specified."
+        assert!(
+            said.contains("No such file") || said.contains("cannot find"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn a_seed_out_of_range_is_one_line_with_the_range() {
     let folder = tempfile::tempdir().unwrap();
     let allowed = "allowed: a whole number, 0 to 9223372036854775807";
