@@ -17,6 +17,8 @@ from pathlib import Path
 from build_places import ROOT, named_in, remap_flags, without_places
 
 CYCLONEDX = "0.5.9"
+# On Windows: without it the program needs VCRUNTIME140.dll, which a fresh system does not have.
+STATIC = "-Ctarget-feature=+crt-static"
 PACKED = ("README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE")
 
 
@@ -43,6 +45,8 @@ def built(target: str) -> Path:
         flags, build = [*flags, "-Clink-self-contained=no"], "zigbuild"
         tools = subprocess.run([ROOT / "scripts" / "build_tools.sh"], check=True, stdout=subprocess.PIPE, text=True)
         path = tools.stdout.strip() + os.pathsep + path
+    if target.endswith("-windows-msvc"):
+        flags = [*flags, STATIC]
     what = ("--profile", "dist", "--features", "full", "--bin", "omnistep", "--target", target)
     cargo(build, "--locked", *what, CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), PATH=path)
     name = "omnistep.exe" if "-windows-" in target else "omnistep"
@@ -58,6 +62,8 @@ def wrong_with(program: Path, target: str) -> str | None:
         said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         if needed := re.findall(r"^.*(?:INTERP|NEEDED).*$", said, re.MULTILINE):
             return f"is not static: {needed[0].strip()}"
+    if "-windows-" in target and (needed := re.search(rb"vcruntime\w*\.dll", program.read_bytes(), re.IGNORECASE)):
+        return f"needs {needed[0].decode()}, which not every Windows has"
     return None
 
 

@@ -5,6 +5,7 @@ cd "$(dirname "$0")/.."
 cargo fmt --all --check
 cargo fmt --manifest-path firmware/Cargo.toml --all --check
 cargo fmt --manifest-path wasm/Cargo.toml --check
+cargo fmt --manifest-path fuzz/Cargo.toml --check
 cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
 # In release: macros and build scripts are those of the command and the wheel.
 cargo clippy --locked --release --workspace --all-targets -- -D warnings

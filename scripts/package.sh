@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Packages every crate that is to be published, without uploading any, and lists each package's files and size; --publish
-# uploads them, in the order in which they need one another.
+# uploads those that crates.io does not have, in the order in which they need one another (scripts/publish.py). It was never run.
 # Fails where a package lacks its README or a licence. Needs the registry's index, as any first build does.
 #
 # --verify also builds each package from nothing but what is in it, as publishing does: for a release. The first time that
@@ -18,8 +18,7 @@ target=${CARGO_TARGET_DIR:-target}
 # The tests' package and the Python bindings stay here: publish = false.
 all=(--locked --workspace --exclude omnistep-workspace --exclude omni-py)
 if [ "$*" = --publish ]; then
-    cargo publish "${all[@]}" --no-verify # `--verify` came before
-    exit
+    exec "${PYTHON:-python3}" scripts/publish.py
 fi
 package_all() { # more options
     # Nothing is uploaded, so a change that is not committed yet does no harm.

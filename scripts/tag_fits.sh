@@ -1,8 +1,31 @@
 #!/usr/bin/env bash
-# Is a tag (v1.2.3) the workspace's version, and has CHANGELOG.md a heading for it? Exit code 1 if not.
+# Is a tag (v1.2.3) the version that every file says, and do the texts speak of a release? Names each file that differs; exit
+# code 1 if one does.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-version=$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)".*/\1/p' Cargo.toml)
-[ "${1:?usage: scripts/tag_fits.sh TAG}" = "v$version" ] || { echo "$1 is not v$version, the version in Cargo.toml" >&2; exit 1; }
-grep -qF "## [$version]" CHANGELOG.md || { echo "CHANGELOG.md has no heading ## [$version]" >&2; exit 1; }
-echo "$1 is the version, and CHANGELOG.md has it"
+tag=${1:?usage: scripts/tag_fits.sh TAG}
+of_workspace() { sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)".*/\1/p' "$1"; }
+version=$(of_workspace Cargo.toml)
+wrong=()
+[ "$tag" = "v$version" ] || wrong+=("$tag is not v$version, the version in Cargo.toml")
+# Crates that need one another do so by version where they are published.
+while IFS= read -r line; do
+    grep -qF "version = \"$version\"" <<<"$line" || wrong+=("Cargo.toml: another version than $version: $line")
+done < <(sed -n '/^\[workspace.dependencies\]/,/^\[/p' Cargo.toml | grep 'path = "crates/')
+# The C and C++ package has the version of the firmware's workspace.
+[ "$(of_workspace firmware/Cargo.toml)" = "$version" ] ||
+    wrong+=("firmware/Cargo.toml has another version than Cargo.toml, $version")
+# A lock file with another version is refused by --locked.
+for lock in Cargo.lock */Cargo.lock examples/*/Cargo.lock; do
+    other=$(awk -v wanted="\"$version\"" '/^name = "omni(step|-)/ { name = $3 } /^version = / && name { if ($3 != wanted && $3 != "\"0.0.0\"") print name; name = "" }' "$lock")
+    [ -z "$other" ] || wrong+=("$lock has another version than $version of ${other//$'\n'/, }")
+done
+grep -qx "version: $version" CITATION.cff || wrong+=("CITATION.cff has another version than Cargo.toml, $version")
+grep -qF "## [$version]" CHANGELOG.md || wrong+=("CHANGELOG.md has no heading ## [$version]")
+! grep -qF "Nothing has been released yet" CHANGELOG.md || wrong+=("CHANGELOG.md says that nothing has been released yet")
+! tr '\n' ' ' <README.md | grep -qF "not yet on PyPI" || wrong+=("README.md says that omnistep is not yet on PyPI")
+if [ ${#wrong[@]} != 0 ]; then
+    printf '%s\n' "${wrong[@]}" >&2
+    exit 1
+fi
+echo "$tag is the version of every file, and the texts speak of a release"

@@ -1,22 +1,28 @@
-"""Builds the wheel as maturin does, without a path of the machine that builds it.
+"""Builds wheel and source as maturin does, without a path of the machine that builds them.
 
 pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
 which the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
+PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The source
+is without the package at the top of the repository, so its lock file is made to fit.
 """
 
+import gzip
+import io
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
+import tarfile
 import tempfile
+import tomllib
 from pathlib import Path
 
 import maturin
-from build_places import named_in, remap_flags, without_places
+from build_places import ROOT, named_in, remap_flags, without_places
 from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are maturin's own)
     build_editable,
-    build_sdist,
     get_requires_for_build_editable,
     get_requires_for_build_sdist,
     get_requires_for_build_wheel,
@@ -40,6 +46,13 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         config_settings = with_arguments(config_settings, ["--config", config])
     name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
     trim(Path(wheel_directory) / name)
+    return name
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    """Build the source distribution into a folder; return its file name."""
+    name = maturin.build_sdist(sdist_directory, config_settings)
+    complete(Path(sdist_directory) / name)
     return name
 
 
@@ -71,8 +84,48 @@ def trim(wheel: Path) -> None:
                 )
         for parts in unpacked.glob("*.dist-info/sboms/*.json"):
             parts.write_text(without_places(parts.read_text(encoding="utf-8")), encoding="utf-8")
+        for about in unpacked.glob("*.dist-info/METADATA"):
+            about.write_text(with_addresses(about.read_text(encoding="utf-8")), encoding="utf-8")
         wheel.unlink()
         # The same name again, with new hashes in RECORD.
         subprocess.run(
             [*tool, "pack", "--dest-dir", str(wheel.parent), str(unpacked)], check=True, stdout=subprocess.DEVNULL
         )
+
+
+def with_addresses(text: str) -> str:
+    """A text of the repository with addresses instead of relative links, of the files as they are in this version."""
+    package = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]
+    repository, version = package["repository"], package["version"]
+
+    def address(link: re.Match[str]) -> str:
+        start, path = link.groups()
+        return f"{start}{repository}/{'raw' if start.startswith('!') else 'blob'}/v{version}/{path}"
+
+    return re.sub(r"(!?\[[^\]]*\]\()(?![a-z]+:|#|/)([^)\s]+)", address, text)
+
+
+def complete(archive: Path) -> None:
+    """Put addresses into the description of a source archive, and a lock file that fits what is packed."""
+    with tarfile.open(archive) as packed:
+        entries = [(entry, packed.extractfile(entry)) for entry in packed]
+        files = [(entry, file.read() if file else None) for entry, file in entries]
+        top = files[0][0].name.partition("/")[0]
+        with tempfile.TemporaryDirectory() as folder:
+            packed.extractall(folder, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
+            # Leaves out what only the package at the top needs; everything else stays as it was.
+            subprocess.run(["cargo", "update", "--quiet", "--workspace"], cwd=Path(folder) / top, check=True)
+            lock = (Path(folder) / top / "Cargo.lock").read_bytes()
+    with io.BytesIO() as whole:
+        with (
+            gzip.GzipFile(fileobj=whole, mode="wb", filename="", mtime=files[0][0].mtime) as zipped,
+            tarfile.open(fileobj=zipped, mode="w") as packed,
+        ):
+            for entry, content in files:
+                if entry.name == f"{top}/Cargo.lock":
+                    content = lock
+                elif entry.name == f"{top}/PKG-INFO":
+                    content = with_addresses(content.decode()).encode()
+                entry.size = len(content or b"")
+                packed.addfile(entry, io.BytesIO(content) if content is not None else None)
+        archive.write_bytes(whole.getvalue())
