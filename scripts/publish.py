@@ -1,8 +1,8 @@
 """Uploads every crate that is to be published to crates.io; `scripts/package.sh --publish` calls it.
 
 Not run by us so far: a test runs it with a program in cargo's place. Crates come after those that they need. A version
-that the index has is left out, so the same command goes on where another one stopped. crates.io takes five new crates at
-once and then one in ten minutes: where it says so, the upload is tried again after ten minutes.
+that the index has is left out, so the same command goes on where another one stopped. crates.io takes five new crates
+at once and then one in ten minutes: where it says so, the upload is tried again after ten minutes.
 """
 
 import json
@@ -52,7 +52,7 @@ def upload(name: str) -> None:
         if ended.returncode == 0:
             return
         said = ended.stderr.lower()
-        if "429" not in said and "too many requests" not in said or tried == TRIES:
+        if ("429" not in said and "too many requests" not in said) or tried == TRIES:
             sys.exit(f"{name} was not uploaded; run scripts/package.sh --publish again to go on with it")
         print(f"{name}: the registry takes no more crates now; again in {WAIT_S} s", flush=True)
         time.sleep(WAIT_S)

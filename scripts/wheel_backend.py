@@ -2,8 +2,8 @@
 
 pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
 which the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
-PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The source
-is without the package at the top of the repository, so its lock file is made to fit.
+PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The
+source is without the package at the top of the repository, so its lock file is made to fit.
 """
 
 import gzip
@@ -102,7 +102,7 @@ def with_addresses(text: str) -> str:
         start, path = link.groups()
         return f"{start}{repository}/{'raw' if start.startswith('!') else 'blob'}/v{version}/{path}"
 
-    return re.sub(r"(!?\[[^\]]*\]\()(?![a-z]+:|#|/)([^)\s]+)", address, text)
+    return re.sub(r"(!?\[[^\]]*\]\()(?![a-z]+:|#|/)([^)\s]+)(?=\))", address, text)
 
 
 def complete(archive: Path) -> None:

@@ -101,6 +101,13 @@ def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and
     assert not [name for name in names if "test" in name or "baseline" in name]
 
 
+def test_every_link_of_the_wheels_description_is_an_address(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (about,) = (archive.read(name).decode() for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+    links = re.findall(r"\]\(([^)\s]+)\)", about)
+    assert len(links) > 15 and all(link.startswith("https://") for link in links)
+
+
 @pytest.fixture(scope="module")
 def backend():
     """What pip builds the wheel with."""
