@@ -64,7 +64,7 @@ fn a_vehicle_is_put_before_the_built_in_step() {
         folder.path(),
         &["bound", "mine.toml", "--set", "terrain.height_m=0.03"],
     ));
-    assert!(mine.starts_with("mine: up 0.03 m,"), "{mine}");
+    assert!(mine.starts_with("mine: step of 0.03 m,"), "{mine}");
 }
 
 #[test]

@@ -122,7 +122,7 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
     );
     let (warnings, code) = checked(path, &["--step", "0.016", "--strict"]);
     assert_eq!(code, Some(1));
-    let expected = "up 0.016 m with friction 0.7: wheel rear_left rear_right needs 1.69 N.m per actuator to leave the ground, but the motor has 1.5";
+    let expected = "step of 0.016 m, friction 0.7: wheel rear_left rear_right needs 1.69 N.m per actuator to leave the ground, but the motor has 1.5";
     assert_eq!(warnings, [expected]);
     // Of the paper's vehicle the bound says it: 0.2 N.m lift nothing.
     edited(
