@@ -84,6 +84,52 @@ test("what a state says is seen: place, forces, slip, spin, and which runs are s
   await tab.close();
 });
 
+test("the legend names forces as soon as a state has some, and what the patches are", async () => {
+  const { tab, complaints } = await opened();
+  const look = async (...states) => { await tab.evaluate((told) => window.player.show(told), states); await drawn(tab); return tab.locator(".osp-legend span").allTextContents(); };
+  const first = { ...state(0), wheels: undefined }; // before its first period a run knows nothing of its wheels
+  assert.deepEqual(await look(first, first), ["a", "<i>b</i>", "wheel slip", "friction 0.2"]);
+  assert.deepEqual(await look(state(0), state(0)), ["a", "<i>b</i>", "wheel slip", "ground force", "friction 0.2"]);
+  assert.deepEqual(await look(state(0, null), state(0, null)), ["a", "<i>b</i>", "wheel slip", "friction 0.2"]);
+  assert.deepEqual(await look(state(0, null), state(0)), ["a", "<i>b</i>", "wheel slip", "ground force", "friction 0.2"]);
+  const patches = [{ x_m: [0, 1], y_m: [0, 1], friction: 0.05 }, { x_m: [1, 2], y_m: [0, 1], friction: 0.3 }, { x_m: [2, 3], y_m: [0, 1], friction: 0.05 }];
+  await tab.evaluate((told) => window.player.setScene(told), { ...scene, patches });
+  assert.deepEqual(await look(state(0, null), null), ["a", "wheel slip", "friction 0.05, 0.3"]);
+  await tab.evaluate((told) => window.player.setScene(told), { ...scene, patches: [] });
+  assert.deepEqual(await look(state(0, null), null), ["a", "wheel slip"]);
+  assert.deepEqual(complaints, []);
+  await tab.close();
+});
+
+test("there is ground below a vehicle however far it goes, and a patch is seen at the height of its ground", async () => {
+  const { tab, complaints } = await opened();
+  const look = async (told, x, y, view) => {
+    const moved = state(x);
+    moved.poses.forEach((pose) => { pose[1] += y; });
+    await tab.evaluate(([told_, state_, name]) => { window.player.setScene(told_); window.player.show([state_, null]); window.player.setView(name); }, [{ ...scene, runs: [scene.runs[0]], ...told }, moved, view]);
+    await drawn(tab);
+    return picture(tab);
+  };
+  // A plain, a ramp whose middle is far away, and a bar across: as far as the simulation has them.
+  const grounds = [
+    [scene.ground, 100, 0], [scene.ground, -100, 150],
+    [[{ kind: "box", half_m: [1000, 1000, 0.5], at_m: [0, 0, -0.5], turn_y_rad: 1e-4 }], 100, 100],
+    [[{ kind: "bar", radius_m: 0.3, at_m: [100, 0, -0.3] }], 100, 100],
+  ];
+  for (const [ground, x, y] of grounds) for (const view of ["orbit", "plan"]) {
+    assert.notEqual(await look({ ground, patches: [] }, x, y, view), await look({ ground: [], patches: [] }, x, y, view), `${view}: nothing below ${x}, ${y} m: ${JSON.stringify(ground)}`);
+  }
+  // Without another scene in between: the vehicle drives there.
+  await look({ patches: [] }, 0, 0, "plan");
+  const drive = async (x) => { await tab.evaluate((told) => window.player.show([told]), state(x)); await drawn(tab); return picture(tab); };
+  for (let x = 10; x < 100; x += 10) await drive(x);
+  assert.notEqual(await drive(100), await look({ ground: [], patches: [] }, 100, 0, "plan"));
+  const high = [{ kind: "box", half_m: [2, 2, 0.5], at_m: [0, 0, -0.2], turn_y_rad: 0 }]; // its top is at 0.3 m
+  for (const view of ["orbit", "plan"]) assert.notEqual(await look({ ground: high }, 0, 0, view), await look({ ground: high, patches: [] }, 0, 0, view), `${view}: the patch is hidden in the ground`);
+  assert.deepEqual(complaints, []);
+  await tab.close();
+});
+
 test("the camera goes with the vehicle in every view, and dispose leaves nothing", async () => {
   const { tab, complaints } = await opened();
   for (const view of await tab.evaluate(() => window.omnistepPlayer.Player.views)) {

@@ -1,29 +1,32 @@
-// The ground of a scene: boxes, bars, fields of heights, meshes and friction patches as three.js objects.
+// The ground of a scene: boxes, bars, fields of heights and meshes as three.js objects, tinted where patches of another friction are.
 import {
   BoxGeometry, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group,
-  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry,
+  LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Vector4,
 } from "three";
 
-/** Ground further away than this is not drawn [m]: precision of the depth buffer. */
+/** Ground further away than this from where the camera has followed the vehicle to is not drawn [m]: precision of the depth buffer. */
 const FAR_M = 60;
+/** So far goes the vehicle before the ground is cut anew [m]. */
+const AGAIN_M = 20;
 /** Above so many parts their edges are not drawn: a field of columns is clearer without. */
 const MOST_EDGED = 60;
+/** Patches that are drawn at most: the shader looks at each of them. */
+const MOST_PATCHES = 32;
 
-const clipped = (value) => Math.min(Math.max(value, -FAR_M), FAR_M);
+/** What is near of a length from one end to another: the far side of a plain is kilometres away. */
+const cut = (from, to, near) => [from, to].map((end) => Math.min(Math.max(end, near - FAR_M), near + FAR_M));
 
-function box({ half_m: half, at_m: at, turn_y_rad: turn = 0 }) {
-  if (turn) {
-    const geometry = new BoxGeometry(2 * Math.min(half[0], FAR_M), 2 * Math.min(half[1], FAR_M), 2 * half[2]);
-    return geometry.rotateY(turn).translate(...at);
-  }
-  // Cut to what is near: the far side of a plain is kilometres away.
-  const span = at.map((centre, k) => [clipped(centre - half[k]), clipped(centre + half[k])]);
-  const geometry = new BoxGeometry(...span.map(([from, to]) => Math.max(to - from, 1e-6)));
-  return geometry.translate(...span.map(([from, to]) => (from + to) / 2));
+function box({ half_m: half, at_m: at, turn_y_rad: turn = 0 }, place) {
+  // In the frame of the box, where its sides are along the axes.
+  const [x, y, z] = place.map((value, k) => value - at[k]), [c, s] = [Math.cos(turn), Math.sin(turn)];
+  const spans = [x * c - z * s, y, x * s + z * c].map((near, k) => cut(-half[k], half[k], near));
+  const geometry = new BoxGeometry(...spans.map(([from, to]) => Math.max(to - from, 1e-6)));
+  return geometry.translate(...spans.map(([from, to]) => (from + to) / 2)).rotateY(turn).translate(...at);
 }
 
-function bar({ radius_m: radius, at_m: at, half_length_m: half = FAR_M }) {
-  return new CylinderGeometry(radius, radius, 2 * Math.min(half, FAR_M), 48).translate(...at); // about y
+function bar({ radius_m: radius, at_m: [x, y, z], half_length_m: half = Infinity }, place) {
+  const [from, to] = cut(y - half, y + half, place[1]);
+  return new CylinderGeometry(radius, radius, Math.max(to - from, 1e-6), 48).translate(x, (from + to) / 2, z); // about y
 }
 
 function surface(rows, columns, place) {
@@ -82,15 +85,19 @@ function merged(geometries) {
   return whole;
 }
 
-/** Lambert's shading, tinted by height (6 cm are most of it), with lines every 0.1 and 0.5 m on what faces up. */
+/** Lambert's shading, tinted by height (6 cm are most of it) and in patches, with lines every 0.1 and 0.5 m on what faces up. */
 function groundMaterial(uniforms) {
-  const material = new MeshLambertMaterial({ side: DoubleSide });
+  const material = new MeshLambertMaterial({ side: DoubleSide }), { length: count } = uniforms.patches.value;
+  const inPatch = Array.from({ length: count }, (_, k) => `inside(patches[${k}])`).join(" || ");
+  material.customProgramCacheKey = () => `${count} patches`;
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = `varying vec3 vPlace; varying vec3 vUp;\n${shader.vertexShader}`
       .replace("#include <begin_vertex>", "#include <begin_vertex>\n vPlace = position; vUp = normal;");
     shader.fragmentShader = `varying vec3 vPlace; varying vec3 vUp;
-      uniform vec3 low; uniform vec3 level; uniform vec3 high; uniform vec3 grid;
+      uniform vec3 low; uniform vec3 level; uniform vec3 high; uniform vec3 grid; uniform vec3 mark;
+      ${count ? `uniform vec4 patches[${count}];
+      bool inside(vec4 p) { return vPlace.x >= p.x && vPlace.x <= p.y && vPlace.y >= p.z && vPlace.y <= p.w; }` : ""}
       float lines(vec2 p, float every) {
         vec2 q = p / every, w = fwidth(q);
         vec2 d = abs(fract(q - 0.5) - 0.5) / max(w, vec2(1e-6));
@@ -100,6 +107,7 @@ function groundMaterial(uniforms) {
       .replace("#include <color_fragment>", `#include <color_fragment>
       float tint = tanh(vPlace.z / 0.06);
       vec3 earth = tint < 0.0 ? mix(level, low, -tint) : mix(level, high, tint);
+      ${count ? `if (vUp.z > 0.3 && (${inPatch})) earth = mix(earth, mark, 0.3);` : ""}
       if (vUp.z > 0.3) earth = mix(earth, grid, 0.28 * lines(vPlace.xy, 0.1) + 0.35 * lines(vPlace.xy, 0.5));
       else earth *= 0.82;
       diffuseColor.rgb *= earth;`);
@@ -107,35 +115,42 @@ function groundMaterial(uniforms) {
   return material;
 }
 
-/** The ground of a scene. */
+/** The ground of a scene, as far as it is near. */
 export class Ground {
   constructor(parts, patches = []) {
     this.object = new Group();
-    this.uniforms = Object.fromEntries(["low", "level", "high", "grid"].map((name) => [name, { value: new Color() }]));
-    const known = parts.filter(({ kind }) => kind in SHAPES);
-    const geometries = known.map((part) => SHAPES[part.kind](part));
+    this.uniforms = Object.fromEntries(["low", "level", "high", "grid", "mark"].map((name) => [name, { value: new Color() }]));
+    const shown = patches.slice(0, MOST_PATCHES).map(({ x_m: x, y_m: y }) => new Vector4(...x, ...y));
+    this.solid = groundMaterial({ ...this.uniforms, patches: { value: shown } });
     this.edges = new LineBasicMaterial({ transparent: true, opacity: 0.55 });
-    if (geometries.length) {
-      const solid = new Mesh(merged(geometries), groundMaterial(this.uniforms));
-      solid.receiveShadow = true;
-      this.object.add(solid);
-      if (known.length <= MOST_EDGED) {
-        geometries.forEach((geometry, k) => {
-          if (known[k].kind !== "field") this.object.add(new LineSegments(new EdgesGeometry(geometry, 25), this.edges));
-        });
-      }
+    this.known = parts.filter(({ kind }) => kind in SHAPES);
+    this.#build([0, 0, 0]);
+  }
+
+  /** The vehicle is there [m]. */
+  near([x, y, z]) {
+    if (Math.hypot(x - this.place[0], y - this.place[1], z - this.place[2]) > AGAIN_M) this.#build([x, y, z]);
+  }
+
+  #build(place) {
+    this.place = place;
+    for (const part of this.object.children) part.geometry.dispose();
+    this.object.clear();
+    const geometries = this.known.map((part) => SHAPES[part.kind](part, place));
+    if (geometries.length === 0) return;
+    const solid = new Mesh(merged(geometries), this.solid);
+    solid.receiveShadow = true;
+    this.object.add(solid);
+    if (geometries.length <= MOST_EDGED) {
+      geometries.forEach((geometry, k) => {
+        if (this.known[k].kind !== "field") this.object.add(new LineSegments(new EdgesGeometry(geometry, 25), this.edges));
+      });
     }
     geometries.forEach((geometry) => geometry.dispose());
-    this.patch = new MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2 });
-    for (const { x_m: x, y_m: y, z_m: z = 0 } of patches) {
-      const [x0, x1, y0, y1] = [...x, ...y].map(clipped);
-      this.object.add(new Mesh(new PlaneGeometry(x1 - x0, y1 - y0).translate((x0 + x1) / 2, (y0 + y1) / 2, z + 0.001), this.patch));
-    }
   }
 
   setLooks(look) {
     for (const [name, uniform] of Object.entries(this.uniforms)) uniform.value.set(look[name]);
     this.edges.color.set(look.ink);
-    this.patch.color.set(look.mark);
   }
 }

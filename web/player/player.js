@@ -23,7 +23,7 @@ const heading = ([, , , x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * 
 
 export class Player {
   #element; #frame; #views; #renderer; #canvas; #world; #sun; #sky; #ground; #vehicles = [];
-  #scene; #states = []; #dark; #wanted = 0; #observer; #metresPerNewton = 0; #gone = false;
+  #scene; #states = []; #forces = false; #dark; #wanted = 0; #observer; #metresPerNewton = 0; #gone = false;
 
   /**
    * Fills an element, whose size it takes.
@@ -88,6 +88,7 @@ export class Player {
   setScene(scene) {
     this.#scene = scene = { runs: [{ name: scene.vehicle ?? "" }], ...scene };
     this.#states = [];
+    this.#forces = false;
     if (!this.webgl) return;
     for (const part of [this.#ground?.object, ...this.#vehicles.map(({ object }) => object)]) {
       if (part) { this.#world.remove(part); dispose(part); }
@@ -107,6 +108,8 @@ export class Player {
     const another = states.length !== this.#states.length || states.some((state, k) => !state !== !this.#states[k]) || alone(states) !== alone(this.#states);
     this.#states = states;
     if (!this.webgl) return;
+    const forces = states.some((state) => state?.wheels?.some(({ push }) => push)), other = forces !== this.#forces;
+    this.#forces = forces;
     const lead = states.find(Boolean);
     if (lead) {
       const size = reach(this.#scene, lead.poses);
@@ -117,12 +120,14 @@ export class Player {
         this.#views.home();
       } else this.#views.track(lead.poses[0].slice(0, 3), heading(lead.poses[0]));
       this.#scaleForces(lead);
+      this.#ground.near(lead.poses[0]);
     }
     this.#vehicles.forEach((vehicle, k) => {
       if (states[k]) vehicle.place(states[k], this.#metresPerNewton);
       else vehicle.object.visible = false;
     });
     if (another) this.#paint();
+    else if (other) this.#tell();
     this.#render();
   }
 
@@ -177,13 +182,25 @@ export class Player {
     this.#frame.dispose();
   }
 
+  // The runs that are shown, by number.
+  get #shown() { return this.#scene.runs.map((_, k) => k).filter((k) => this.#states[k]); }
+
+  #colour(k) {
+    const own = this.#scene.runs[k].colour;
+    return (Array.isArray(own) ? own[this.#dark ? 1 : 0] : own) ?? runColour(k, this.#dark);
+  }
+
   // Colours of runs, and what the legend says.
   #paint() {
-    const look = looks(this.#dark), shown = this.#scene.runs.map((run, k) => ({ ...run, k })).filter(({ k }) => this.#states[k]);
-    const colour = ({ colour: own, k }) => (Array.isArray(own) ? own[this.#dark ? 1 : 0] : own) ?? runColour(k, this.#dark);
-    this.#vehicles.forEach((vehicle, k) => vehicle.setLooks(look, colour({ ...this.#scene.runs[k], k }), { alone: shown.length <= 1, lead: shown.length === 0 || shown[0].k === k }));
-    const forces = this.#states.some((state) => state?.wheels?.some(({ push }) => push));
-    this.#frame.setLegend(shown.map((run) => ({ name: run.name, colour: colour(run) })), look, forces);
+    const look = looks(this.#dark), shown = this.#shown;
+    this.#vehicles.forEach((vehicle, k) => vehicle.setLooks(look, this.#colour(k), { alone: shown.length <= 1, lead: shown.length === 0 || shown[0] === k }));
+    this.#tell();
+  }
+
+  // The legend: the first states of a run may have no forces yet.
+  #tell() {
+    const runs = this.#shown.map((k) => ({ name: this.#scene.runs[k].name, colour: this.#colour(k) }));
+    this.#frame.setLegend(runs, looks(this.#dark), { forces: this.#forces, patches: this.#scene.patches ?? [] });
   }
 
   // Where the scene does not say it: by the load of the first state that has one.
@@ -191,7 +208,7 @@ export class Player {
     if (this.#metresPerNewton || !wheels) return;
     const loads = wheels.filter(({ push }) => push).map(({ push: [force] }) => Math.hypot(...force));
     const mean = loads.reduce((total, load) => total + load, 0) / this.#scene.wheels.length;
-    if (mean > 0) { this.#metresPerNewton = SHARE_LONG * this.#views.reach / mean; this.#paint(); }
+    if (mean > 0) this.#metresPerNewton = SHARE_LONG * this.#views.reach / mean;
   }
 
   #light() {
