@@ -5,7 +5,7 @@
   const root = document.documentElement;
   const TOPICS = { "/page/scene": 1, "/page/state": 2 };
   const COMMANDS = 1; // the number of our channel of commands
-  const AGAIN_MS = 100, MOMENT_MS = 400, RECONNECT_MS = 2000;
+  const AGAIN_MS = 100, RECONNECT_MS = 2000;
   const MOST_POINTS = 3000, POINT_M = 0.005;
   let socket, scene, state, steer = false, drawn;
   let camera = { scale: 300, zoom: 1, z: 0, most: 60, length: 0.7, way: [], odometry: [] };
@@ -25,12 +25,15 @@
 
   // ---- figures
   const cell = (row, element) => row.appendChild(document.createElement("td")).appendChild(element);
-  const bar = (both) => {
+  const bar = (both, label) => {
     const outer = document.createElement("div"), inner = document.createElement("i");
     outer.className = both ? "bar both" : "bar";
+    for (const [name, value] of Object.entries({ role: "meter", "aria-label": label, "aria-valuemin": both ? -1 : 0, "aria-valuemax": 1, "aria-valuenow": 0 })) outer.setAttribute(name, value);
     outer.append(inner);
     return { outer, set: (part) => {
-      inner.style.transform = `scaleX(${Math.min(Math.max(part || 0, both ? -1 : 0), 1)})`;
+      const shown = Math.min(Math.max(part || 0, both ? -1 : 0), 1);
+      inner.style.transform = `scaleX(${shown})`;
+      outer.setAttribute("aria-valuenow", number(shown, 2, "").trim());
       outer.classList.toggle("full", both && Math.abs(part) >= 0.999);
     } };
   };
@@ -40,7 +43,7 @@
     body.replaceChildren();
     rows = scene.wheels.map((disc, k) => {
       const row = body.appendChild(document.createElement("tr")), name = document.createElement("span"), speed = document.createElement("span");
-      const [torque, slip, load] = [bar(true), bar(true), bar(false)];
+      const [torque, slip, load] = ["Torque", "Slip", "Load"].map((what) => bar(what !== "Load", `${what} of wheel ${disc.name}`));
       name.textContent = `\u25cf ${disc.name}`;
       name.style.color = pictures.palette[k % 8];
       for (const element of [name, speed, torque.outer, slip.outer, load.outer]) cell(row, element);
@@ -153,7 +156,7 @@
     socket.addEventListener("open", () => { text("link", "The run is live."); byId("link").classList.remove("gone"); });
     socket.addEventListener("message", ({ data }) => (typeof data === "string" ? onText(JSON.parse(data)) : onBytes(data)));
     socket.addEventListener("close", () => {
-      letGo();
+      controls.letGo();
       text("link", "The run has ended or cannot be reached. Waiting for another run.");
       byId("link").classList.add("gone");
       setTimeout(connect, RECONNECT_MS);
@@ -161,35 +164,7 @@
   };
 
   // ---- driving
-  const KEYS = {
-    ArrowUp: [1, 0, 0], KeyW: [1, 0, 0], ArrowDown: [-1, 0, 0], KeyS: [-1, 0, 0],
-    ArrowLeft: [0, 1, 0], KeyA: [0, 1, 0], ArrowRight: [0, -1, 0], KeyD: [0, -1, 0], KeyQ: [0, 0, 1], KeyE: [0, 0, -1],
-  };
-  const held = new Map(); // what is held down, and what it asks for
-  let moving = false, padded = true;
-  const letGo = () => {
-    held.clear();
-    document.querySelectorAll("#pad button[aria-pressed]").forEach((button) => button.removeAttribute("aria-pressed"));
-    command();
-  };
-  // Whoever drives: another page, a terminal. A stick that is held has to come back to the middle first.
-  const stop = () => {
-    padded = false;
-    letGo();
-    if (steer) publish([0, 0, 0]);
-  };
-  // The left stick drives, the right one turns.
-  const gamepad = () => {
-    const pad = document.hasFocus() ? (navigator.getGamepads?.() ?? []).find((each) => each?.connected) : null;
-    const axis = (k) => { const value = pad?.axes[k] ?? 0; return Math.abs(value) < 0.15 ? 0 : -value; };
-    const stick = [axis(1), axis(0), axis(2)];
-    padded ||= stick.every((part) => part === 0);
-    return padded ? stick : [0, 0, 0];
-  };
-  const wanted = () => {
-    const all = [gamepad(), ...held.values()];
-    return [0, 1, 2].map((k) => Math.min(Math.max(all.reduce((total, each) => total + each[k], 0), -1), 1));
-  };
+  let asked = [0, 0, 0]; // parts of the speed
   const publish = ([x, y, turn]) => {
     const twist = JSON.stringify({ linear: { x, y, z: 0 }, angular: { x: 0, y: 0, z: turn } });
     const bytes = new Uint8Array(5 + twist.length);
@@ -199,57 +174,17 @@
     bytes.set(new TextEncoder().encode(twist), 5);
     if (socket?.readyState === WebSocket.OPEN) socket.send(bytes);
   };
-  // Again and again while something is held, and once when nothing is any more.
+  const moves = () => asked.some((part) => part !== 0);
   const command = () => {
-    if (!steer || !scene) return;
-    const ask = wanted(), moves = ask.some((part) => part !== 0);
-    if (moves || moving) publish(ask.map((part, k) => part * scene.pace[k] * Number(byId("fast").value)));
-    moving = moves;
+    if (steer && scene) publish(asked.map((part, k) => part * scene.pace[k] * Number(byId("fast").value)));
   };
-  setInterval(command, AGAIN_MS);
-  const typing = (target) => target instanceof HTMLInputElement;
-  addEventListener("keydown", (event) => {
-    // While one of these is down, or a menu is open, other keys may come up untold.
-    if (event.ctrlKey || event.metaKey || event.altKey) { if (held.size > 0) letGo(); return; }
-    const number = event.target.type === "number";
-    if (event.code === "Space" && !number) { event.preventDefault(); stop(); return; }
-    if (!(event.code in KEYS) || typing(event.target)) return;
-    event.preventDefault();
-    if (event.repeat) return; // a key that is held through a stop stays without effect
-    held.set(event.code, KEYS[event.code]);
-    text("said", "");
+  const controls = new Controls(byId("pad"), byId("stop"), (parts) => {
+    asked = parts;
+    if (moves()) text("said", "");
     command();
   });
-  addEventListener("keyup", (event) => {
-    if (event.code === "Space" && event.target instanceof HTMLButtonElement) event.preventDefault(); // it stops, it presses nothing
-    if (held.delete(event.code)) command();
-  });
-  for (const gone of ["blur", "pagehide", "contextmenu"]) addEventListener(gone, letGo);
-  document.addEventListener("visibilitychange", () => { if (document.hidden) letGo(); });
-  document.querySelectorAll("#pad button[data-twist]").forEach((button) => {
-    const twist = button.dataset.twist.split(" ").map(Number);
-    button.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      button.setPointerCapture(event.pointerId);
-      button.setAttribute("aria-pressed", "true");
-      held.set(button, twist);
-      command();
-    });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(end, () => {
-      button.removeAttribute("aria-pressed");
-      if (held.delete(button)) command();
-    });
-    // Pressed by Enter, or by a screen reader: for a moment.
-    button.addEventListener("click", ({ detail }) => {
-      if (detail !== 0) return;
-      held.set(button, twist);
-      command();
-      setTimeout(() => { if (held.delete(button)) command(); }, MOMENT_MS);
-    });
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
-  });
-  byId("stop").addEventListener("pointerdown", stop);
-  byId("stop").addEventListener("click", stop);
+  // Again and again while something is held.
+  setInterval(() => { if (moves()) command(); }, AGAIN_MS);
 
   // ---- settings
   const set = (name, value) => { text("said", ""); say({ op: "setParameters", parameters: [{ name, value }] }); };

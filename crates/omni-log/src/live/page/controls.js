@@ -1,4 +1,4 @@
-// Keys, buttons and a gamepad: what they ask for, as parts of the speed, from -1 to 1.
+// Keys, buttons and a gamepad: what they ask for, as parts of the speed, from -1 to 1. For the page of a live run and for the playground.
 
 const KEYS = {
   ArrowUp: [1, 0, 0], KeyW: [1, 0, 0], ArrowDown: [-1, 0, 0], KeyS: [-1, 0, 0],
@@ -11,29 +11,38 @@ const DEAD = 0.15;
 
 /** Calls `ask` with forward, left and turning to the left when they change. */
 export class Controls {
-  #ask; #held = new Map(); #last = [0, 0, 0]; #free = true;
+  #ask; #buttons; #held = new Map(); #last = [0, 0, 0]; #free = true; #pointed = false;
 
   constructor(pad, stop, ask) {
     this.#ask = ask;
+    this.#buttons = [...pad.querySelectorAll("button[data-twist]")];
     addEventListener("keydown", (event) => this.#down(event));
-    addEventListener("keyup", ({ code }) => this.#release(code));
+    addEventListener("keyup", (event) => {
+      if (event.code === "Space") event.preventDefault(); // it has stopped, it presses nothing
+      this.#release(event.code);
+    });
     for (const gone of ["blur", "pagehide", "contextmenu"]) addEventListener(gone, () => this.letGo());
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
-    stop.addEventListener("click", () => this.stop());
-    pad.querySelectorAll("button[data-twist]").forEach((button) => this.#button(button));
+    for (const pressed of ["pointerdown", "click"]) stop.addEventListener(pressed, () => this.stop());
+    this.#buttons.forEach((button) => this.#button(button));
     setInterval(() => this.#told(), GAMEPAD_MS);
+    // Who chooses with a pointer drives on: the keys are not the field's. Who goes from field to field by keyboard stays there.
+    addEventListener("pointerdown", () => { this.#pointed = true; }, { capture: true });
+    addEventListener("keydown", () => { this.#pointed = false; }, { capture: true });
+    addEventListener("change", ({ target }) => { if (this.#pointed) target.blur(); });
   }
 
   /** Nothing is held any more. */
   letGo() {
     this.#held.clear();
+    this.#buttons.forEach((button) => button.removeAttribute("aria-pressed"));
     this.#told();
   }
 
   /** Asks again for what is held: what a part of the speed is has changed. */
   repeat() { if (this.#last.some((part) => part !== 0)) this.#ask(this.#last); }
 
-  /** The same, and a stick has to come back to the middle first. */
+  /** Nothing is held, whoever else drives, and a stick has to come back to the middle first. */
   stop() {
     this.#free = false;
     this.letGo();
@@ -41,18 +50,18 @@ export class Controls {
   }
 
   #down(event) {
+    // While one of these is down, or a menu is open, other keys may come up untold.
     if (event.ctrlKey || event.metaKey || event.altKey) { this.letGo(); return; }
-    const { target, code } = event, field = target.closest?.("input, select, pre");
-    if (code === "Space") {
-      if (field || target.closest?.("button, a")) return; // Space presses what has the focus
+    const { target, code } = event;
+    if (code === "Space") { // whatever has the focus: Enter presses it
       event.preventDefault();
       this.stop();
       return;
     }
-    // Arrows turn the picture while it has the focus.
-    if (!(code in KEYS) || field || (target.tagName === "CANVAS" && code.startsWith("Arrow"))) return;
+    // Fields have keys of their own; arrows turn the picture while it has the focus.
+    if (!(code in KEYS) || target.closest?.("input, select, pre") || (target.tagName === "CANVAS" && code.startsWith("Arrow"))) return;
     event.preventDefault();
-    if (!event.repeat) this.#hold(code, KEYS[code]);
+    if (!event.repeat) this.#hold(code, KEYS[code]); // a key that is held through a stop stays without effect
   }
 
   #hold(what, twist) {
@@ -80,7 +89,8 @@ export class Controls {
       this.#hold(button, twist);
       setTimeout(end, MOMENT_MS);
     });
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
+    // A long press is no wish for a menu, and lets nothing go.
+    button.addEventListener("contextmenu", (event) => { event.preventDefault(); event.stopPropagation(); });
   }
 
   // The left stick drives, the right one turns.
