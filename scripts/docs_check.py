@@ -3,7 +3,8 @@
 python scripts/docs_check.py [--self-test]
 
 Everything that a page loads is there and comes from the site, every link leads to a page and to an anchor of it, the
-navigation names every staged page, and the reference has every public name. One line a finding, exit code 1 if any.
+navigation names every staged page, the reference has every public name, and the playground is whole, if it was built.
+One line a finding, exit code 1 if any.
 """
 
 import re
@@ -82,6 +83,22 @@ def findings(site: Path, staged: Path, entries: list[str]) -> list[str]:
     return found + [f"the reference has no entry {entry}" for entry in entries if entry not in anchors]
 
 
+def playground_findings(site: Path, built: Path) -> list[str]:
+    """What the site's copy of the playground lacks of the files that were built, and whether it links back."""
+    found = []
+    for path in sorted(built.iterdir()) if built.is_dir() else []:
+        copy = site / "playground" / path.name
+        where = copy.relative_to(site)
+        if not copy.is_file():
+            found.append(f"{where} is not there")
+        elif path.name == "index.html":
+            if "../playground.html" not in Page(copy).links:
+                found.append(f"{where}: no link to ../playground.html")
+        elif copy.read_bytes() != path.read_bytes():
+            found.append(f"{where} is another file than the one that was built")
+    return found
+
+
 def self_test() -> None:
     """Prove that a sound site passes, and that each kind of fault is noticed."""
     with tempfile.TemporaryDirectory() as folder:
@@ -110,6 +127,21 @@ def self_test() -> None:
         (site / "x.css").write_text("body { background: url('https://example.org/x.png') }")
         (staged / "extra.md").touch()
         assert len(findings(site, staged, ["omnistep.gone"])) == 3
+        built = Path(folder) / "built"
+        assert playground_findings(site, built) == []
+        for where in (built, site / "playground"):
+            where.mkdir()
+            for name in ("index.html", "worker.js", "omnistep.wasm"):
+                (where / name).write_text('<a href="../playground.html">a</a>')
+        assert playground_findings(site, built) == []
+        (built / "worker.js").write_text("new")
+        (site / "playground" / "omnistep.wasm").unlink()
+        (site / "playground" / "index.html").write_text("")
+        assert [" ".join(each.split()[:2]) for each in playground_findings(site, built)] == [
+            "playground/index.html: no",
+            "playground/omnistep.wasm is",
+            "playground/worker.js is",
+        ]
 
 
 def main() -> int:
@@ -119,7 +151,8 @@ def main() -> int:
         return 0
     from docs_pages import entries  # reads the package
 
-    found = findings(ROOT / "out" / "site", ROOT / "out" / "docs", entries())
+    site = ROOT / "out" / "site"
+    found = findings(site, ROOT / "out" / "docs", entries()) + playground_findings(site, ROOT / "out" / "playground")
     print("\n".join(found) if found else "site: all that its pages load and link to is there, every name has its entry")
     return 1 if found else 0
 

@@ -25,6 +25,8 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS, STAGED = ROOT / "docs", ROOT / "out" / "docs"
 # Made by scripts/playground.sh, where its tools are there; what its page says instead where they are not.
 PLAYGROUND = ROOT / "out" / "playground"
+# Where the site's copy of the playground links to the site: alone it has nothing to link to.
+ABOUT = ("<!-- about -->", '<a href="../playground.html">About this page</a>')
 NO_PLAYGROUND = "This copy of the site was built without the playground: `scripts/playground.sh` says what is missing."
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 # Pages of the Python reference: what each is about, and what it shows in this order. Modules are shown whole.
@@ -264,6 +266,10 @@ def stage() -> None:
         path.write_text(LINK.sub(outside, text), encoding="utf-8")
     if PLAYGROUND.is_dir():
         shutil.copytree(PLAYGROUND, STAGED / "playground")
+        page = STAGED / "playground" / "index.html"
+        text = page.read_text(encoding="utf-8")
+        assert ABOUT[0] in text, f"{page}: no {ABOUT[0]}"
+        page.write_text(text.replace(*ABOUT), encoding="utf-8")
     else:
         page = STAGED / "playground.md"
         page.write_text(re.sub(r"<a href=.*</a>", NO_PLAYGROUND, page.read_text(encoding="utf-8")), encoding="utf-8")
