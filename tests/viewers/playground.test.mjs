@@ -35,11 +35,16 @@ after(async () => {
   server?.close();
 });
 
+// What the page's own policy forbade.
+const violations = () => { window.violations = []; addEventListener("securitypolicyviolation", ({ violatedDirective, blockedURI }) => window.violations.push(`${violatedDirective} ${blockedURI}`)); };
+
 // The page, loaded and ready, and all that it complained of or asked others for.
-async function opened(hash = "", options = {}) {
+async function opened(hash = "", options = {}, script = undefined) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 1000 }, acceptDownloads: true, ...options });
   const tab = await context.newPage();
   tab.setDefaultTimeout(120_000); // a busy machine without a graphics card
+  await tab.addInitScript(violations);
+  if (script) await tab.addInitScript(script);
   const complaints = [], elsewhere = [];
   tab.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
   tab.on("pageerror", (error) => complaints.push(String(error)));
@@ -62,6 +67,45 @@ const until = async (tab, id, test_, what) => {
   }
   assert.fail(`not in time: ${what}, but ${found}`);
 };
+const rests = (tab) => until(tab, "ahead", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "rest");
+// How many colours the scene's picture has.
+async function colours(tab) {
+  const data = (await tab.locator("#player canvas").screenshot()).toString("base64");
+  return tab.evaluate(async (png) => {
+    const image = Object.assign(new Image(), { src: `data:image/png;base64,${png}` });
+    await image.decode();
+    const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height }), context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    return new Set(new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer)).size;
+  }, data);
+}
+const legend = (tab) => tab.locator(".osp-legend span").allTextContents();
+// What the worker and the page tell each other: the page's messages can be changed, and the worker's are kept.
+const spied = () => {
+  window.heard = [];
+  window.Worker = class extends Worker {
+    constructor(...told) {
+      super(...told);
+      this.addEventListener("message", ({ data }) => {
+        window.heard.push(data.type);
+        if (data.type === "state" && window.slowly) data.slow = window.heard.length % 2 === 0;
+      });
+    }
+    postMessage(told) { super.postMessage(window.changed?.(told) ?? told); }
+  };
+};
+// A gamepad whose sticks a test moves.
+const gamepad = () => {
+  const pad = { connected: true, axes: [0, 0, 0, 0], buttons: [] };
+  window.tilt = (axes) => { pad.axes = axes; };
+  navigator.getGamepads = () => [null, pad];
+};
+// All texts that an element shows from now on.
+const watch = (tab, id) => tab.evaluate((id_) => {
+  const element = document.getElementById(id_), texts = window[`texts_${id_}`] = [];
+  new MutationObserver(() => { if (texts.at(-1) !== element.textContent) texts.push(element.textContent); }).observe(element, { childList: true, characterData: true, subtree: true });
+}, id);
+const watched = (tab, id) => tab.evaluate((id_) => window[`texts_${id_}`], id);
 const ended = (tab) => tab.waitForSelector("html[data-mode=ended]", { state: "attached", timeout: 120_000 });
 const picture = async (tab, name) => { if (pictures) await tab.screenshot({ path: `${pictures}/playground-${name}.png`, fullPage: true }); };
 const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
@@ -74,7 +118,7 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   const [, y] = await shown(tab, "place");
   assert.ok(Math.abs(y) < 0.02, `forward is forward, not ${y} m aside`);
   await tab.keyboard.up("ArrowUp");
-  await until(tab, "ahead", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "rest");
+  await rests(tab);
   await tab.keyboard.down("a");
   await until(tab, "place", ([, side]) => side > 0.1, "10 cm to the left");
   await tab.keyboard.up("a");
@@ -83,8 +127,12 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await tab.locator("#outcome", { hasText: "driven" }).waitFor();
   const files = {};
   tab.on("download", async (download) => { files[download.suggestedFilename()] = await readFile(await download.path()); });
+  await watch(tab, "writing");
   await tab.getByRole("button", { name: "Download the log (MCAP)" }).click();
   await tab.locator("#writing", { hasText: "has" }).waitFor({ timeout: 120_000 });
+  // A screen reader hears of its start and its end, and of nothing between them.
+  assert.deepEqual((await watched(tab, "writing")).map((told) => told.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-paper-articulated.mcap has ? MB."]);
+  assert.ok(await tab.locator("#part").isHidden());
   while (Object.keys(files).length < 2) await tab.waitForTimeout(20);
   assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-paper-articulated.mcap"]);
   assert.match(String(files["drive.csv"]), /^time_s,vx_m_s,vy_m_s,wz_rad_s\n/);
@@ -103,6 +151,9 @@ test("two policies run side by side to the end of the scenario, in light and in 
   const { context, tab, complaints, elsewhere } = await opened("", { colorScheme: "light" });
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 2, "two seconds");
+  // Ground, two vehicles, wheels and arrows: an empty picture has one colour, the ground alone some hundred.
+  assert.ok(await colours(tab) > 1000, "the scene is drawn");
+  assert.deepEqual(await legend(tab), ["steady", "independent", "wheel slip", "ground force"]);
   await picture(tab, "light");
   await tab.locator("#theme").click();
   await until(tab, "time", ([time]) => time > 2.5, "half a second more");
@@ -120,7 +171,15 @@ test("two policies run side by side to the end of the scenario, in light and in 
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
   assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
-  assert.equal(await tab.locator("#player canvas").count(), 1);
+  // Every bar of it is a number to a screen reader, and slip is one to everybody.
+  const meters = await tab.locator("#wheels [role=meter]").evaluateAll((all) => all.map((each) => ["aria-label", "aria-valuenow", "aria-valuemin", "aria-valuemax"].map((name) => each.getAttribute(name))));
+  assert.equal(meters.length, 7 * 3 * 2);
+  assert.equal(new Set(meters.map(([label]) => label)).size, meters.length);
+  assert.equal(meters[0][0], "Torque of wheel 1, steady");
+  for (const [label, now, low, high] of meters) assert.ok(Number(now) >= Number(low) && Number(now) <= Number(high), `${label}: ${now}`);
+  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are told");
+  const slips = await tab.locator("#wheels .numbered span").allTextContents();
+  assert.ok(slips.length === 14 && slips.every((slip) => /^-?\d\.\d\d$/.test(slip)), String(slips));
   assert.deepEqual([complaints, elsewhere], [[], []]);
   await context.close();
 });
@@ -214,7 +273,7 @@ test("on a phone the buttons drive, and nothing is beyond the screen", async () 
   await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: x + width / 2, y: y + height / 2 }] });
   await until(tab, "place", ([ahead]) => ahead > 0.1, "10 cm forward");
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
-  await until(tab, "ahead", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "rest");
+  await rests(tab);
   const wide = await tab.evaluate(() => document.documentElement.scrollWidth - innerWidth);
   assert.ok(wide <= 0, `${wide} pixels are beyond the screen`);
   // A finger hits what is 40 pixels tall.
@@ -223,5 +282,174 @@ test("on a phone the buttons drive, and nothing is beyond the screen", async () 
   await tab.evaluate(() => scrollTo(0, 0));
   await picture(tab, "phone");
   assert.deepEqual([complaints, elsewhere], [[], []]);
+  await context.close();
+});
+
+test("the page's policy forbids what the page does not do, and nothing that it does", async () => {
+  const { context, tab, complaints } = await opened("#scenario=ice&policy=paper");
+  assert.deepEqual(await tab.evaluate(() => window.violations), []);
+  // What is tinted there has its name.
+  assert.ok((await legend(tab)).includes("friction 0.05"), String(await legend(tab)));
+  await tab.evaluate(async () => {
+    document.head.append(Object.assign(document.createElement("script"), { textContent: "window.inserted = true" }));
+    await fetch("https://example.org/").catch(() => {});
+  });
+  assert.deepEqual(await tab.evaluate(() => [window.inserted, window.violations.map((each) => each.split(" ")[0])]), [undefined, ["script-src-elem", "connect-src"]]);
+  assert.equal(complaints.length > 0, true);
+  // Alone it has no site to link to.
+  assert.equal(await tab.locator("a").count(), 0);
+  await context.close();
+});
+
+test("without a clipboard the command is selected", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, () => Object.defineProperty(Navigator.prototype, "clipboard", { get: () => undefined }));
+  await tab.getByRole("button", { name: "Copy the command" }).click();
+  await tab.locator("#writing", { hasText: "the command is selected" }).waitFor();
+  assert.match(await tab.evaluate(() => String(getSelection())), /^omnistep run flat .*--policy paper/s);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("a log that is refused leaves the run as it is, and another run ends the log of the one before", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, spied);
+  await tab.locator("#run").click();
+  await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
+  await tab.locator("#run", { hasText: "Pause" }).click();
+  await tab.locator("#outcome").waitFor();
+  await tab.evaluate(() => { window.changed = (told) => (told.type === "log" ? { ...told, which: 9 } : told); });
+  const download = tab.getByRole("button", { name: "Download the log (MCAP)" });
+  await download.click();
+  await tab.locator("#writing", { hasText: "There is no log: there is no run to log" }).waitFor();
+  const now = () => tab.evaluate(() => ({ mode: document.documentElement.dataset.mode, said: document.getElementById("said").textContent, outcome: document.getElementById("outcome").checkVisibility(), bar: document.getElementById("part").hidden }));
+  assert.deepEqual(await now(), { mode: "paused", said: "", outcome: true, bar: true });
+  assert.ok(await download.isEnabled() && await tab.locator("#run").isEnabled());
+  // The run goes on. Its log takes some seconds of this machine.
+  await tab.evaluate(() => { window.changed = undefined; });
+  await tab.locator("#run").click();
+  await tab.keyboard.down("w");
+  await until(tab, "time", ([time]) => time > 3, "three seconds");
+  await tab.keyboard.up("w");
+  await rests(tab);
+  await download.click();
+  await tab.waitForFunction(() => window.heard.includes("writing"));
+  await tab.locator("#reset").click();
+  await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
+  await tab.evaluate(() => { window.heard = []; });
+  await tab.waitForTimeout(500);
+  assert.deepEqual(await tab.evaluate(() => window.heard.filter((type) => ["writing", "log"].includes(type))), []);
+  assert.equal(await tab.locator("#writing").textContent(), "");
+  // That of a new run is whole.
+  await tab.locator("#run").click();
+  await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
+  const [file] = await Promise.all([tab.waitForEvent("download"), download.click()]);
+  assert.equal(file.suggestedFilename(), "flat-paper-articulated.mcap");
+  const reader = new McapStreamReader({ validateCrcs: true });
+  reader.append(await readFile(await file.path()));
+  while (reader.nextRecord());
+  assert.ok(reader.done());
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("a machine that is too slow is told once", async () => {
+  const { context, tab } = await opened("#scenario=flat&policy=paper", {}, spied);
+  await tab.evaluate(() => { window.slowly = true; });
+  await watch(tab, "status");
+  await tab.locator("#run").click();
+  await until(tab, "time", ([time]) => time > 1, "a second");
+  await tab.locator("#run", { hasText: "Pause" }).click();
+  await tab.locator("#status", { hasText: "Paused." }).waitFor();
+  assert.deepEqual(await watched(tab, "status"), ["The command of the scenario drives.", "This machine is too slow: it simulates slower than real time.", "Paused."]);
+  await context.close();
+});
+
+test("keys drive on after a choice by pointer, and Space stops whatever has the focus", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper");
+  const focus = () => tab.evaluate(() => document.activeElement.id || document.activeElement.tagName);
+  await tab.locator("#policy").dispatchEvent("pointerdown");
+  await tab.locator("#policy").focus();
+  await tab.locator("#policy").selectOption("steady");
+  await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
+  assert.equal(await focus(), "BODY");
+  await tab.keyboard.down("w");
+  await until(tab, "place", ([x]) => x > 0.1, "10 cm forward");
+  assert.equal(await tab.locator("#policy").inputValue(), "steady");
+  await tab.keyboard.up("w");
+  await rests(tab);
+  // Who chooses by keyboard stays in the field.
+  await tab.locator("#policy").focus();
+  await tab.keyboard.press("ArrowUp");
+  await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
+  assert.notEqual(await tab.locator("#policy").inputValue(), "steady");
+  assert.equal(await focus(), "policy");
+  // Something drives while something else has the focus.
+  const button = tab.getByRole("button", { name: "Forward" });
+  for (const id of ["policy", "theme", "reset", "torque"]) {
+    const { x, y, width, height } = await button.boundingBox();
+    await tab.mouse.move(x + width / 2, y + height / 2);
+    await tab.mouse.down();
+    await until(tab, "ahead", ([, asked]) => asked > 0, "driving");
+    await tab.locator(`#${id}`).focus();
+    const before = await tab.evaluate(() => [document.documentElement.dataset.theme, document.getElementById("policy").value]);
+    await tab.keyboard.press("Space");
+    await rests(tab);
+    assert.deepEqual(await tab.evaluate(() => [document.documentElement.dataset.theme, document.getElementById("policy").value]), before, id);
+    assert.ok((await shown(tab, "time"))[0] > 0, `${id}: Space presses nothing`);
+    await tab.mouse.up();
+  }
+  // Enter does.
+  const { theme } = await tab.evaluate(() => ({ ...document.documentElement.dataset }));
+  await tab.locator("#theme").focus();
+  await tab.keyboard.press("Enter");
+  assert.notEqual(await tab.evaluate(() => document.documentElement.dataset.theme), theme);
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("a long press on a button drives on, and a menu elsewhere lets go", async () => {
+  const { context, tab } = await opened("#scenario=flat&policy=paper");
+  const button = tab.getByRole("button", { name: "Forward" }), { x, y, width, height } = await button.boundingBox();
+  await tab.mouse.move(x + width / 2, y + height / 2);
+  await tab.mouse.down();
+  await until(tab, "ahead", ([, asked]) => asked > 0, "driving");
+  const menu = (selector) => tab.locator(selector).evaluate((element) => element.dispatchEvent(new MouseEvent("contextmenu", { bubbles: true, cancelable: true })));
+  assert.equal(await menu("#pad button[aria-label=Forward]"), false, "no menu opens");
+  const [from] = await shown(tab, "place");
+  await until(tab, "place", ([at]) => at > from + 0.1, "10 cm more");
+  assert.equal(await menu("#until"), true);
+  await rests(tab);
+  assert.equal(await button.getAttribute("aria-pressed"), null);
+  await tab.mouse.up();
+  await context.close();
+});
+
+test("a gamepad drives, and after a stop only when its stick was back in the middle", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, gamepad);
+  const tilt = (...axes) => tab.evaluate((to) => window.tilt(to), axes);
+  await tilt(0.1, -0.1, 0.1, 0); // a stick at rest is not exactly in the middle
+  await tab.waitForTimeout(300);
+  assert.deepEqual(await shown(tab, "time"), [0]);
+  await tilt(0, -1, 0, 0);
+  await until(tab, "place", ([x]) => x > 0.1, "10 cm forward");
+  assert.ok(Math.abs((await shown(tab, "place"))[1]) < 0.02, "forward is forward");
+  const [, full] = await shown(tab, "ahead");
+  await tilt(0, -0.5, 0, 0);
+  await until(tab, "ahead", ([, asked]) => Math.abs(asked - full / 2) < 0.011, "half as fast");
+  await tilt(0, 0, 0, 0);
+  await rests(tab);
+  const [, y] = await shown(tab, "place");
+  await tilt(-1, 0, 0, 0);
+  await until(tab, "place", ([, side]) => side > y + 0.1, "10 cm to the left");
+  await tilt(0, -1, 0, 0);
+  await until(tab, "ahead", ([, asked]) => asked > 0, "driving");
+  await tab.locator("#stop").click();
+  await rests(tab);
+  await tab.waitForTimeout(300);
+  assert.equal((await shown(tab, "ahead"))[1], 0, "the stick is still held");
+  await tilt(0, 0, 0, 0);
+  await tab.waitForTimeout(200);
+  await tilt(0, -1, 0, 0);
+  await until(tab, "ahead", ([, asked]) => asked > 0, "driving again");
+  assert.deepEqual(complaints, []);
   await context.close();
 });

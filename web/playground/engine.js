@@ -77,15 +77,15 @@ export class Engine {
   /** The last piece of the log. */
   finishLog(run) { return this.#bytes(this.#of.run_finish_log(run)); }
 
-  /** A whole run again, in pieces of its log. `pause` is awaited between slices with the part done. */
-  async *logged(request, pause = () => {}) {
+  /** A whole run again, in pieces of its log. `pause` is awaited between slices with the part done; it ends early where that says false. */
+  async *logged(request, pause = () => true) {
     const run = this.open({ ...request, log: true });
     try {
       const { duration_s: end, period_s: period } = this.scene(run).settings;
       for (let done = 0, went = SLICE; went === SLICE; done += went) {
         went = this.advance(run, SLICE);
         yield this.log(run);
-        await pause(Math.min(done * period / end, 1));
+        if (await pause(Math.min(done * period / end, 1)) === false) return;
       }
       yield this.finishLog(run);
     } finally {

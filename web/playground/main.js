@@ -1,6 +1,7 @@
 // The playground's page: what is chosen, who drives, what is shown.
 import { Player, runColour } from "../player/index.js";
 import { Controls } from "../../crates/omni-log/src/live/page/controls.js";
+import { Path } from "./path.js";
 import { address, blamed, commandLine, read, requests } from "./settings.js";
 import { number, showOutcomes, Wheels } from "./tables.js";
 
@@ -12,15 +13,13 @@ const FIELDS = ["scenario", "vehicle", "policy", "against", "torque", "friction"
 const SETTING = { model: "wheels" };
 /** Length of the arrow of a force [m/N]: as in the markers of a log. */
 const METRES_PER_NEWTON = 0.005;
-/** Points of the path that is drawn lie so far apart [m]. */
-const POINT_M = 0.02;
 
 let offer, settings, asked = []; // asked: a request a run
 let player, scene, latest, paths = []; // latest: states as text that are not drawn yet
 let opening = false; // a run was asked for, and is not there yet
 let mode = "loading"; // opening, ready, running, paused, ended
 let tables = []; // of a driven run: its commands
-let driven = false, pace = [0, 0, 0];
+let driven = false, slow = false, pace = [0, 0, 0];
 const wheels = new Wheels(byId("wheels"));
 const dark = () => root.dataset.theme === "dark";
 const policies = () => asked.map(({ policy }) => policy);
@@ -32,8 +31,7 @@ const refused = (line) => {
   const about = blamed(line);
   if (opening && about) wrongAt(about.field, about.what);
   else text("said", line);
-  text("writing", "");
-  setButtons(false);
+  written("");
   if (opening || !["running", "paused"].includes(mode)) none(about ? NOT_ALLOWED : "");
   else setMode("ended");
 };
@@ -52,6 +50,13 @@ const none = (why) => {
   setMode("refused");
   text("status", why);
 };
+/** What becomes of a log, at its start and at its end; between them only a bar moves, which nobody is told of. */
+const written = (what, part) => {
+  text("writing", what);
+  byId("part").hidden = part === undefined;
+  byId("part").value = part ?? 0;
+  setButtons(part !== undefined);
+};
 const clearOutcome = () => { for (const id of ["outcome", "mark", "meanings"]) byId(id).hidden = true; };
 
 const setMode = (now) => {
@@ -60,9 +65,13 @@ const setMode = (now) => {
   text("run", now === "running" ? "Pause" : "Run");
   byId("run").disabled = !["ready", "running", "paused"].includes(now);
   byId("reset").disabled = !["running", "paused", "ended"].includes(now);
-  const lines = { ready: "Ready.", running: driven ? "You drive." : "The command of the scenario drives.", paused: "Paused.", ended: "The run has ended.", opening: "Preparing the run." };
+  const lines = { ready: "Ready.", running: whoDrives(), paused: "Paused.", ended: "The run has ended.", opening: "Preparing the run." };
   if (now in lines) text("status", lines[now]);
 };
+
+// Once a run: a rate that goes up and down is shown, and not said again and again.
+const whoDrives = () => (slow ? SLOW : driven ? "You drive." : "The command of the scenario drives.");
+const SLOW = "This machine is too slow: it simulates slower than real time.";
 
 const on = {
   offer({ offer: told }) {
@@ -77,10 +86,10 @@ const on = {
     text("model-note", noteOf(has));
     scene = { ...told, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON };
     pace = told.pace;
-    paths = asked.map(() => []);
+    paths = asked.map(() => new Path());
     latest = undefined;
     tables = [];
-    driven = false;
+    driven = slow = false;
     for (const field of ["torque", "friction", "height"]) byId(field).placeholder = has[field] === null ? "" : String(Number(has[field].toPrecision(6)));
     byId("height").disabled = has.height === null;
     byId("friction").disabled = has.friction === null;
@@ -88,7 +97,7 @@ const on = {
     if (player) player.setScene(scene);
     else player = new Player(byId("player"), scene, { dark: dark() });
     asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
-    wheels.setScene(scene.wheels, asked.length);
+    wheels.setScene(scene.wheels, policies());
     clearOutcome();
     text("until", "The figures come when the run ends or is paused.");
     showSpeed();
@@ -98,18 +107,20 @@ const on = {
   state(told) {
     latest = told;
     if (mode !== "running") return;
-    if (told.slow) text("status", `This machine is too slow: it simulates at ${number(told.rate, 2)} times real time.`);
-    else text("status", driven ? "You drive." : "The command of the scenario drives.");
+    slow ||= told.slow;
+    text("status", whoDrives());
   },
   paused({ outcomes }) { stopped("paused", outcomes); },
   ended({ outcomes }) { stopped("ended", outcomes); },
-  refused({ line }) { refused(line); },
-  writing({ part }) { text("writing", `Simulating the run again for its log: ${Math.round(100 * part)} %.`); },
+  refused({ line, about }) {
+    if (about === "log") written(`There is no log: ${line}`); // the run itself is as it was
+    else refused(line);
+  },
+  writing({ part }) { byId("part").value = part; },
   log({ name, file, csv }) {
     if (csv) save(new Blob([csv], { type: "text/csv" }), "drive.csv");
     save(file, name);
-    text("writing", `${name} has ${number(file.size / 1e6, 1)} MB.`);
-    setButtons(false);
+    written(`${name} has ${number(file.size / 1e6, 1)} MB.`);
   },
   commands({ which, driven: table }) {
     tables[which] = table;
@@ -185,7 +196,7 @@ const open = (wrong = "") => {
   text("model-note", "");
   rightAgain();
   setMode("opening");
-  text("writing", "");
+  written("");
   controls.letGo();
   say("open", { requests: asked });
 };
@@ -258,13 +269,18 @@ const offerCommands = () => byId("commands").replaceChildren(...asked.map((reque
   code.setAttribute("aria-label", `Command of the run with ${request.policy}`);
   download.setAttribute("aria-label", `Download the log (MCAP) of the run with ${request.policy}`);
   code.textContent = commandLine(request);
-  copy.addEventListener("click", () => navigator.clipboard.writeText(code.textContent).then(() => text("writing", "Copied."), () => {
-    getSelection().selectAllChildren(code);
-    text("writing", "The browser does not allow copying: the command is selected.");
-  }));
+  copy.addEventListener("click", async () => {
+    try {
+      await navigator.clipboard.writeText(code.textContent); // there is no clipboard over plain http
+      text("writing", "Copied.");
+    } catch {
+      getSelection().selectAllChildren(code);
+      text("writing", "The browser does not allow copying: the command is selected.");
+    }
+  });
   download.addEventListener("click", () => {
     if (mode === "running") say("pause");
-    setButtons(true);
+    written("Simulating the run again for its log.", 0);
     say("log", { which, name: logName(request) });
   });
   return part;
@@ -280,10 +296,6 @@ const showCommand = (which) => {
 };
 
 // ---- pictures
-const grow = (path, [x, y]) => {
-  const n = path.length;
-  return n && Math.hypot(x - path[n - 3], y - path[n - 2]) < POINT_M ? path : [...path, x, y, 0.002];
-};
 const frame = () => {
   if (latest && player) {
     const { states: texts, rate } = latest;
@@ -292,8 +304,8 @@ const frame = () => {
     if (states.length === scene.runs.length) {
       // Before the first period nothing is known of the wheels but where they are.
       if (first.wheels.length === 0) for (const state of states) state.wheels = undefined;
-      paths = states.map((state, k) => grow(paths[k], state.poses[0]));
-      player.show(states.map((state, k) => ({ ...state, path_m: paths[k] })));
+      states.forEach(({ poses }, k) => paths[k].add(poses[0]));
+      player.show(states.map((state, k) => ({ ...state, path_m: paths[k].points })));
       if (first.wheels) wheels.show(states);
       text("time", number(first.time_s, 2, "s"));
       text("rate", mode === "running" && rate !== undefined ? `${number(rate, 2)} x real time` : "-");

@@ -7,13 +7,24 @@ const made = (tag, inside, text = "") => inside.appendChild(Object.assign(docume
 /** A number with its unit; no zero has a sign. */
 export const number = (value, digits, unit = "") => (Number.isFinite(value) ? `${value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1")}${unit && ` ${unit}`}` : "-");
 
-const bar = (cell, k, both) => {
+const bar = (cell, k, both, label) => {
   const outer = made("div", cell), inner = made("i", outer);
   outer.className = `bar${both ? " both" : ""}${k ? " second" : ""}`;
+  for (const [name, value] of Object.entries({ role: "meter", "aria-label": label, "aria-valuemin": both ? -1 : 0, "aria-valuemax": 1, "aria-valuenow": 0 })) outer.setAttribute(name, value);
   return (part) => {
     const shown = Number.isFinite(part) ? Math.min(Math.max(part, both ? -1 : 0), 1) : 0;
     inner.style.transform = `scaleX(${shown})`;
+    outer.setAttribute("aria-valuenow", number(shown, 2));
     outer.classList.toggle("full", both && Math.abs(shown) >= 0.999);
+  };
+};
+/** A bar with its number beside it. */
+const numbered = (cell, k, label) => {
+  const line = made("div", cell), set = bar(line, k, true, label), text = made("span", line);
+  line.className = "numbered";
+  return (part) => {
+    set(part);
+    text.textContent = number(part ?? NaN, 2);
   };
 };
 
@@ -23,14 +34,19 @@ export class Wheels {
 
   constructor(table) { this.#body = table.tBodies[0]; }
 
-  setScene(wheels, count) {
+  /** The wheels of a scene, and the policies of its runs. */
+  setScene(wheels, runs) {
+    const count = runs.length;
     this.#body.replaceChildren();
     this.#rows = wheels.map(({ name }) => {
-      const row = made("tr", this.#body), runs = Array.from({ length: count });
+      const row = made("tr", this.#body);
       made("th", row, name).scope = "row";
       const speed = made("td", row), [torque, slip, load] = [0, 1, 2].map(() => made("td", row));
       const speeds = runs.map((_, k) => { const line = made("div", speed); line.className = count > 1 ? `name${k}` : ""; return line; });
-      const bars = runs.map((_, k) => ({ torque: bar(torque, k, true), slip: bar(slip, k, true), load: bar(load, k, false) }));
+      const bars = runs.map((policy, k) => {
+        const label = (what) => `${what} of wheel ${name}${count > 1 ? `, ${policy}` : ""}`;
+        return { torque: bar(torque, k, true, label("Torque")), slip: numbered(slip, k, label("Slip")), load: bar(load, k, false, label("Load")) };
+      });
       return { speeds, bars };
     });
   }

@@ -8,6 +8,8 @@ const TICK_MS = 6, BUDGET_MS = 14, MOST_LATE_S = 0.2;
 const SLICE = 5;
 /** Between two states [ms]. */
 const SHOW_MS = 16;
+/** So much of a log is kept here before it goes to where the browser keeps files [bytes]. */
+const PIECE = 4 << 20;
 /** The rate is measured over this time [ms]. */
 const RATE_MS = 500;
 
@@ -17,23 +19,24 @@ let period; // of control [s]
 let clock; // while it runs: when it was last looked at, what is due, how fast it went
 let twist; // what is commanded; none: the scenario's own command
 let shown = 0, timer = 0;
+let job = 0; // the log that is written: another one, or another run, ends it
 
 const tell = (type, told = {}) => postMessage({ type, ...told });
 /** A trap leaves the module in no known state: only a new one goes on. */
 let broken = "";
 const guarded = (what) => {
-  if (broken) {
-    tell("refused", { line: broken });
-    return undefined;
-  }
   try {
+    if (broken) throw new Refused(broken);
     return what();
   } catch (error) {
-    if (!(error instanceof Refused)) broken = `the simulation stopped (${error.message}): load the page again`;
-    pause();
-    tell("refused", { line: broken || error.message });
+    failed(error);
     return undefined;
   }
+};
+const failed = (error) => {
+  if (!(error instanceof Refused)) broken = `the simulation stopped (${error.message}): load the page again`;
+  pause();
+  tell("refused", { line: broken || error.message });
 };
 
 const show = (now) => {
@@ -77,6 +80,7 @@ function tick() {
 const outcomes = () => runs.map(({ number }) => engine.outcome(number));
 
 const closeAll = () => {
+  job += 1;
   pause();
   for (const { number } of runs) engine.close(number);
   runs = [];
@@ -122,14 +126,30 @@ const does = {
     for (const run of runs) run.goes = true;
   },
   async log({ which, name }) {
-    const run = runs[which];
-    if (!run) throw new Refused("there is no run to log");
-    const table = driven(run), pieces = [], yields = (part) => {
-      tell("writing", { part });
-      return new Promise((done) => { setTimeout(done); });
-    };
-    for await (const piece of engine.logged(again(run.request, table), yields)) pieces.push(piece);
-    tell("log", { name, file: new Blob(pieces, { type: "application/octet-stream" }), csv: table?.csv });
+    job += 1;
+    const mine = job, goesOn = () => mine === job;
+    try {
+      const run = runs[which];
+      if (!run) throw new Refused("there is no run to log");
+      const table = driven(run), type = "application/octet-stream";
+      const yields = async (part) => {
+        tell("writing", { part });
+        await new Promise((done) => { setTimeout(done); });
+        return goesOn();
+      };
+      let file = new Blob([], { type }), pieces = [], size = 0;
+      const keep = () => { [file, pieces, size] = [new Blob([file, ...pieces], { type }), [], 0]; };
+      for await (const piece of engine.logged(again(run.request, table), yields)) {
+        pieces.push(piece);
+        size += piece.length;
+        if (size > PIECE) keep();
+      }
+      keep();
+      if (goesOn()) tell("log", { name, file, csv: table?.csv });
+    } catch (error) {
+      if (!(error instanceof Refused) || broken) failed(error);
+      else if (goesOn()) tell("refused", { line: error.message, about: "log" });
+    }
   },
   commands({ which }) {
     const run = runs[which];
@@ -150,6 +170,5 @@ addEventListener("message", async ({ data: { type, ...told } }) => {
     return;
   }
   if (!engine || !Object.hasOwn(does, type)) return;
-  const done = guarded(() => does[type](told));
-  if (done instanceof Promise) await done.catch((error) => guarded(() => { throw error; }));
+  guarded(() => does[type](told));
 });
