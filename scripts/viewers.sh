@@ -23,6 +23,10 @@ for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
     $omnistep run "$scenario" --quiet --set duration_s=2 --out "$work/logs" >/dev/null
 done
 $omnistep compare step --quiet --out "$work/step" >/dev/null
+# The playground's usual engine.
+for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
+    $omnistep run "$scenario" --quiet --set duration_s=1 --set physics.engine=articulated --out "$work/articulated" >/dev/null
+done
 topics="/cmd_vel /ground_truth/odom /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
 for log in "$work"/logs/*.mcap; do
     # shellcheck disable=SC2086
@@ -35,7 +39,7 @@ OMNISTEP=$PWD/$omnistep node --test --test-reporter=spec tests/viewers/live.test
 # The playground: the same messages from its module, and below its page.
 scripts/playground.sh ${possible:+"$possible"}
 playground=$PWD/out/playground
-[ ! -d "$playground" ] || MODULE=$playground/omnistep.wasm LOGS=$work/logs node --test --test-reporter=spec tests/viewers/wasm.test.mjs
+[ ! -d "$playground" ] || MODULE=$playground/omnistep.wasm LOGS=$work/logs ARTICULATED=$work/articulated node --test --test-reporter=spec tests/viewers/wasm.test.mjs
 chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
 if [ -z "$chromium" ]; then
     [ "$possible" = --if-possible ] && { echo "skipped, chromium is missing: the report, the page of a live run and the playground in a browser"; exit 0; }

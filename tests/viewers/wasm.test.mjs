@@ -1,5 +1,5 @@
-// The module of the playground in node: MODULE=omnistep.wasm LOGS=folder node --test wasm.test.mjs. The folder has native logs of the first two
-// seconds of every built-in scenario.
+// The module of the playground in node: MODULE=omnistep.wasm LOGS=folder ARTICULATED=folder node --test wasm.test.mjs. The folders have native
+// logs of every built-in scenario: its first two seconds, and its first second with the articulated engine.
 import assert from "node:assert/strict";
 import { readdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
@@ -9,9 +9,11 @@ import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";
 import { Engine, Refused } from "../../web/playground/engine.js";
+import { Path } from "../../web/playground/path.js";
 import { address, again, commandLine, read, requests } from "../../web/playground/settings.js";
 
-const module = await readFile(process.env.MODULE), folder = process.env.LOGS;
+const module = await readFile(process.env.MODULE);
+const FOLDERS = [[process.env.LOGS, { duration_s: 2 }], [process.env.ARTICULATED, { duration_s: 1, "physics.engine": "articulated" }]];
 const engine = await Engine.from(module);
 const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
 
@@ -35,12 +37,22 @@ async function logged(request) {
 
 const same = (a, b) => Buffer.compare(a, b) === 0;
 
-for (const name of (await readdir(folder)).filter((each) => each.endsWith(".mcap"))) {
-  test(`${name}: the module writes the same records`, async () => {
-    const native = records(await readFile(join(folder, name)));
-    const { scenario, policy } = Object.fromEntries(native.metadata.find((each) => each.name === "run").metadata);
-    const here = await logged({ scenario, policy, set: { duration_s: 2 } });
-    assert.ok(native.messages.length > 2000, "a state every period");
+const metadataOf = (log) => Object.fromEntries(log.metadata.find((each) => each.name === "run").metadata);
+const logs = [];
+for (const [folder, set] of FOLDERS) for (const name of (await readdir(folder)).filter((each) => each.endsWith(".mcap"))) {
+  logs.push({ name, set, native: records(await readFile(join(folder, name))) });
+}
+
+test("the native logs are of every scenario that the module offers", () => {
+  const offered = Object.keys(engine.offer().scenarios).sort();
+  for (const [, set] of FOLDERS) assert.deepEqual(logs.filter((each) => each.set === set).map(({ native }) => metadataOf(native).scenario).sort(), offered, JSON.stringify(set));
+});
+
+for (const { name, set, native } of logs) {
+  test(`${name}, ${set.duration_s} s: the module writes the same records`, async () => {
+    const { scenario, policy } = metadataOf(native);
+    const here = await logged({ scenario, policy, set });
+    assert.ok(native.messages.length > 1000 * set.duration_s, "a state every period");
     assert.deepEqual(here.schemas, native.schemas);
     assert.deepEqual(here.channels, native.channels);
     assert.deepEqual(here.metadata, native.metadata);
@@ -180,4 +192,32 @@ test("figures have the names and texts of the command's tables", () => {
   assert.deepEqual(shown.final_x_m, [outcome.final_x_m.toFixed(3), true]);
   assert.deepEqual(shown.crossing_s, [null, false]);
   engine.close(run);
+});
+
+test("a path keeps its start and where it is, and at most some thousand points however long it is", () => {
+  const path = new Path(), long = 1000; // [m]
+  for (let x = 0; x <= long; x += 0.015) path.add([x, 2 * x, 0.1]);
+  const points = Array.from({ length: path.points.length / 3 }, (_, k) => path.points.slice(3 * k, 3 * k + 3));
+  assert.ok(points.length > 1000 && points.length <= 3000, `${points.length} points`);
+  assert.deepEqual(points[0], [0, 0, 0.002]);
+  // Spread evenly: each is as far from the one before, but for the last ones.
+  const steps = points.slice(1).map(([x], k) => x - points[k][0]), longest = Math.max(...steps);
+  assert.ok(longest < 2 * long / 1000 && long - points.at(-1)[0] <= longest, `${longest} m between two points`);
+  // Standing still adds nothing, and another array says that something has changed.
+  const { points: before } = path;
+  path.add(points.at(-1));
+  assert.ok(path.points === before);
+  path.add([long + 10, 0, 0]);
+  assert.ok(path.points !== before && before.length < path.points.length);
+});
+
+test("a log ends where its reader says so, and its run is closed", async () => {
+  let slices = 0;
+  const pieces = [];
+  for await (const piece of engine.logged({ scenario: "flat", set: { "physics.engine": "articulated" } }, () => { slices += 1; return slices < 3; })) pieces.push(piece);
+  assert.deepEqual([slices, pieces.length], [3, 3], "three slices, and no last piece");
+  const open = [];
+  assert.throws(() => { for (;;) open.push(engine.open({ scenario: "flat" })); }, /^Error: 8 runs are open|8 runs are open/);
+  assert.equal(open.length, 8);
+  open.forEach((run) => engine.close(run));
 });
