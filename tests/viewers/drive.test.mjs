@@ -31,9 +31,10 @@ async function started(...args) {
 }
 
 // The page, loaded and told how the run is, and all that it complained of or asked others for.
-async function opened(page, options = {}) {
+async function opened(page, options = {}, script = undefined) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 900 }, ...options });
   const tab = await context.newPage();
+  if (script) await tab.addInitScript(script);
   tab.setDefaultTimeout(120_000); // a busy machine without a graphics card
   const complaints = [], elsewhere = [];
   tab.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
@@ -108,6 +109,12 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
   await tab.locator("#torque").press("Enter");
   await tab.locator("#said", { hasText: "vehicle.motor.stall_torque_n_m: -1" }).waitFor();
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
+  // Every bar is a number to a screen reader.
+  const meters = await tab.locator("#wheels [role=meter]").evaluateAll((all) => all.map((each) => ["aria-label", "aria-valuenow", "aria-valuemin", "aria-valuemax"].map((name) => each.getAttribute(name))));
+  assert.deepEqual(meters.slice(0, 3).map(([label]) => label), ["Torque of wheel 1", "Slip of wheel 1", "Load of wheel 1"]);
+  assert.equal(new Set(meters.map(([label]) => label)).size, 7 * 3);
+  for (const [label, now, low, high] of meters) assert.ok(Number(now) >= Number(low) && Number(now) <= Number(high), `${label}: ${now}`);
+  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are told");
   assert.deepEqual([complaints, elsewhere], [[], []]);
   assert.deepEqual(sockets, [`${run.page.replace("http", "ws")}/`]);
   await context.close();
@@ -196,4 +203,56 @@ test("a run that is watched only has no pad, and a page whose run has ended says
   await ended(run);
   await tab.locator("#link.gone").waitFor();
   await context.close();
+});
+
+test("Space stops whatever has the focus, a long press on the pad drives on, and a stop waits for a gamepad's stick", async () => {
+  const run = await started("drive", "flat", "--port", "0", "--no-keys");
+  const pad = () => {
+    const told = { connected: true, axes: [0, 0, 0, 0], buttons: [] };
+    window.tilt = (axes) => { told.axes = axes; };
+    navigator.getGamepads = () => [null, told];
+  };
+  const { context, tab, complaints } = await opened(run.page, {}, pad);
+  const tilt = (...axes) => tab.evaluate((to) => window.tilt(to), axes);
+  const driving = () => until(tab, "ahead", ([, asked]) => asked > 0, "driving");
+  const button = tab.getByRole("button", { name: "Ahead" }), { x, y, width, height } = await button.boundingBox();
+  for (const id of ["theme", "torque", "fast"]) {
+    await tab.mouse.move(x + width / 2, y + height / 2);
+    await tab.mouse.down();
+    await driving();
+    await tab.locator(`#${id}`).focus();
+    const before = await tab.evaluate(() => document.documentElement.dataset.theme);
+    await tab.keyboard.press("Space");
+    await rests(tab);
+    assert.equal(await tab.evaluate(() => document.documentElement.dataset.theme), before, "Space presses nothing");
+    await tab.mouse.up();
+  }
+  await tab.mouse.down();
+  await driving();
+  const [from] = await place(tab);
+  const menu = (selector) => tab.locator(selector).evaluate((element) => element.dispatchEvent(new MouseEvent("contextmenu", { bubbles: true, cancelable: true })));
+  assert.equal(await menu("#pad button[aria-label=Ahead]"), false, "no menu opens");
+  await until(tab, "place", ([at]) => at > from + 0.1, "10 cm more");
+  assert.equal(await menu("#figures"), true);
+  await rests(tab);
+  await tab.mouse.up();
+  await tilt(0, -1, 0, 0);
+  const [start] = await place(tab);
+  await until(tab, "place", ([at]) => at > start + 0.1, "10 cm ahead");
+  await tilt(-1, 0, 0, 0);
+  const [, side] = await place(tab);
+  await until(tab, "place", ([, at]) => at > side + 0.1, "10 cm to the left");
+  await tilt(0, -1, 0, 0);
+  await driving();
+  await tab.locator("#stop").click();
+  await rests(tab);
+  await tab.waitForTimeout(300);
+  assert.equal(numbers(await tab.locator("#ahead").textContent())[1], 0, "the stick is still held");
+  await tilt(0.1, -0.1, 0, 0); // a stick at rest is not exactly in the middle
+  await tab.waitForTimeout(200);
+  await tilt(0, -1, 0, 0);
+  await driving();
+  assert.deepEqual(complaints, []);
+  await context.close();
+  await ended(run);
 });
