@@ -168,7 +168,7 @@ def _is_short(fact: str) -> bool:
 
 def _detail(key: str, fact: str) -> str:
     """Return a fact of many lines, to be opened."""
-    return f"<details><summary>{html.escape(key)}</summary><pre>{html.escape(fact)}</pre></details>"
+    return f"<details><summary>{html.escape(key)}</summary><pre tabindex=0>{html.escape(fact)}</pre></details>"
 
 
 def _shared(logs: Sequence[Log]) -> dict[str, str]:
@@ -189,7 +189,7 @@ def _names(logs: Sequence[Log]) -> list[str]:
     names = _with_settings(names, logs)
     for more in (
         [f"seed {log.run.get('seed', '?')}" for log in logs],
-        [log.path.name for log in logs],
+        [_file_name(log) for log in logs],
         [str(number) for number in range(1, len(logs) + 1)],
     ):
         same = [k for k, name in enumerate(names) if names.count(name) > 1]
@@ -214,12 +214,17 @@ def _with_settings(names: Sequence[str], logs: Sequence[Log]) -> list[str]:
 def _choice(number: int, name: str, log: Log) -> str:
     line = '<svg width="26" height="10" aria-hidden="true"><line x1="1" x2="25" y1="5" y2="5"/></svg>'
     box = f'<input type="checkbox" value="{number}">'
-    return f'<label class="run" title="{html.escape(log.path.name)}">{box}{line}{html.escape(name)}</label>'
+    return f'<label class="run" title="{html.escape(_file_name(log))}">{box}{line}{html.escape(name)}</label>'
 
 
 def _file(name: str, log: Log) -> str:
     """Return a line of the list that stands for the table's row of logs on a narrow screen."""
-    return f"<dt>{html.escape(name)}</dt><dd>{html.escape(log.path.name)}</dd>"
+    return f"<dt>{html.escape(name)}</dt><dd>{html.escape(_file_name(log))}</dd>"
+
+
+def _file_name(log: Log) -> str:
+    """Return the name of a log's file as text; what of it is no UTF-8 is replaced, because a page is UTF-8."""
+    return os.fsencode(log.path.name).decode("utf-8", "replace")
 
 
 def _verdict(log: Log) -> str:
@@ -256,7 +261,7 @@ def _table(logs: Sequence[Log], names: Sequence[str], settings: dict[str, list[s
         arrow = f'<span class="better" aria-hidden="true">{better}</span>'
         values = "".join(f"<td><span>{html.escape(cell)}</span></td>" for cell in cells)
         rows.append(f'<tr class="{key}"><th scope=row>{head}{arrow}{about}</th>{values}</tr>')
-    files_ = "".join(f"<td>{html.escape(log.path.name)}</td>" for log in logs)
+    files_ = "".join(f"<td>{html.escape(_file_name(log))}</td>" for log in logs)
     rows.append(f'<tr class="file"><th scope=row>log</th>{files_}</tr>')
     return f"<thead><tr><th scope=col>figure</th>{heads}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
@@ -348,9 +353,9 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <p class="note" id="note" role="status" hidden></p>
 <div id="scene"></div>
 <div class="bar">
-<button id="play" type="button" aria-pressed="false">Play</button>
+<button id="play" type="button">Play</button>
 <input id="time" type="range" min="0" max="1" step="0.01" value="0" aria-label="Time">
-<output id="clock" for="time">0.00 s</output>
+<span id="clock">0.00 s</span>
 <label><span>Playback speed </span><select id="rate" aria-label="Playback speed">
 <option value="0.1">0.1&times;</option><option value="0.25">0.25&times;</option><option value="0.5">0.5&times;</option>
 <option value="1" selected>1&times;</option><option value="2">2&times;</option></select></label>

@@ -93,6 +93,18 @@ def test_a_page_replaces_a_link_and_does_not_follow_it(log, tmp_path):
     assert page.stat().st_mode & 0o777 == 0o666 & ~umask
 
 
+def test_a_page_shows_a_log_whose_name_is_no_utf_8(log, tmp_path):
+    # As of another machine: in Latin-1. Python has such a name with surrogates, which no page can hold.
+    other = tmp_path / os.fsdecode(b"caf\xe9.mcap")
+    try:
+        other.write_bytes(log.read_bytes())
+    except OSError:
+        pytest.skip("this file system has no such names")
+    page = tmp_path / "report.html"
+    report.write([log, other], page)
+    assert "<td>caf\ufffd.mcap</td>" in page.read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("place", [60, 400, -100])
 def test_results_with_a_flipped_bit_are_not_shown(tmp_path, place):
     grid = {"terrain.friction": [0.5, 0.9]}

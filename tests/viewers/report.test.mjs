@@ -1,11 +1,12 @@
 // A report in headless Chromium: node --test report.test.mjs, with REPORT=page.html (several policies over the step), MIXED=page.html (several
-// vehicles and grounds), VEHICLES=page.html (chugo7 and mecanum4) and CHROMIUM=/usr/bin/chromium. PICTURES=folder keeps screenshots.
+// vehicles and grounds), VEHICLES=page.html (chugo7 and mecanum4), PATHS=page.html (two paths, one of them with two policies) and CHROMIUM=/usr/bin/chromium. PICTURES=folder keeps screenshots.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 const page = pathToFileURL(process.env.REPORT).href, mixed = pathToFileURL(process.env.MIXED).href, vehicles = pathToFileURL(process.env.VEHICLES).href;
+const paths = pathToFileURL(process.env.PATHS).href;
 const pictures = process.env.PICTURES;
 let browser;
 
@@ -120,6 +121,19 @@ test("seven wheels have seven colours and seven labels in the scene, and a selec
   await tab.locator("#wheels button", { hasText: "All" }).click();
   await settled(tab);
   assert.equal(await lines(), 7); // a colour a wheel
+  // By keyboard: the same boxes, and the same place.
+  const boxes = tab.locator("#wheels input"), first = await boxes.first().elementHandle();
+  await boxes.nth(2).uncheck();
+  await tab.locator("#wheels button", { hasText: "All" }).focus();
+  await tab.keyboard.press("Enter");
+  await settled(tab);
+  assert.equal(await tab.locator("#wheels input:checked").count(), 7);
+  assert.equal(await tab.evaluate(() => document.activeElement.textContent), "All");
+  await boxes.nth(3).focus();
+  await tab.locator("#runs input").nth(1).evaluate((box) => box.click());
+  await settled(tab);
+  assert.ok(await first.evaluate((box) => box.isConnected), "other runs of the same vehicle have the same boxes");
+  assert.equal(await tab.evaluate(() => document.activeElement.value), "4");
   for (const view of ["Side", "Plan", "Follow", "Orbit"]) {
     await tab.locator(".osp-views button", { hasText: view }).click();
     await settled(tab);
@@ -129,27 +143,61 @@ test("seven wheels have seven colours and seven labels in the scene, and a selec
   await context.close();
 });
 
-test("keys move the cursor and start and stop the run", async () => {
+test("keys move the cursor and start and stop the run where the time and the scene have the focus", async () => {
   const { context, tab, complaints } = await opened();
-  for (let k = 0; k < 5; k += 1) await tab.keyboard.press("ArrowRight");
-  await settled(tab);
-  assert.equal((await shown(tab)).clock, "0.10 s");
-  await tab.keyboard.press("PageDown");
-  await settled(tab);
-  assert.equal((await shown(tab)).clock, "0.60 s");
-  await tab.keyboard.press("Space");
-  await tab.waitForFunction(() => parseFloat(document.getElementById("clock").textContent) > 0.9, null, { timeout: 60_000 });
-  await tab.keyboard.press("Space");
-  assert.equal(await tab.locator("#play").getAttribute("aria-pressed"), "false");
-  await tab.keyboard.press("Home");
-  await settled(tab);
-  assert.equal((await shown(tab)).clock, "0.00 s");
-  // In the scene arrows turn the view, and leave the cursor where it is.
-  await tab.locator("#scene canvas").focus();
-  await tab.keyboard.press("ArrowRight");
-  await settled(tab);
-  assert.equal((await shown(tab)).clock, "0.00 s");
+  const clock = async () => { await settled(tab); return (await shown(tab)).clock; };
+  for (const selector of ["#time", "#play", "#scene canvas", ".osp-views button"]) {
+    await tab.locator(selector).first().focus();
+    if (selector !== "#scene canvas") { // in the scene arrows turn the view
+      for (let k = 0; k < 5; k += 1) await tab.keyboard.press("ArrowRight");
+      assert.equal(await clock(), "0.10 s", selector);
+      for (let k = 0; k < 5; k += 1) await tab.keyboard.press("ArrowLeft");
+    } else await tab.keyboard.press("ArrowRight");
+    assert.equal(await clock(), "0.00 s", selector);
+    await tab.keyboard.press("PageDown");
+    assert.equal(await clock(), "0.50 s", selector);
+    await tab.keyboard.press("End");
+    assert.notEqual(await clock(), "0.50 s", selector);
+    await tab.keyboard.press("Home");
+    assert.equal(await clock(), "0.00 s", selector);
+  }
+  for (const selector of ["#time", "#play", "#scene canvas"]) {
+    await tab.locator(selector).focus();
+    await tab.keyboard.press("Home");
+    await tab.keyboard.press("Space");
+    await tab.waitForFunction(() => parseFloat(document.getElementById("clock").textContent) > 0.3, null, { timeout: 60_000 });
+    assert.equal(await tab.locator("#play").textContent(), "Pause");
+    await tab.keyboard.press("Space");
+    assert.equal(await tab.locator("#play").textContent(), "Play");
+  }
+  // Its text says what it does: a state besides would say the opposite.
+  assert.equal(await tab.locator("#play").getAttribute("aria-pressed"), null);
+  // Nobody is told of every frame; the slider says where it is.
+  assert.equal(await tab.locator("output, [aria-live]:not([aria-live=off]), #clock[role]").count(), 0);
+  assert.match(await tab.locator("#time").getAttribute("aria-valuetext"), /^\d\.\d\d seconds$/);
   assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("elsewhere keys scroll the page, the table and long settings, and move no cursor", async () => {
+  const { context, tab } = await opened({ viewport: { width: 500, height: 600 } });
+  const still = async () => { await settled(tab); assert.equal((await shown(tab)).clock, "0.00 s"); };
+  await tab.evaluate(() => document.activeElement.blur());
+  await tab.keyboard.press("PageDown");
+  await still();
+  assert.ok(await tab.evaluate(() => scrollY) > 200, "Page Down scrolls the page");
+  await tab.evaluate(() => {
+    document.querySelector("table").style.minWidth = "3000px"; // as of many runs
+    document.querySelector("header").insertAdjacentHTML("beforeend", `<details open><summary>s</summary><pre tabindex="0">${"x\n".repeat(99)}</pre></details>`);
+  });
+  await tab.locator(".wide").focus();
+  for (let k = 0; k < 3; k += 1) await tab.keyboard.press("ArrowRight");
+  await still();
+  assert.ok(await tab.locator(".wide").evaluate((part) => part.scrollLeft) > 20, "an arrow scrolls the table");
+  await tab.locator("header pre").focus();
+  await tab.keyboard.press("End");
+  await still();
+  assert.ok(await tab.locator("header pre").evaluate((part) => part.scrollTop) > 200, "End scrolls long settings");
   await context.close();
 });
 
@@ -247,6 +295,7 @@ test("without WebGL the page says so, and plots and cursor work", async () => {
   const script = () => { const original = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return /webgl/.test(kind) ? null : original.call(this, kind, ...rest); }; };
   const { context, tab, complaints } = await opened({}, { script });
   assert.match(await tab.locator("#scene").textContent(), /needs WebGL 2/);
+  await tab.locator("#play").focus();
   await tab.keyboard.press("PageDown");
   await settled(tab);
   const now = await shown(tab);
@@ -296,4 +345,26 @@ test("each wheel of several vehicles has its own colour, and every run has curve
   const lines = await mixture.tab.evaluate(() => document.getElementById("plots").data.filter(({ yaxis, name }) => yaxis === "y" && !/reference/.test(name)).length);
   assert.equal(lines, await mixture.tab.locator("#runs input:checked").count());
   await mixture.context.close();
+});
+
+test("from above each command is drawn once, and each run's ellipses are, in its colour", async () => {
+  const { context, tab, complaints } = await opened({}, { url: paths });
+  const names = await tab.locator("#runs label").allTextContents();
+  assert.equal(names.length, 3);
+  const drawn = () => tab.evaluate(() => document.getElementById("above").data.map(({ name, line }) => [name, line?.color]));
+  const of = async (pattern) => (await drawn()).filter(([name]) => pattern.test(name));
+  const odometry = new Map((await of(/: odometry$/)).map(([name, colour]) => [name.replace(/: odometry$/, ""), colour]));
+  assert.deepEqual([...odometry.keys()], names);
+  const commands = await of(/^command/);
+  assert.deepEqual(commands, [[`command of ${names[0]}`, odometry.get(names[0])], [`command of ${names[1]}; ${names[2]}`, odometry.get(names[1])]]);
+  assert.deepEqual(await of(/standard deviations/), names.map((name) => [`${name}: 2 standard deviations`, odometry.get(name)]));
+  const legend = () => tab.locator("#ways .entry").allTextContents();
+  assert.deepEqual((await legend()).slice(3), ["true position", "odometry", ...commands.map(([name]) => name), "ellipses: 2 standard deviations of odometry"]);
+  // Of one command it goes without saying whose it is.
+  await tab.locator("#runs input").nth(0).uncheck();
+  await settled(tab);
+  assert.deepEqual((await of(/^command/)).map(([name]) => name), ["command"]);
+  assert.deepEqual((await legend()).slice(2), ["true position", "odometry", "command", "ellipses: 2 standard deviations of odometry"]);
+  assert.deepEqual(complaints, []);
+  await context.close();
 });

@@ -90,14 +90,28 @@ window.reportPlots = (() => {
     return { x: at.map(([x]) => x), y: at.map(([, y]) => y) };
   };
 
+  /** Each command once, with the runs that were to follow it. */
+  const commandsOf = (runs) => {
+    const found = [];
+    for (const each of runs.filter(({ run }) => run.above.command)) {
+      const { command } = each.run.above, same = found.find((other) => other.command.length === command.length && other.command.every((value, k) => value === command[k]));
+      if (same) same.runs.push(each); else found.push({ command, runs: [each] });
+    }
+    return found;
+  };
+  const ofRuns = (some, all) => (some.length === all.length ? "" : ` of ${some.map(({ run }) => run.name).join("; ")}`);
+
   /** Draws the paths of the runs that have odometry; false where none has. */
   const drawPaths = async (shown, time, rowOf, colourOf) => {
     const runs = shown.filter(({ run }) => run.above);
     gd("seen").hidden = runs.length === 0;
     if (runs.length === 0) return false;
-    const colours = look(), first = runs[0].run.above, traces = [];
-    if (first.command) traces.push({ ...way(first.command, "command", { color: colours.faint, width: 5 }), opacity: 0.4 });
-    if (first.ellipses) traces.push({ ...way(first.ellipses, `${first.sigmas} standard deviations`, { color: colourOf(runs[0].index), width: 1 }, first.gap), opacity: 0.6 });
+    const colours = look(), traces = [];
+    // One command of all runs is no run's; of several each has the colour of the first run that was to follow it.
+    const commands = commandsOf(runs).map((each, _, all) => ({ ...each, name: `command${ofRuns(each.runs, runs)}`, colour: all.length === 1 ? colours.faint : colourOf(each.runs[0].index) }));
+    for (const { command, name, colour } of commands) traces.push({ ...way(command, plain(name), { color: colour, width: 5 }), opacity: 0.4 });
+    const unsure = runs.filter(({ run }) => run.above.ellipses);
+    for (const { run: { above, name }, index } of unsure) traces.push({ ...way(above.ellipses, `${plain(name)}: ${above.sigmas} standard deviations`, { color: colourOf(index), width: 1 }, above.gap), opacity: 0.6 });
     for (const { run: { above, name }, index } of runs) {
       if (above.truth) traces.push(way(above.truth, `${plain(name)}: true position`, { color: colourOf(index), width: 2 }));
       traces.push(way(above.odometry, `${plain(name)}: odometry`, { color: colourOf(index), width: 2, dash: "6px,4px" }));
@@ -112,7 +126,8 @@ window.reportPlots = (() => {
       xaxis: { ...axis, title: { text: "x [m]" } }, yaxis: { ...axis, title: { text: "y [m]" }, scaleanchor: "x" },
     };
     await window.Plotly.react("above", traces, layout, config);
-    return { command: Boolean(first.command), ellipses: first.ellipses ? first.sigmas : 0, truth: runs.some(({ run }) => run.above.truth) };
+    const ellipses = unsure.length ? `ellipses${ofRuns(unsure, runs)}: ${unsure[0].run.above.sigmas} standard deviations of odometry` : "";
+    return { commands, ellipses, truth: runs.some(({ run }) => run.above.truth) };
   };
 
   /** Moves the marks of the paths to a time. */

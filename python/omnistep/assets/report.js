@@ -76,6 +76,7 @@
 
   // ---- choices
   const runBoxes = [...document.querySelectorAll("#runs input")];
+  const wheelBoxes = () => [...document.querySelectorAll("#wheels input")];
   const wheelNames = () => [...new Set(shownRuns().flatMap(({ run }) => run.wheels))];
   // The first driven wheel of the front row: it meets an obstacle first.
   const usualWheel = (run) => {
@@ -98,6 +99,9 @@
     const names = wheelNames(), legend = byId("wheels").firstElementChild;
     const wanted = usualWheels(state.wheels.filter((name) => names.includes(name)));
     state.wheels = names.filter((name) => wanted.includes(name));
+    const check = () => wheelBoxes().forEach((box) => { box.checked = state.wheels.includes(box.value); });
+    // The same wheels: whoever goes through them by keyboard keeps his place.
+    if (names.join("\n") === wheelBoxes().map(({ value }) => value).join("\n")) { check(); return; }
     const chips = names.map((name) => {
       const chip = element("label", "wheel"), box = Object.assign(document.createElement("input"), { type: "checkbox", value: name, checked: state.wheels.includes(name) });
       const dot = element("i", "dot");
@@ -113,7 +117,7 @@
     });
     const all = element("button", "", "All");
     all.type = "button";
-    all.addEventListener("click", () => { state.wheels = names; offerWheels(); drawPlots(); remember(); });
+    all.addEventListener("click", () => { state.wheels = names; check(); drawPlots(); remember(); });
     byId("wheels").replaceChildren(legend, ...chips, all);
   };
   const sample = (colour, dash, width = 2) => {
@@ -152,8 +156,8 @@
     byId("ways").replaceChildren(...(ways ? [
       ...runs.filter(({ run }) => run.above).map(({ run, index }) => entry(sample(colourOf(index), "none", 4), run.name)),
       ...(ways.truth ? [entry(sample(ink, "none"), "true position")] : []), entry(sample(ink, "6 4"), "odometry"),
-      ...(ways.command ? [entry(sample("var(--faint)", "none", 5), "command")] : []),
-      ...(ways.ellipses ? [entry(sample(ink, "none", 0.8), `ellipses: ${ways.ellipses} standard deviations of odometry`)] : []),
+      ...ways.commands.map(({ name, colour }) => entry(sample(colour, "none", 5), name)),
+      ...(ways.ellipses ? [entry(sample(ink, "none", 0.8), ways.ellipses)] : []),
     ] : []));
     byId("plots").removeAllListeners?.("plotly_click");
     byId("plots").on("plotly_click", ({ points }) => seek(points[0].x));
@@ -189,7 +193,6 @@
     state.last = performance.now();
     state.dirty = true;
     play.textContent = on ? "Pause" : "Play";
-    play.setAttribute("aria-pressed", String(on));
     remember();
   };
   const choose = (indices) => {
@@ -247,17 +250,20 @@
     const wanted = data.runs.map((_, k) => k).filter((k) => (k === index ? box.checked : state.shown.includes(k)));
     if (wanted.length) choose(wanted); else box.checked = true; // one stays
   }));
-  document.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") hideTip();
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("button, select, input, summary")) return; // they have keys of their own
-    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, PageUp: -0.5, PageDown: 0.5 }[event.key];
-    if (event.key === " ") play.click();
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") hideTip(); });
+  // Elsewhere these keys scroll. What has keys of its own keeps them: Space presses a button, arrows turn the picture.
+  const control = (event) => {
+    const { target, key } = event, own = { BUTTON: [" "], SELECT: null }[target.tagName];
+    if (event.ctrlKey || event.metaKey || event.altKey || own === null || own?.includes(key)) return;
+    const step = { ArrowLeft: -0.02, ArrowRight: 0.02, PageUp: -0.5, PageDown: 0.5 }[key];
+    if (key === " ") play.click();
     else if (step !== undefined) seek(state.time + step);
-    else if (event.key === "Home") seek(0);
-    else if (event.key === "End") seek(end());
+    else if (key === "Home") seek(0);
+    else if (key === "End") seek(end());
     else return;
     event.preventDefault();
-  });
+  };
+  for (const part of [byId("scene"), slider.parentElement]) part.addEventListener("keydown", control);
   addEventListener("resize", () => requestAnimationFrame(moveCursor));
   const frame = (now) => {
     if (state.playing) {
