@@ -283,7 +283,11 @@ test("on a phone runs are chosen and a tap moves the cursor, in the dark, and no
   await tab.locator(".logs summary").tap();
   assert.deepEqual(await tab.locator(".logs dd:visible").allTextContents(), await tab.locator("tr.file td").allTextContents());
   await fits(tab, 390);
-  if (pictures) await tab.screenshot({ path: `${pictures}/report-dark.png` });
+  if (pictures) {
+    await tab.evaluate(() => scrollTo(0, 0));
+    await settled(tab);
+    await tab.screenshot({ path: `${pictures}/report-dark.png` });
+  }
   await tab.locator("#theme").tap();
   await settled(tab);
   assert.equal((await shown(tab)).theme, "light");
