@@ -53,7 +53,7 @@ $omnistep run flat --quiet --set duration_s=2 --set vehicle=omni3 --out "$work/o
 $omnistep run flat --quiet --set duration_s=2 --set vehicle=mecanum4 --out "$work/mecanum4" >/dev/null
 .venv/bin/omnistep report "$work"/logs/flat-*.mcap "$work"/mecanum4/*.mcap -o "$work/vehicles.html" >/dev/null
 # Two paths; of one of them two policies.
-for size in 1.5 2; do $omnistep run figure_eight --quiet --set duration_s=2 --set command.path_size_m=$size --out "$work/path$size" >/dev/null; done
+for size in 1.5 2; do $omnistep run figure_eight --quiet --set duration_s=2 --set "command.path_size_m=$size" --out "$work/path$size" >/dev/null; done
 $omnistep run figure_eight --quiet --set duration_s=2 --policy independent --out "$work/path2" >/dev/null
 .venv/bin/omnistep report "$work"/path1.5/*.mcap "$work"/path2/*.mcap -o "$work/paths.html" >/dev/null
 REPORT=$work/report.html VEHICLES=$work/vehicles.html PATHS=$work/paths.html MIXED=$work/mixed.html CHROMIUM=$chromium PICTURES=${PICTURES:-} node --test --test-reporter=spec tests/viewers/report.test.mjs
