@@ -11,7 +11,7 @@ use crate::builtin::{Builtin, EXPERIMENTS, SCENARIOS, STUDIES, VEHICLES, kind_of
 use crate::file_kind::FileKind;
 use crate::kind_tables::INNER_KEY;
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
-use crate::suggestion::{did_you_mean, with_nearest};
+use crate::suggestion::{nearest, with_nearest};
 use crate::{Error, SCHEMA_VERSION};
 
 /// A text and where it came from.
@@ -256,8 +256,13 @@ fn meant(missing: &Path, builtin: &[Builtin]) -> String {
         .filter(|file| file.ends_with(".toml"))
         .collect();
     let known = builtin.iter().flat_map(|kind| kind.iter()).map(|(name, _)| *name);
-    let known = files.iter().map(String::as_str).chain(known);
-    did_you_mean(&name(missing).unwrap_or_default(), known)
+    let known: Vec<_> = files.iter().map(String::as_str).chain(known).collect();
+    // Without the ending, in which all files are alike.
+    let stem = |name| str::strip_suffix(name, ".toml").unwrap_or(name);
+    let missing = name(missing).unwrap_or_default();
+    let near = nearest(stem(&missing), known.iter().map(|name| stem(name)));
+    let meant = near.and_then(|near| known.iter().find(|name| stem(name) == near));
+    meant.map_or_else(String::new, |meant| format!(" (did you mean {meant:?}?)"))
 }
 
 /// Comes before everything else: what the keys of another version mean is not for this program to say.

@@ -121,8 +121,7 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
     let source = Source::vehicle(vehicle, None)?;
     let other = Vehicle::from_source(&source, &[])?;
     let wheels = other.wheel.len();
-    let text = with_room(text, like, &other)?;
-    let text = text.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
+    let text = with_room(&text, like, &other)?.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
     // Balls where they are a valid wheel model, else the rollers of the vehicle's file if it has them.
     let scenario = Scenario::from_source(&Source::text(like, &*text), &[])?;
     let has_rollers = |i| scenario.vehicle().rollers(i, WheelModel::Rollers).is_some();
@@ -138,19 +137,19 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
 }
 
 /// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and time for the longer way.
-fn with_room(text: String, like: &str, vehicle: &Vehicle) -> Result<String, Error> {
-    let usual = Scenario::from_source(&Source::text(like, &*text), &[])?;
+fn with_room(text: &str, like: &str, vehicle: &Vehicle) -> Result<String, Error> {
+    let usual = Scenario::from_source(&Source::text(like, text), &[])?;
     let Some(obstacle) = usual.terrain.obstacle() else {
-        return Ok(text);
+        return Ok(text.into());
     };
     let at_m = obstacle_at_m(vehicle, obstacle.from_m);
     if at_m <= obstacle.from_m {
-        return Ok(text);
+        return Ok(text.into());
     }
     let longer_m = (behind_m(vehicle) - behind_m(usual.vehicle())).max(0.0) + at_m - obstacle.from_m;
     let speed_m_s = usual.command.vx_m_s.abs().max(0.1);
     let duration_s = (usual.duration_s + longer_m / speed_m_s).ceil();
-    let text = with_value(&text, "at_m", &format!("{at_m:.1}"));
+    let text = with_value(text, "at_m", &format!("{at_m:.1}"));
     Ok(with_value(&text, "duration_s", &format!("{duration_s:.1}")))
 }
 
@@ -163,7 +162,8 @@ fn with_value(text: &str, key: &str, value: &str) -> String {
         "{:<27} # for the length of this vehicle",
         format!("{start}{value}")
     );
-    text.replacen(line.unwrap_or_default(), &other, 1)
+    let line = line.unwrap_or_default();
+    text.replacen(&format!("\n{line}\n"), &format!("\n{other}\n"), 1)
 }
 
 /// A text as TOML writes it.

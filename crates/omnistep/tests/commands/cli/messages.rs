@@ -259,7 +259,7 @@ fn help_and_message_of_a_python_command_name_the_same_extra() {
     let help = stdout(&omnistep(folder.path(), &["help"]));
     let commands: Vec<_> = help
         .lines()
-        .filter(|line| line.ends_with("[Python]."))
+        .filter(|line| line.ends_with("[Python]"))
         .filter_map(|line| line.split_whitespace().next())
         .collect();
     assert_eq!(commands.len(), 7, "{help}");
@@ -298,6 +298,10 @@ fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
         (
             &["check", "climbmap"],
             "error: climbmap (did you mean \"climb_map\"?): ",
+        ),
+        (
+            &["check", "mybot"],
+            "error: mybot (did you mean \"mybot.toml\"?): ",
         ),
         (
             &["check", "mybto.toml"],
