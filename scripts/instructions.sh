@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v valgrind >/dev/null || { echo "valgrind is needed; on Debian or Ubuntu: apt install valgrind" >&2; exit 1; }
-cargo build --locked --quiet --profile dist -p omnistep-core --example instructions
-export PROGRAM=${CARGO_TARGET_DIR:-target}/dist/examples/instructions
+cargo build --locked --quiet --release -p omnistep-core --example instructions
+export PROGRAM=${CARGO_TARGET_DIR:-target}/release/examples/instructions
 few=10000 many=20000
 
 # Arguments of the program: prints them and the instructions executed.
