@@ -179,16 +179,16 @@ mod tests {
         let allowed = "allowed: 16 parts and 200 characters at most";
         for key in long_keys() {
             let axis = Axis::new(&*key, vec![1.into()]);
-            let of_axis = Study::of_points("long", "step", vec![axis], Seeds::Count(1)).unwrap_err();
+            let of_axis = Study::of_points("long", "step", vec![axis], Seeds::Count(1)).expect_err("refused");
             let file = format!(
                 "schema_version = 1\nname = \"long\"\nscenario = \"step\"\nseeds = 1\n[set]\n\"{key}\" = 1\n"
             );
-            let study = Study::from_source(&Source::text("y.toml", file)).unwrap();
+            let study = Study::from_source(&Source::text("y.toml", file)).expect("read");
             for error in [
-                Override::parse(&format!("{key}=1")).unwrap_err(),
-                Scenario::load("step", &[Override::new(&*key, 1)]).unwrap_err(),
-                Scenario::load("step", &[Override::new(format!("vehicle.{key}"), 1)]).unwrap_err(),
-                study.points(&[]).unwrap_err(),
+                Override::parse(&format!("{key}=1")).expect_err("refused"),
+                Scenario::load("step", &[Override::new(&*key, 1)]).expect_err("refused"),
+                Scenario::load("step", &[Override::new(format!("vehicle.{key}"), 1)]).expect_err("refused"),
+                study.points(&[]).expect_err("refused"),
                 of_axis,
             ] {
                 let said = error.to_string();
@@ -201,8 +201,8 @@ mod tests {
     #[test]
     fn a_key_of_16_parts_or_200_characters_is_looked_for() {
         for key in [["a"; 16].join("."), format!("terrain.{}", "a".repeat(192))] {
-            let set = Override::parse(&format!("{key}=1")).unwrap();
-            let said = Scenario::load("step", &[set]).unwrap_err().to_string();
+            let set = Override::parse(&format!("{key}=1")).expect("read");
+            let said = Scenario::load("step", &[set]).expect_err("refused").to_string();
             assert!(said.contains("unknown field"), "{said}");
         }
     }

@@ -123,18 +123,10 @@ impl Study {
     /// An override; a path in it, relative to the study's file, made absolute.
     fn located(&self, key: &str, value: &Value) -> Override {
         let mut value = value.clone();
-        let is_path: [(&str, fn(&str, &Path) -> bool); 3] = [
-            ("vehicle", |name, folder| {
-                !VEHICLES.iter().any(|(known, _)| *known == name)
-                    && (name.ends_with(".toml") || folder.join(name).is_file())
-            }),
-            ("terrain.image", |image, _| HeightMap::is_path(image)),
-            ("command.file", |file, _| CommandFile::is_path(file)),
-        ];
-        for (path_key, is_path) in is_path {
+        for path_key in ["vehicle", "terrain.image", "command.file"] {
             if let (Some(folder), Some(Value::String(name))) =
                 (&self.origin.folder, part(key, &mut value, path_key))
-                && is_path(name, folder)
+                && is_path(path_key, name, folder)
                 && let Ok(path) = std::path::absolute(folder.join(&*name))
             {
                 *name = path.display().to_string();
@@ -236,6 +228,19 @@ impl Grid<'_> {
             values: chosen,
             scenario,
         })
+    }
+}
+
+/// Is the text of this key a path, and neither a built-in name nor the thing itself? A name without the ending of a vehicle's file
+/// is one where the folder has it.
+fn is_path(key: &str, name: &str, folder: &Path) -> bool {
+    match key {
+        "terrain.image" => HeightMap::is_path(name),
+        "command.file" => CommandFile::is_path(name),
+        _ => {
+            !VEHICLES.iter().any(|(known, _)| *known == name)
+                && (name.ends_with(".toml") || folder.join(name).is_file())
+        }
     }
 }
 
