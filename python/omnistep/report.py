@@ -39,10 +39,10 @@ _GAP = float(2**60)
 _OF_A_RUN = ("policy", "seed")
 #: Figures that the command's tables have no row for.
 _MORE = ("required_friction",)
-#: Mark of a run whose balls do not stand for its wheels, and what it means; the command has the same mark.
+#: Mark of a run whose balls are not a valid model of its wheels, and what it means; the command has the same mark.
 _BEYOND_BALLS = (
     " *",
-    "* The balls do not stand for this vehicle's wheels on this ground. Run with physics.wheel_model=rollers.",
+    "* Balls are not a valid model of this vehicle's wheels on this ground. Run with physics.wheel_model=rollers.",
 )
 #: Runs that are shown when the page is opened; the others are chosen by hand.
 _SHOWN = 6
@@ -228,7 +228,7 @@ def _file_name(log: Log) -> str:
 
 
 def _verdict(log: Log) -> str:
-    """Return what the run amounts to, with a mark where its balls do not stand for its wheels."""
+    """Return what the run amounts to, with a mark where its balls are not a valid model of its wheels."""
     if log.outcome is None:
         return "recorded" if log.recorded else "ended early"
     return log.outcome.verdict + ("" if _is_valid(log) else _BEYOND_BALLS[0])

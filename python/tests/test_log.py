@@ -74,7 +74,7 @@ def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
         path = tmp_path / f"{vehicle}-{model}.mcap"
         omnistep.run("step", overrides=given, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    footnote = "* The balls do not stand for this vehicle&#x27;s wheels on this ground."
+    footnote = "* Balls are not a valid model of this vehicle&#x27;s wheels on this ground."
     text = report.page(logs)
     (verdicts,) = re.findall(r'<tr class="verdict">(.*?)</tr>', text)
     assert re.findall(r"<td><span>([^<]*)<", verdicts) == ["unfinished *", "unfinished", "unfinished"]

@@ -244,7 +244,7 @@ test("what a field must not have is said below it, and no outcome of an earlier 
   await context.close();
 });
 
-test("wheels are rollers where balls do not stand for them, unless balls are chosen, and then the outcome is marked", async () => {
+test("wheels are rollers where balls are not a valid model of them, unless balls are chosen, and then the outcome is marked", async () => {
   const { context, tab, complaints } = await opened("#scenario=step&vehicle=mecanum4&policy=paper");
   assert.equal(await tab.locator("#model").inputValue(), "rollers");
   assert.match(await tab.locator("#commands pre").first().textContent(), /physics\.wheel_model=rollers/);
@@ -253,7 +253,7 @@ test("wheels are rollers where balls do not stand for them, unless balls are cho
   await until(tab, "time", ([time]) => time === 0, "the start");
   assert.equal(await tab.locator("#model").inputValue(), "ball");
   await tab.goto(`${page}#scenario=step&vehicle=mecanum4&policy=paper&wheels=ball`);
-  await tab.locator("#model-note", { hasText: "The balls do not stand for this vehicle's wheels on this ground." }).waitFor();
+  await tab.locator("#model-note", { hasText: "Balls are not a valid model of this vehicle's wheels on this ground." }).waitFor();
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   await tab.locator("#run", { hasText: "Pause" }).click();

@@ -44,7 +44,7 @@ export class Engine {
 
   close(run) { this.#of.run_close(run); }
 
-  /** The same request with a wheel model, where it has none: balls, or rollers where balls do not stand for the wheels. */
+  /** The same request with a wheel model, where it has none: balls, or rollers where balls are not a valid model of the wheels. */
   withWheels(request) {
     if (MODEL in (request.set ?? {})) return request;
     const as = (model) => ({ ...request, set: { ...request.set, [MODEL]: model } });

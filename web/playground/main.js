@@ -162,8 +162,8 @@ const fill = () => {
 };
 /** Why the wheels are simulated as they are, where that is not as usual. */
 const noteOf = ({ wheels: model, wheel_model_valid: valid }) => {
-  if (!valid) return "The balls do not stand for this vehicle's wheels on this ground. Choose rollers as the wheel model.";
-  return model === "rollers" && settings.wheels === undefined ? "The wheel model is rollers, because balls do not stand for this vehicle's wheels on this ground." : "";
+  if (!valid) return "Balls are not a valid model of this vehicle's wheels on this ground. Choose rollers as the wheel model.";
+  return model === "rollers" && settings.wheels === undefined ? "The wheel model is rollers, because balls are not a valid model of this vehicle's wheels on this ground." : "";
 };
 
 // ---- what is wrong with a field, below it

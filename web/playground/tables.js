@@ -65,7 +65,7 @@ export class Wheels {
   }
 }
 
-/** Behind a verdict where the balls do not stand for the wheels, as in the command's tables. */
+/** Behind a verdict where the balls are not a valid model of the wheels, as in the command's tables. */
 const MARK = " *";
 
 /** Figures down, runs across: the figures that the command's table of these runs has. Below it what the mark and the figures mean. */

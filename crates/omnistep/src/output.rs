@@ -35,7 +35,7 @@ pub(crate) fn warn(text: &str) {
 pub(crate) const BEYOND_BALLS: &str =
     "* balls are no valid wheel model there, and this result is not valid; use physics.wheel_model=rollers";
 
-/// What a run amounts to, with a mark where its balls do not stand for its wheels.
+/// What a run amounts to, with a mark where its balls are not a valid model of its wheels.
 pub(crate) fn marked(text: String, wheel_model_valid: bool) -> String {
     if wheel_model_valid { text } else { text + " *" }
 }
