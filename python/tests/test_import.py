@@ -141,7 +141,7 @@ def test_frames_are_where_somebody_saw_the_vehicle_and_a_report_shows_them(round
     assert main() == 0
     text = out.read_text()
     # It has no outcome; what the import said is there to be opened, and nothing of it runs.
-    assert "<span>recorded</span></td>" in text and "<summary>import</summary><pre>" in text
+    assert "<span>recorded</span></td>" in text and "<summary>import</summary><pre tabindex=0>" in text
 
 
 def test_odometry_is_where_the_vehicle_was_first_seen(folder):

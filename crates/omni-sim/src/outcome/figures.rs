@@ -112,7 +112,7 @@ impl Figure {
         Self::new("work_j", "work", "J", 2, |o| Some(o.work_j)).says("Mechanical work of the motors.").lower(),
         // Reports have it; the command's tables are of the runs' results.
         Self::new("required_friction", "required friction", "", 2, |o| Some(o.required_friction))
-            .says("95th percentile of the friction coefficient that loaded wheels needed, as averages over 10 ms.")
+            .says("The 95th percentile of the friction coefficient that loaded wheels needed, as averages over 10 ms.")
             .lower()
             .of(|_| false),
     ];
