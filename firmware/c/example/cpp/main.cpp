@@ -2,6 +2,8 @@
 
 #include "controller.hpp"
 
+static_assert(OMNI_WHEELS >= 5, "this example breaks the cable of wheel 5");
+
 int main() {
     BaseController controller;
     std::array<double, OMNI_WHEELS> velocities{}; // what the motors of this example do
