@@ -6,7 +6,7 @@ import { createServer } from "node:http";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
 import { McapStreamReader } from "@mcap/core";
-import { chromium } from "playwright-core";
+import { launched } from "./browser.mjs";
 
 const folder = process.env.PLAYGROUND, pictures = process.env.PICTURES;
 const TYPES = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
@@ -24,11 +24,7 @@ before(async () => {
   });
   await new Promise((done) => { server.listen(0, "127.0.0.1", done); });
   page = `http://127.0.0.1:${server.address().port}/`;
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    // WebGL without a graphics card.
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
-  });
+  browser = await launched();
 });
 after(async () => {
   await browser?.close();

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
+import { launched } from "./browser.mjs";
 
 const page = pathToFileURL(process.env.REPORT).href, mixed = pathToFileURL(process.env.MIXED).href, vehicles = pathToFileURL(process.env.VEHICLES).href;
 const paths = pathToFileURL(process.env.PATHS).href;
@@ -11,11 +11,7 @@ const pictures = process.env.PICTURES;
 let browser;
 
 before(async () => {
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    // WebGL without a graphics card.
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
-  });
+  browser = await launched();
 });
 after(() => browser?.close());
 
