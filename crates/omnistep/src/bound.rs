@@ -4,12 +4,13 @@ use std::io::Write;
 
 use comfy_table::Table;
 use omni_bound::{Bound, RowBound};
-use omni_config::{FileKind, Override, Scenario};
+use omni_config::{Override, Scenario};
 use serde::Serialize;
 
 use crate::Error;
 use crate::args::parse_overrides;
 use crate::output::{aligned, print};
+use crate::scenario_or_vehicle::scenario_or_vehicle;
 
 /// One line of `--json`.
 #[derive(Serialize)]
@@ -73,17 +74,8 @@ pub(super) fn bound(name: &str, overrides: &[String], json: bool, out: &mut dyn 
 
 /// A scenario by its name, or the step with a vehicle by its name.
 fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
-    match Scenario::load(name, &overrides) {
-        Err(omni_config::Error::OtherKind {
-            found: FileKind::Vehicle,
-            ..
-        }) => {
-            let mut all = vec![Override::new("vehicle", name)];
-            all.extend(overrides);
-            Ok(Scenario::load("step", &all)?)
-        }
-        other => other.map_err(|error| error.to_command("bound").into()),
-    }
+    scenario_or_vehicle(name, overrides, || Ok(("step", Vec::new())))
+        .map_err(|error| error.to_command("bound").into())
 }
 
 fn table(rows: &[RowBound]) -> Table {

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use omni_config::{FileKind, Override, Scenario, Vehicle};
+use omni_config::{Override, Scenario, Vehicle};
 use omni_log::{Live, Opened, Pilot, Until, driving_pace, run_live};
 use omni_sim::Simulation;
 
@@ -17,6 +17,7 @@ use crate::live::{explain, page_of, show};
 use crate::notices::announce_vehicle;
 use crate::output::say;
 use crate::room::obstacle_at_m;
+use crate::scenario_or_vehicle::scenario_or_vehicle;
 use crate::signals::stop_flag;
 use keys::Keys;
 
@@ -80,16 +81,9 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
 
 /// A scenario by its name, or the bumps with a vehicle by its name.
 fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
-    match Scenario::load(name, &overrides) {
-        Err(omni_config::Error::OtherKind {
-            found: FileKind::Vehicle,
-            ..
-        }) => {
-            let mut all = ground_for(&Vehicle::load(name)?);
-            all.push(Override::new("vehicle", name));
-            all.extend(overrides);
-            Ok(Scenario::load(GROUND, &all)?)
-        }
+    match scenario_or_vehicle(name, overrides, || {
+        Ok((GROUND, ground_for(&Vehicle::load(name)?)))
+    }) {
         // Of two lists of names the one with a name that may have been meant.
         Err(unknown @ omni_config::Error::UnknownName { .. }) => Err(match Vehicle::load(name) {
             Err(other) if other.to_string().contains("(did you mean ") => other.into(),

@@ -3,12 +3,13 @@
 use std::io::Write;
 use std::path::Path;
 
-use omni_config::{FileKind, Override, Scenario, Source, Vehicle};
+use omni_config::{Override, Scenario, Source, Vehicle};
 use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicle_urdf};
 
 use crate::Error;
 use crate::args::{CommandInterface, Format, parse_overrides};
 use crate::output::print;
+use crate::scenario_or_vehicle::scenario_or_vehicle;
 
 /// Writes a vehicle, or a scenario, into a file or to standard output.
 pub(super) fn export(
@@ -63,15 +64,6 @@ fn vehicle(name: &str, overrides: &[String]) -> Result<Vehicle, Error> {
 
 /// A scenario by its name, or a vehicle by its name on level ground.
 fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
-    match Scenario::load(name, &overrides) {
-        Err(omni_config::Error::OtherKind {
-            found: FileKind::Vehicle,
-            ..
-        }) => {
-            let mut all = vec![Override::new("vehicle", name)];
-            all.extend(overrides);
-            Ok(Scenario::load("flat", &all)?)
-        }
-        other => other.map_err(|error| error.to_command("export").into()),
-    }
+    scenario_or_vehicle(name, overrides, || Ok(("flat", Vec::new())))
+        .map_err(|error| error.to_command("export").into())
 }

@@ -32,6 +32,7 @@ mod ripple;
 mod room;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod scenario_or_vehicle;
 mod signals;
 #[cfg(feature = "study")]
 mod study;
