@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Output;
 
-use super::{omnistep, rows, stdout};
+use super::{omnistep, rows, stderr, stdout};
 
 const SIDE_ON: [&str; 6] = [
     "--set",
@@ -13,10 +13,6 @@ const SIDE_ON: [&str; 6] = [
     "--set",
     "command.frame=world",
 ];
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 /// A run of a tenth of a second of a scenario, and what it says.
 fn run(folder: &Path, scenario: &str, more: &[&str]) -> Output {

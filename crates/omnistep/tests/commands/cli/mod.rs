@@ -19,9 +19,12 @@ mod ros2_control;
 mod ros2_control_urdf;
 mod side_by_side;
 mod stopped;
+mod suggestions;
 mod traction;
 mod untrusted_files;
+mod warnings;
 
+use std::fs;
 use std::path::Path;
 use std::process::Output;
 
@@ -42,6 +45,10 @@ pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
+pub(crate) fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
 /// The objects of standard output, one a line.
 pub(crate) fn rows(output: &Output) -> Vec<Value> {
     let text = stdout(output);
@@ -59,4 +66,19 @@ pub(crate) fn refused(folder: &Path, args: &[&str]) -> String {
     assert_eq!(said.lines().count(), 1, "{args:?}: {said}");
     assert!(!said.contains("panicked"), "{said}");
     said
+}
+
+/// A folder with a file of each kind: `v.toml`, `s.toml`, `y.toml`, `w.toml`, and a short log `l.mcap`.
+pub(crate) fn one_of_each() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../omni-config/assets");
+    for (from, to) in [
+        ("vehicles/omni3.toml", "v.toml"),
+        ("scenarios/flat.toml", "s.toml"),
+        ("studies/climb_map.toml", "y.toml"),
+        ("scenarios/wheels.toml", "w.toml"),
+    ] {
+        fs::copy(assets.join(from), folder.path().join(to)).unwrap();
+    }
+    folder
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use super::{omnistep, refused, rows, stdout};
+use super::{omnistep, refused, rows, stderr, stdout};
 
 /// A step of 10 cm, higher than the wheels' radius of 6.6 cm: no friction brings a row onto it.
 const HOPELESS: [&str; 6] = [
@@ -16,10 +16,6 @@ const HOPELESS: [&str; 6] = [
     "terrain.height_m=0.1",
     "--set",
 ];
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 /// What a command says of the hopeless step.
 fn hopeless(folder: &Path, command: &[&str], more: &[&str]) -> Output {
