@@ -239,7 +239,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let faults = state.faults.faults();
         let stopped = matches!(mode, DriveMode::SafeStop | DriveMode::EmergencyStop);
         DriveSample {
-            brake: faults.map(|fault| fault.is_some() && stopped),
+            brake: faults.map(|fault| wheels.short || (fault.is_some() && stopped)),
             mode,
             faults,
             shaped,

@@ -167,6 +167,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         &self.kinematics
     }
+
+    pub(crate) fn period_s(&self) -> R {
+        self.config.period_s
+    }
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {

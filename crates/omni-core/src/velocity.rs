@@ -10,6 +10,13 @@ use crate::error::{ConfigError, period, within};
 /// Longest window \[control periods\].
 const LONGEST: usize = 32;
 
+/// A counter that moves by no more than this many counts stands, or toggles about an edge.
+const STANDING_COUNTS: i32 = 2;
+
+/// For at least this time \[s\], and for as long as a wheel of [`SLOWEST_RAD_S`] takes for one count more.
+const STANDING_S: f64 = 0.1;
+const SLOWEST_RAD_S: f64 = 0.25;
+
 /// How a velocity is made of counts.
 ///
 /// With a count of angle `d`, a period `T` and a wheel that turns steadily, the reading is off by at most (in brackets what it lags behind
@@ -82,7 +89,12 @@ pub struct VelocityConfig<R> {
 /// Velocity out of counts, by the method that its configuration chooses.
 ///
 /// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method it is at most one count
-/// over the time without. Nothing divides by a time or by counts that can be zero, and every reading is finite.
+/// over the time without. A counter that has stayed within two counts for [`VelocityEstimator::standing_s`] stands, or toggles about an
+/// edge: the velocity is exactly 0 by every method until it has left them. So an encoder whose wire is cut, which is a counter that stands
+/// or toggles, repeats one reading, and a [`FaultMonitor`](crate::FaultMonitor) finds it. A wheel slower than three counts in that time
+/// reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+///
+/// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 ///
 /// ```
 /// use omni_core::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -98,11 +110,16 @@ pub struct VelocityConfig<R> {
 ///     read = estimator.step(&mut state, at(now_s) - at(now_s - 0.001), Some(since_edge_s));
 /// }
 /// assert!((read - 5.0).abs() < 1e-9);
-/// // Then the wheel stands.
-/// for _ in 0..1000 {
+/// // Then the wheel stands, and a while later that is known.
+/// assert!((estimator.standing_s() - 3.0 * count_rad / 0.25).abs() < 0.001);
+/// for _ in 0..200 {
 ///     read = estimator.step(&mut state, 0, None);
 /// }
-/// assert!(read > 0.0 && read <= count_rad / 1.0); // at most a count in the second since
+/// assert!(read > 0.0 && read <= count_rad / 0.2); // at most a count in the fifth of a second since
+/// for _ in 0..50 {
+///     read = estimator.step(&mut state, 0, None);
+/// }
+/// assert_eq!(read, 0.0);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,9 +129,10 @@ pub struct VelocityEstimator<R> {
     law: VelocityLaw<R>,
     count_rad: R,
     period_s: R,
+    standing_periods: u32,
 }
 
-constant_struct!(VelocityEstimator<R> { law: VelocityLaw<R>, count_rad: R, period_s: R });
+constant_struct!(VelocityEstimator<R> { law: VelocityLaw<R>, count_rad: R, period_s: R, standing_periods: u32 });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -165,6 +183,10 @@ pub struct VelocityState<R> {
     /// Age of the last edge when its period ended \[s\], and periods since without one.
     aged_s: R,
     quiet: u32,
+    /// Lowest and highest count since the counter last left two counts, from the present one, and the periods since.
+    lowest: i32,
+    highest: i32,
+    stood: u32,
     /// Angle estimated beyond the counted one \[rad\].
     beyond_rad: R,
     rate_rad_s: R,
@@ -190,6 +212,9 @@ impl<R: Real> VelocityState<R> {
             way: 0,
             aged_s: R::ZERO,
             quiet: u32::MAX,
+            lowest: 0,
+            highest: 0,
+            stood: 0,
             beyond_rad: R::ZERO,
             rate_rad_s: R::ZERO,
         }
@@ -253,11 +278,34 @@ impl<R: Real> VelocityEstimator<R> {
                 }
             }
         };
+        let most = (f64::from(STANDING_COUNTS) + 1.0) * count_rad.as_f64() / SLOWEST_RAD_S;
+        let standing_s = if most > STANDING_S { most } else { STANDING_S };
+        // Rounded, and at least two periods; the cast saturates.
+        let standing_periods = ((standing_s / period_s.as_f64() + 0.5) as u32).max(2);
         Ok(Self {
             law,
             count_rad,
             period_s,
+            standing_periods,
         })
+    }
+
+    /// How long a counter must stay within two counts before its wheel stands \[s\]: 0.1, or the time of three counts at 0.25 rad/s where
+    /// that is longer, in whole control periods, at least two.
+    ///
+    /// ```
+    /// use omni_core::{VelocityConfig, VelocityEstimator, VelocityMethod};
+    /// let of = |counts| {
+    ///     let count_rad = core::f64::consts::TAU / counts;
+    ///     VelocityEstimator::new(VelocityConfig { method: VelocityMethod::Edges, count_rad, period_s: 0.001 })
+    /// };
+    /// assert!((of(2048.0)?.standing_s() - 0.1).abs() < 1e-12);
+    /// assert!((of(64.0)?.standing_s() - 1.178).abs() < 1e-12);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn standing_s(&self) -> R {
+        whole::<R>(i64::from(self.standing_periods)) * self.period_s
     }
 
     /// Takes in the counts of one control period, positive forwards, and returns the velocity \[rad/s\].
@@ -307,12 +355,30 @@ impl<R: Real> VelocityEstimator<R> {
                 state.rate_rad_s
             }
         };
-        if counts == 0 {
+        if self.stands(state, counts) {
+            R::zero()
+        } else if counts == 0 {
             let most = self.most_rad_s(state);
             rate.limited(-most, most)
         } else {
             rate
         }
+    }
+
+    /// Has the counter stayed within two counts for long enough?
+    #[inline]
+    fn stands(&self, state: &mut VelocityState<R>, counts: i32) -> bool {
+        let (lowest, highest) = (
+            state.lowest.saturating_sub(counts),
+            state.highest.saturating_sub(counts),
+        );
+        (state.lowest, state.highest) = (lowest.min(0), highest.max(0));
+        if state.highest.saturating_sub(state.lowest) > STANDING_COUNTS {
+            (state.lowest, state.highest, state.stood) = (0, 0, 0);
+        } else {
+            state.stood = state.stood.saturating_add(1);
+        }
+        state.stood >= self.standing_periods
     }
 
     /// Lets a period pass. Where it had counts: how many edges lie between its last one and the last one before, and how much time.

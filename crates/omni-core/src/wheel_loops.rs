@@ -16,6 +16,7 @@ use crate::pid::is_plausible;
 use crate::{Pid, Real, WheelVelocities};
 use limit::{AtLimit, start_afresh_where_not_finite};
 pub use overload::Overload;
+pub(crate) use rest::RestState;
 use rest::is_rest;
 pub use rest::{Rest, RestRule};
 pub use sample::{ControlState, WheelControlConfig, WheelSample};
@@ -95,11 +96,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             pid: Pid::new(config.pid)?,
             limits: TorqueLimits::new(&config.limits),
             coordination: config.coordination,
-            rest: RestRule::new(Rest::default(), config.pid.period_s)?,
+            rest: RestRule::usual(config.pid.period_s),
         })
     }
 
-    /// The same loops with another rule for rest than [`Rest::default`].
+    /// The same loops, whose torque ends as `rest` says instead of [`Rest::default`].
     ///
     /// # Errors
     /// Parameters `rest.bleed_s`, `rest.hold_s`, `rest.hold_heat_n2m2s` outside their ranges.
@@ -258,6 +259,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out.measured = *inputs.measured;
         out.active = [true; N];
         out.common_factor = R::one();
+        (out.ended, out.short) = (false, false);
         self.limits.ranges(&out.measured.rad_s, &mut out.range);
         let some_let_go = inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s);
         if some_let_go {
@@ -265,6 +267,14 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         if let Some(within) = inputs.within {
             out.range.restrict(within);
+        }
+        let resting = is_rest(inputs.reference);
+        if resting {
+            if self.rest.is_over(&state.rest) {
+                stand(state, self.rest.shorts(), out);
+                return;
+            }
+            self.rest.narrow(&state.rest, &mut out.range);
         }
 
         let mut taken_in = [R::zero(); N];
@@ -348,10 +358,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
         }
         self.hold_integrals(state);
-        if is_rest(inputs.reference) {
-            self.rest.step(state, &out.applied.n_m);
+        if resting {
+            self.rest
+                .step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
         } else {
-            self.rest.drive(state);
+            self.rest.drive(&mut state.rest);
         }
     }
 
@@ -390,6 +401,16 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             }
         }
     }
+}
+
+/// No torque, whatever is measured, and loops that start afresh when a reference is not 0 again.
+#[inline(never)]
+fn stand<R: Real, const N: usize>(state: &mut ControlState<R, N>, short: bool, out: &mut WheelSample<R, N>) {
+    *state = ControlState {
+        rest: state.rest,
+        ..ControlState::new()
+    };
+    out.end(short);
 }
 
 /// Every number is something a sensor or a command can mean.

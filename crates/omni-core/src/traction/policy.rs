@@ -3,7 +3,8 @@
 use super::{
     Supervisor, SupervisorState, Traction, TractionObservation, TractionSample, TractionState, TractionTarget,
 };
-use crate::{Policy, Readings, Real, TwistLimiter, TwistLimiterState};
+use crate::wheel_loops::{RestRule, RestState};
+use crate::{BodyTwist, ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
 
 /// Names of the signals that [`TractionPolicy`] has of its own.
 const SIGNALS: [&str; 11] = [
@@ -37,6 +38,7 @@ pub struct TractionPolicyState<R, const N: usize> {
     limited: TwistLimiterState<R>,
     traction: TractionState<R, N>,
     supervisor: SupervisorState<R>,
+    rest: RestState<R>,
 }
 
 /// A vehicle's limits, a [`Supervisor`], a [`Traction`]: from readings to torques.
@@ -66,9 +68,21 @@ pub struct TractionPolicy<R, const N: usize> {
     limiter: TwistLimiter<R>,
     supervisor: Option<Supervisor<R, N>>,
     traction: Traction<R, N>,
+    rest: RestRule<R>,
     state: TractionPolicyState<R, N>,
     observed: TractionObservation<R, N>,
     sample: TractionSample<R, N>,
+}
+
+impl<R: Real, const N: usize> TractionPolicyState<R, N> {
+    const fn new() -> Self {
+        Self {
+            limited: TwistLimiterState::new(),
+            traction: TractionState::new(),
+            supervisor: SupervisorState::new(),
+            rest: RestState::new(),
+        }
+    }
 }
 
 impl<R: Real, const N: usize> TractionPolicy<R, N> {
@@ -131,15 +145,47 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         Self {
             limiter,
             supervisor,
+            rest: RestRule::usual(traction.period_s()),
             traction,
-            state: TractionPolicyState {
-                limited: TwistLimiterState::new(),
-                traction: TractionState::new(),
-                supervisor: SupervisorState::new(),
-            },
+            state: TractionPolicyState::new(),
             observed: TractionObservation::zero(),
             sample: TractionSample::zero(),
         }
+    }
+
+    /// The same policy, whose torque ends as `rest` says instead of [`Rest::default`].
+    ///
+    /// # Errors
+    /// Those of [`WheelController::with_rest`](crate::WheelController::with_rest).
+    ///
+    /// ```
+    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Rest, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionWheel, TwistLimiter, TwistLimits, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let limit = TorqueLimit::constant(2.0)?;
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let any = AxisLimits::unlimited();
+    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// let mut rest = Rest::default();
+    /// rest.bleed_s = 0.003; // three periods
+    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction).with_rest(rest)?;
+    /// // Every encoder is stuck at 5 rad/s. The motors have 2 N.m.
+    /// let (stuck, mut torques_n_m) = (Readings::new(BodyTwist::ZERO, &[5.0; 4]), [0.0; 4]);
+    /// for _ in 0..4 {
+    ///     policy.step(&stuck, &mut torques_n_m);
+    /// }
+    /// assert_eq!(torques_n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn with_rest(self, rest: Rest<R>) -> Result<Self, ConfigError> {
+        Ok(Self {
+            rest: RestRule::new(rest, self.traction.period_s())?,
+            ..self
+        })
     }
 
     /// The law.
@@ -277,9 +323,28 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     }
 }
 
+impl<R: Real, const N: usize> TractionPolicy<R, N> {
+    /// At a command of rest: the torques within what is left of their ranges, in the end none.
+    #[inline(never)]
+    fn end_torque(&mut self) {
+        let wheels = &mut self.sample.wheels;
+        if self.rest.is_over(&self.state.rest) {
+            wheels.end(self.rest.shorts());
+            return;
+        }
+        self.rest.narrow(&self.state.rest, &mut wheels.range);
+        for i in 0..N {
+            wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+        }
+        self.rest
+            .step(&mut self.state.rest, &mut [R::zero(); N], &wheels.applied.n_m);
+    }
+}
+
 impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     fn reset(&mut self) {
-        *self = Self::with(self.limiter, self.supervisor, self.traction);
+        self.state = TractionPolicyState::new();
+        (self.observed, self.sample) = (TractionObservation::zero(), TractionSample::zero());
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
@@ -295,6 +360,12 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
         };
         self.traction
             .act_into(&mut state.traction, &readings, observed, &target, sample);
+        if readings.command == BodyTwist::ZERO {
+            self.end_torque();
+        } else {
+            self.rest.drive(&mut self.state.rest);
+            (self.sample.wheels.ended, self.sample.wheels.short) = (false, false);
+        }
         for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
             *torque = applied;
         }

@@ -65,7 +65,7 @@ proptest! {
     }
 
     #[test]
-    fn times_of_edges_read_a_steady_velocity_exactly(velocity in prop_oneof![-80.0..-0.1_f64, 0.1..80.0]) {
+    fn times_of_edges_read_a_steady_velocity_exactly(velocity in prop_oneof![-80.0..-0.26_f64, 0.26..80.0]) {
         // Half of the readings hold two edges at least: 2 * 17 mrad.
         let periods = 200 + (8.0 * COUNT_RAD / velocity.abs() / PERIOD_S) as u32;
         let read = readings(&estimator(VelocityMethod::Edges), periods, |t| velocity * t);
@@ -174,6 +174,82 @@ proptest! {
             // An observer sums 2000 roundings of a rate of up to 100 rad/s, and forgets them with its bandwidth.
             prop_assert!((a - f64::from(b)).abs() < 2e-3, "{k}: {a} {b}");
         }
+    }
+}
+
+/// What each method reads, period after period, of an encoder that dies while its wheel turns with 6 rad/s.
+fn dying<R: Real>(method: VelocityMethod<R>, dead: impl Fn(u32) -> i32) -> Vec<f64> {
+    let estimator = estimator::<R>(method);
+    let mut state = VelocityState::default();
+    let counted = |k: u32| (6.0 * f64::from(k) * PERIOD_S / COUNT_RAD).floor();
+    let mut step = |counts| estimator.step(&mut state, counts, Some(R::of(2e-4))).as_f64();
+    for k in 0..1000 {
+        step((counted(k + 1) - counted(k)) as i32);
+    }
+    (0..2000).map(|k| step(dead(k))).collect()
+}
+
+#[test]
+fn a_counter_that_stands_or_toggles_within_two_counts_reads_exactly_zero_from_the_stated_time_on() {
+    // An open channel: one count to and fro, or two, as often as the shaft turns, and each other period.
+    let ways: [fn(u32) -> i32; 4] = [
+        |_| 0,
+        |k| [1, 0, 0, -1, 0, 0][k as usize % 6],
+        |k| [1, -1][k as usize % 2],
+        |k| [2, 0, -2, 0, 0, 0, 0][k as usize % 7],
+    ];
+    // Three counts at 0.25 rad/s.
+    let stated = (3.0 * COUNT_RAD / 0.25 / PERIOD_S).round() as usize;
+    for (i, dead) in ways.into_iter().enumerate() {
+        for (j, method) in methods::<f64>().into_iter().enumerate() {
+            let read = dying(method, dead);
+            // What the counter stood at when it died belongs to the two counts, or to none of them.
+            assert!(
+                read[stated..].iter().all(|read| *read == 0.0),
+                "way {i}, method {j}"
+            );
+            let read = dying(methods::<f32>()[j], dead);
+            assert!(
+                read[stated..].iter().all(|read| *read == 0.0),
+                "way {i}, method {j}, f32"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wheel_that_turns_slowly_is_read_again_as_soon_as_it_leaves_two_counts() {
+    for (j, method) in methods::<f64>().into_iter().enumerate() {
+        let estimator = estimator(method);
+        let mut state = VelocityState::default();
+        for _ in 0..1000 {
+            estimator.step(&mut state, 0, None);
+        }
+        let mut first = None;
+        // 2 rad/s: a count in nine periods.
+        for k in 0..2000 {
+            let read = estimator.step(&mut state, i32::from(k % 9 == 8), Some(0.0));
+            if read != 0.0 && first.is_none() {
+                first = Some(k);
+            }
+        }
+        assert_eq!(first, Some(3 * 9 - 1), "method {j}");
+        assert!(state.stood < 30, "and it stands no more");
+    }
+}
+
+#[test]
+fn no_wheel_faster_than_three_counts_in_the_stated_time_is_ever_taken_for_standing() {
+    for method in methods::<f64>() {
+        // The slowest that is read throughout, and one count slower in twice the time.
+        let read = readings(&estimator(method), 20_000, |t| 0.2551 * t);
+        let zeros = |read: &[f64]| read[10_000..].iter().filter(|read| **read == 0.0).count();
+        if let VelocityMethod::Window { .. } = method {
+            continue; // a window without a count reads 0 by itself
+        }
+        assert_eq!(zeros(&read), 0, "{method:?}");
+        let slower = readings(&estimator(method), 20_000, |t| 0.2 * t);
+        assert!(zeros(&slower) > 100, "{method:?}: slower ones are, now and then");
     }
 }
 

@@ -1,35 +1,36 @@
-//! What loops do once the command is rest: integrals fall to zero, so that a wheel that stands is not pushed.
+//! What controllers do once the command is rest: their torque ends, whatever the wheels measure.
 
-use super::ControlState;
 use crate::constants::constant_struct;
+use crate::coordination::TorqueRanges;
 use crate::error::{ConfigError, within};
 use crate::sum::Sum;
 use crate::{Real, WheelVelocities};
 
-/// What becomes of the integrals while every reference is 0: a stop, a time-out, a command of rest.
+/// How torque ends while every reference is 0: in a stop, after a time-out, at a command of rest.
 ///
-/// A wheel that cannot turn has no error at rest, so its integral would stay where it was and push for ever. By default all
-/// integrals fall to exactly 0 within 0.5 s, whatever the wheels measure. From then on a loop is its proportional and
-/// derivative terms: a wheel that stands gets no torque, one that is turned is braked. On a slope the vehicle then creeps, at
-/// the speed at which kp makes the torque of the slope.
+/// Loops go by what they measure. A wheel that cannot turn, an encoder that is stuck at its last reading or a slope would keep a
+/// torque for ever. So the range that each torque may have shrinks along a straight line from the motor's limits to nothing within
+/// `bleed_s`, and the integrals fall with it. From then on every torque is exactly 0 until a reference is not 0 again, and what is
+/// measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves
+/// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it.
 ///
-/// To stand on a slope, let the integrals hold for a time first: bounded by that time and by heat, because a motor that
-/// stands cools badly. While references are not 0, time and heat come back ten times slower than holding uses them up: a command that
-/// flickers does not hold for ever.
+/// To stand on a slope, hold for a time first: bounded by that time and by heat, because a motor that stands cools badly. While
+/// references are not 0, time and heat come back ten times slower than holding uses them up: a command that flickers does not hold
+/// for ever.
 ///
 /// ```
 /// use omni_core::{ControlState, Rest, WheelController, WheelVelocities};
 /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
 /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.25), limits, coordination };
 /// let mut rest = Rest::default();
 /// rest.bleed_s = 1.0;
 /// let wheels = WheelController::new(config)?.with_rest(rest)?;
-/// let (mut state, standing) = (ControlState::default(), WheelVelocities::zero());
-/// wheels.step(&mut state, &[2.0, 1.0].into(), &standing); // blocked; ki dt is 0.5 and the period 0.25 s
-/// let torques = [(); 5].map(|()| wheels.step(&mut state, &WheelVelocities::zero(), &standing).applied.n_m[0]);
-/// assert_eq!(torques, [1.0, 0.75, 0.5, 0.25, 0.0]);
+/// // The first wheel's encoder is stuck at 9 rad/s. The motors have 2 N.m, and the period is 0.25 s.
+/// let (mut state, measured) = (ControlState::default(), [9.0, 0.0].into());
+/// let torques = [(); 6].map(|()| wheels.step(&mut state, &WheelVelocities::zero(), &measured).applied.n_m[0]);
+/// assert_eq!(torques, [-2.0, -1.5, -1.0, -0.5, 0.0, 0.0]);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,22 +38,25 @@ use crate::{Real, WheelVelocities};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Rest<R> {
-    /// Within this time \[s\] the integrals fall to 0, 0 to 10; a time shorter than the control period is one period.
+    /// Within this time \[s\] torques fall to 0, 0 to 10; a time shorter than the control period is one period.
     pub bleed_s: R,
-    /// Before that they are held for this time \[s\], 0 to 3600, and take in errors as ever; 0 holds nothing.
+    /// Before that the loops hold the wheels for this time \[s\], 0 to 3600; 0 holds nothing.
     pub hold_s: R,
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
     /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
     pub hold_heat_n2m2s: R,
+    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::short`](crate::WheelSample::short).
+    pub short_windings: bool,
 }
 
 impl<R: Real> Default for Rest<R> {
-    /// Integrals fall to 0 within 0.5 s and nothing is held.
+    /// Torques fall to 0 within 0.5 s, nothing is held, and the wheels then turn freely.
     fn default() -> Self {
         Self {
             bleed_s: R::of(0.5),
             hold_s: R::zero(),
             hold_heat_n2m2s: R::zero(),
+            short_windings: false,
         }
     }
 }
@@ -90,16 +94,48 @@ pub struct RestRule<R> {
     /// What comes back in a period.
     heat_back: R,
     period_s: R,
+    short_windings: bool,
 }
 
 /// So much longer than holding takes its time and heat to come back.
 const RECOVERY: u32 = 10;
 
-constant_struct!(RestRule<R> { bleed_periods: R, hold: u32, hold_heat: R, heat_back: R, period_s: R });
+constant_struct!(RestRule<R> {
+    bleed_periods: R,
+    hold: u32,
+    hold_heat: R,
+    heat_back: R,
+    period_s: R,
+    short_windings: bool,
+});
+
+/// What a [`RestRule`] remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct RestState<R> {
+    /// Tenths of the periods in which wheels were held while every reference was 0, less those that have come back.
+    held: u32,
+    /// Heat of that \[N^2.m^2.s\].
+    held_heat_n2m2s: Sum<R>,
+    /// Periods in which the torques fell since then.
+    bled_periods: R,
+}
+
+impl<R: Real> RestState<R> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            held: 0,
+            held_heat_n2m2s: Sum::of(R::ZERO),
+            bled_periods: R::ZERO,
+        }
+    }
+}
 
 impl<R: Real> RestRule<R> {
-    pub(super) fn new(rest: Rest<R>, period_s: R) -> Result<Self, ConfigError> {
-        let bleed_s = within("rest.bleed_s", rest.bleed_s, 0.0..=10.0, "0 to 10")?;
+    pub(crate) fn new(rest: Rest<R>, period_s: R) -> Result<Self, ConfigError> {
+        within("rest.bleed_s", rest.bleed_s, 0.0..=10.0, "0 to 10")?;
         let hold_s = within("rest.hold_s", rest.hold_s, 0.0..=3600.0, "0 to 3600")?;
         let hold_heat = within(
             "rest.hold_heat_n2m2s",
@@ -115,25 +151,67 @@ impl<R: Real> RestRule<R> {
                 allowed,
             ));
         }
-        // Rounded: 0.5 s of 1 ms are 500 periods in f32 too.
-        let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
-        let hold = periods(hold_s).saturating_mul(RECOVERY);
-        Ok(Self {
-            bleed_periods: R::of(f64::from(periods(bleed_s).max(1))),
-            hold,
-            hold_heat,
-            heat_back: R::of(hold_heat.as_f64() / f64::from(hold.max(1))),
-            period_s,
-        })
+        Ok(Self::in_range(rest, period_s))
     }
 
-    pub(super) fn period_s(&self) -> R {
+    /// The default's rule, which is in range whatever the period.
+    pub(crate) fn usual(period_s: R) -> Self {
+        Self::in_range(Rest::default(), period_s)
+    }
+
+    fn in_range(rest: Rest<R>, period_s: R) -> Self {
+        // Rounded: 0.5 s of 1 ms are 500 periods in f32 too.
+        let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
+        let hold = periods(rest.hold_s).saturating_mul(RECOVERY);
+        Self {
+            bleed_periods: R::of(f64::from(periods(rest.bleed_s).max(1))),
+            hold,
+            hold_heat: rest.hold_heat_n2m2s,
+            heat_back: R::of(rest.hold_heat_n2m2s.as_f64() / f64::from(hold.max(1))),
+            period_s,
+            short_windings: rest.short_windings,
+        }
+    }
+
+    pub(crate) fn period_s(&self) -> R {
         self.period_s
     }
 
-    /// After a step with every reference at 0 that gave `applied_n_m`: the integrals as they are then.
+    /// The torque has ended: every wheel's is 0 for as long as the references are.
+    #[inline]
+    pub(crate) fn is_over(&self, state: &RestState<R>) -> bool {
+        // What a state set from outside has for a number ends the torque too.
+        let bleeds = state.bled_periods < self.bleed_periods;
+        state.held >= self.hold && !bleeds
+    }
+
+    /// The windings are to be shorted once the torque has ended.
+    #[inline]
+    pub(crate) fn shorts(&self) -> bool {
+        self.short_windings
+    }
+
+    /// Before a step with every reference at 0: what is left of the range of each torque.
     #[inline(never)]
-    pub(super) fn step<const N: usize>(&self, state: &mut ControlState<R, N>, applied_n_m: &[R; N]) {
+    pub(crate) fn narrow<const N: usize>(&self, state: &RestState<R>, range: &mut TorqueRanges<R, N>) {
+        if state.held < self.hold {
+            return;
+        }
+        let left = (self.bleed_periods - state.bled_periods) / self.bleed_periods;
+        for i in 0..N {
+            range.lower_n_m[i] *= left;
+            range.upper_n_m[i] *= left;
+        }
+    }
+
+    /// After a step with every reference at 0 that gave `applied_n_m`: what is left of the integrals.
+    #[inline(never)]
+    pub(crate) fn step<const N: usize>(
+        &self,
+        state: &mut RestState<R>,
+        integral_n_m: &mut [R; N],
+        applied_n_m: &[R; N],
+    ) {
         if state.held < self.hold {
             for torque in applied_n_m {
                 state.held_heat_n2m2s = state.held_heat_n2m2s.plus(*torque * *torque * self.period_s);
@@ -146,19 +224,15 @@ impl<R: Real> RestRule<R> {
             state.held = self.hold;
         }
         let left = self.bleed_periods - state.bled_periods;
-        if left >= R::one() {
-            state.bled_periods += R::one();
-            // One part of those that are left: a straight line to exactly 0.
-            let kept = (left - R::one()) / left;
-            state.integral_n_m = state.integral_n_m.map(|integral| integral * kept);
-        } else {
-            state.integral_n_m = [R::zero(); N];
-        }
+        state.bled_periods += R::one();
+        // One part of those that are left: a straight line to exactly 0.
+        let kept = (left - R::one()) / left;
+        *integral_n_m = integral_n_m.map(|integral| integral * kept);
     }
 
     /// After a step with a reference that is not 0.
     #[inline]
-    pub(super) fn drive<const N: usize>(&self, state: &mut ControlState<R, N>) {
+    pub(crate) fn drive(&self, state: &mut RestState<R>) {
         state.bled_periods = R::zero();
         if state.held > 0 {
             self.recover(state);
@@ -166,7 +240,7 @@ impl<R: Real> RestRule<R> {
     }
 
     #[inline(never)]
-    fn recover<const N: usize>(&self, state: &mut ControlState<R, N>) {
+    fn recover(&self, state: &mut RestState<R>) {
         state.held -= 1;
         let heat = state.held_heat_n2m2s.plus(-self.heat_back);
         // Time and heat are all there again together, at the latest.
@@ -192,11 +266,25 @@ mod tests {
 
     const TORQUES: [f32; 2] = [0.3, 0.3];
 
-    fn holding(hold_s: f32, heat: f32, period_s: f32) -> (RestRule<f32>, ControlState<f32, 2>) {
-        let rule = RestRule::new(Rest::hold(hold_s, heat), period_s).expect("in range");
-        let mut state = ControlState::new();
-        state.integral_n_m = TORQUES;
-        (rule, state)
+    /// Two wheels that are held.
+    struct Held {
+        rule: RestRule<f32>,
+        state: RestState<f32>,
+        integral_n_m: [f32; 2],
+    }
+
+    impl Held {
+        fn step(&mut self) {
+            self.rule.step(&mut self.state, &mut self.integral_n_m, &TORQUES);
+        }
+    }
+
+    fn holding(hold_s: f32, heat: f32, period_s: f32) -> Held {
+        Held {
+            rule: RestRule::new(Rest::hold(hold_s, heat), period_s).expect("in range"),
+            state: RestState::new(),
+            integral_n_m: TORQUES,
+        }
     }
 
     #[test]
@@ -211,10 +299,10 @@ mod tests {
     #[test]
     fn heat_ends_holding_in_single_precision_at_ten_kilohertz_too() {
         // A period adds 1.8e-5 N^2.m^2.s: less than half a unit in the last place of 300 in f32.
-        let (rule, mut state) = holding(3600.0, 300.0, 1e-4);
+        let mut held = holding(3600.0, 300.0, 1e-4);
         let mut periods = 0_u32;
-        while state.integral_n_m == TORQUES {
-            rule.step(&mut state, &TORQUES);
+        while held.integral_n_m == TORQUES {
+            held.step();
             periods += 1;
         }
         let expected = 300.0 / (2.0 * 0.09);
@@ -227,33 +315,32 @@ mod tests {
 
     #[test]
     fn a_command_that_flickers_does_not_hold_for_ever() {
-        let (rule, mut state) = holding(2.0, 1e9, 1e-3);
+        let mut held = holding(2.0, 1e9, 1e-3);
         // Every second period is driven: of 2 s a tenth comes back while they are used.
         let mut periods = 0_u32;
-        while state.integral_n_m == TORQUES {
-            rule.step(&mut state, &TORQUES);
-            rule.drive(&mut state);
+        while held.integral_n_m == TORQUES {
+            held.step();
+            held.rule.drive(&mut held.state);
             periods += 1;
         }
         assert!((2200..=2230).contains(&periods), "{periods}"); // 2000 / 0.9
         // Then they fall in all but a tenth of the periods of rest, by a 500th each.
         for _ in 0..10_000 {
-            rule.step(&mut state, &TORQUES);
-            rule.drive(&mut state);
+            held.step();
+            held.rule.drive(&mut held.state);
         }
-        assert!(state.integral_n_m[0] < 1e-6, "{:?}", state.integral_n_m);
+        assert!(held.integral_n_m[0] < 1e-6, "{:?}", held.integral_n_m);
     }
 
     #[test]
     fn time_and_heat_come_back_in_ten_times_as_long() {
-        let (rule, mut state) = holding(1.0, 0.09, 1e-3);
-        while state.integral_n_m == TORQUES {
-            rule.step(&mut state, &TORQUES);
+        let mut held = holding(1.0, 0.09, 1e-3);
+        while held.integral_n_m == TORQUES {
+            held.step();
         }
-        let fresh = ControlState::<f32, 2>::new();
         let mut periods = 0_u32;
-        while (state.held, state.held_heat_n2m2s) != (fresh.held, fresh.held_heat_n2m2s) {
-            rule.drive(&mut state);
+        while held.state.held > 0 || held.state.held_heat_n2m2s != Sum::of(0.0) {
+            held.rule.drive(&mut held.state);
             periods += 1;
         }
         assert_eq!(periods, 10_000);

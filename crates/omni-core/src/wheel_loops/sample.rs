@@ -1,8 +1,7 @@
 //! What the loops are made of, what they remember, and what one step of them tells.
 
-use super::Overload;
+use super::{Overload, RestState};
 use crate::coordination::{Coordination, TorqueRanges};
-use crate::sum::Sum;
 use crate::{PidConfig, Real, TorqueLimit, WheelTorques, WheelVelocities};
 
 /// Everything that the loops of `N` wheels need to know; checked by
@@ -73,12 +72,8 @@ pub struct ControlState<R, const N: usize> {
     pub started: [bool; N],
     /// Which wheels are overloaded, and for how long the others have been beyond a limit.
     pub overload: Overload,
-    /// Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
-    pub(super) held: u32,
-    /// Heat of that \[N^2.m^2.s\].
-    pub(super) held_heat_n2m2s: Sum<R>,
-    /// Periods that they fell since then.
-    pub(super) bled_periods: R,
+    /// How far the torque has ended while every reference was 0.
+    pub(super) rest: RestState<R>,
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
@@ -105,9 +100,7 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             last_measured_rad_s: zero,
             started: [false; N],
             overload: Overload::new(),
-            held: 0,
-            held_heat_n2m2s: Sum::of(R::ZERO),
-            bled_periods: R::ZERO,
+            rest: RestState::new(),
         }
     }
 
@@ -181,6 +174,11 @@ pub struct WheelSample<R, const N: usize> {
     /// ([`Saturation::ScaleReference`](crate::Saturation::ScaleReference)) were multiplied by, 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::Saturation::Clip).
     pub common_factor: R,
+    /// Every reference has been 0 for long enough that all torque has ended: see [`Rest`](crate::Rest). Who drives motors by voltage then
+    /// switches the bridge off, because a voltage for no torque follows from a velocity that may be measured wrongly.
+    pub ended: bool,
+    /// And the windings of all motors are to be shorted: [`Rest::short_windings`](crate::Rest::short_windings).
+    pub short: bool,
 }
 
 impl<R: Real, const N: usize> WheelSample<R, N> {
@@ -211,6 +209,20 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
             },
             saturated: [false; N],
             common_factor: R::ONE,
+            ended: false,
+            short: false,
         }
+    }
+
+    /// All torque has ended.
+    pub(crate) fn end(&mut self, short: bool) {
+        *self = Self {
+            reference: self.reference,
+            measured: self.measured,
+            active: self.active,
+            ended: true,
+            short,
+            ..Self::zero()
+        };
     }
 }
