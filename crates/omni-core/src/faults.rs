@@ -1,4 +1,4 @@
-//! Encoders that lie and wheels that are lost: found, named, and let go while the others carry on.
+//! Encoders that are wrong and wheels that are lost: found, named, and let go while the others carry on.
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, each_within};
@@ -31,7 +31,8 @@ pub enum Fault {
     NotANumber = 1,
     /// Its reading jumps further in one period than a wheel can.
     Jump = 2,
-    /// Its reading never changes although the vehicle moves, or although the motor pulls with all it has.
+    /// Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
+    /// blocked.
     Stuck = 3,
     /// It has not been heard from for too long.
     Silent = 4,
@@ -83,8 +84,9 @@ pub struct FaultConfig<R> {
     /// stuck, 1e-9 or more. Also how well a faulty wheel must agree with the others to be believed again.
     pub stuck_rad_s: R,
     /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
-    /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
-    /// a dead encoder.
+    /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, whose other wheels cannot tell. A wheel that is blocked while
+    /// others turn looks the same. Where no other wheel turns faster than `stuck_rad_s`, the vehicle more probably stands before an
+    /// obstacle, and the evidence must last ten times as long: then either all encoders are dead or all motors push in vain.
     pub stuck_torque_n_m: R,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
@@ -208,10 +210,15 @@ struct WheelHistory<R> {
     /// The reading has changed since the fault.
     alive: bool,
     jumping: u16,
-    evidence: u16,
+    /// Tenths of periods.
+    evidence: u32,
     silent: u16,
     good: u16,
 }
+
+/// What a period of evidence counts, and one in which nothing but the torque speaks against a reading.
+const FULL: u32 = 10;
+const FAINT: u32 = 1;
 
 impl<R: Real> WheelHistory<R> {
     const FRESH: Self = Self {
@@ -416,12 +423,19 @@ impl<R: Real> FaultMonitor<R> {
         expected: &Expectation<'_, R, N>,
     ) -> WheelVelocities<R, N> {
         let mut velocities = WheelVelocities::zero();
+        let turning = state.wheel.map(|wheel| self.is_turning(&wheel));
         for i in 0..N {
+            let others_turn = (0..N).any(|j| j != i && turning[j] && !state.lost[j]);
             let wheel = &mut state.wheel[i];
             let by_others = expected.checked[i].then_some(expected.by_others.rad_s[i]);
             let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
             let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m
                 && away.abs() > self.config.stuck_rad_s;
+            let pulls = match (pulls, others_turn) {
+                (false, _) => 0,
+                (true, false) => FAINT,
+                (true, true) => FULL,
+            };
             let trusted = self.judge(wheel, readings[i], by_others, pulls);
             if !state.lost[i] && wheel.fault.is_none() {
                 velocities.rad_s[i] = trusted;
@@ -431,7 +445,7 @@ impl<R: Real> FaultMonitor<R> {
     }
 
     /// Judges one reading; the velocity to go on with if the wheel has no fault.
-    fn judge(&self, wheel: &mut WheelHistory<R>, reading: Option<R>, by_others: Option<R>, pulls: bool) -> R {
+    fn judge(&self, wheel: &mut WheelHistory<R>, reading: Option<R>, by_others: Option<R>, pulls: u32) -> R {
         let config = &self.config;
         let reached = |count: u16, limit: u16| count >= limit && limit != u16::MAX;
         let Some(reading) = reading else {
@@ -491,15 +505,23 @@ impl<R: Real> FaultMonitor<R> {
                 false
             }
         };
-        wheel.evidence = if !changed && (moved || pulls) {
-            wheel.evidence.saturating_add(1)
-        } else {
+        let speaks = if moved { FULL } else { pulls };
+        wheel.evidence = if changed || speaks == 0 {
             0
+        } else {
+            wheel.evidence.saturating_add(speaks)
         };
-        if reached(wheel.evidence, config.stuck_periods) {
+        let limit = config.stuck_periods;
+        if wheel.evidence >= FULL * u32::from(limit) && limit != u16::MAX {
             wheel.fail(Fault::Stuck);
         }
         reading
+    }
+
+    /// A wheel that is believed and was last read to turn.
+    fn is_turning(&self, wheel: &WheelHistory<R>) -> bool {
+        let read = wheel.believed.unwrap_or(R::zero());
+        wheel.fault.is_none() && read.abs() > self.config.stuck_rad_s
     }
 
     /// Can a wheel get from one velocity to another in one period and so many missed ones?

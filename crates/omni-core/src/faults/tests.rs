@@ -99,14 +99,50 @@ fn a_reading_that_never_changes_is_stuck_only_while_it_should_have_moved() {
     }
 }
 
-#[test]
-fn without_redundancy_a_motor_that_pulls_in_vain_gives_a_stuck_encoder_away() {
-    let mut bench = Bench::new();
-    bench.torque = 1.6;
-    for _ in 0..50 {
-        assert_eq!(bench.read(Some(0.0)).1, None);
+/// Periods until each of three wheels is stuck, up to 1000, where the first reads `first` and gets 1.6 N.m in vain and the others read `others`.
+fn stuck_after(first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Option<u32>; 3] {
+    let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
+    let nobody_tells = WheelVelocities::zero();
+    let mut after = [None; 3];
+    for k in 0..1000 {
+        let expected = Expectation {
+            by_others: &nobody_tells,
+            checked: &[false; 3],
+            reference: &[5.0; 3].into(),
+            torque_n_m: &[1.6; 3],
+        };
+        monitor.step(
+            &mut state,
+            &[first(k), others(k), others(k + 1)].map(Some),
+            &expected,
+        );
+        for (after, fault) in after.iter_mut().zip(state.faults()) {
+            if fault == Some(Fault::Stuck) {
+                after.get_or_insert(k);
+            }
+        }
     }
-    assert_eq!(bench.read(Some(0.0)).1, Some(Fault::Stuck));
+    after
+}
+
+#[test]
+fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encoder() {
+    let turns = |k: u32| 4.0 + 0.1 * f64::from(k % 2);
+    assert_eq!(stuck_after(|_| 0.0, turns), [Some(50), None, None]);
+    // Stuck at a velocity is the same, and a wheel that moves ever so little is none.
+    assert_eq!(stuck_after(|_| 3.0, turns), [Some(50), None, None]);
+    assert_eq!(stuck_after(|k| 1e-3 * f64::from(k % 2), turns), [None; 3]);
+}
+
+#[test]
+fn a_vehicle_that_stands_before_an_obstacle_is_no_dead_encoder_for_ten_times_as_long() {
+    // Neither moves: after that time either every encoder is dead or every motor pushes in vain, and both should end.
+    assert_eq!(stuck_after(|_| 0.0, |_| 0.0), [Some(500); 3]);
+    // One wheel is blocked at a step while the others creep by less than counts.
+    assert_eq!(
+        stuck_after(|_| 0.0, |k| 0.9 + 0.01 * f64::from(k % 2)),
+        [Some(500), None, None]
+    );
 }
 
 #[test]
