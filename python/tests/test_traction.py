@@ -107,13 +107,13 @@ def test_nobody_is_warned_of_it_under_another_controller():
     assert caught(lambda: omnistep.run("step", **own)) == []  # whose own policy is steady
 
 
-def test_what_loops_do_at_rest_is_refused_under_it():
-    holds = omnistep.Scenario("flat", overrides={"control.rest.bleed_s": 0.1})
-    with pytest.raises(
-        omnistep.ConfigError, match=r"control.rest.bleed_s: 0.1, allowed: only with a policy of wheel speed loops"
-    ):
-        omnistep.run(holds, policy="steady")
-    assert omnistep.Scenario(holds, policy="paper")["control.rest.bleed_s"] == 0.1
+def test_its_torque_ends_at_rest_too():
+    shorter = {"control.rest.bleed_s": 0.1, "command.then": [{"at_s": 1.0, "vx_m_s": 0.0}], "duration_s": 1.5}
+    trace = omnistep.run("flat", policy="steady", overrides=shorter)
+    torques = trace.wheels("applied_n_m")
+    at_rest = trace["command_vx_m_s"] == 0.0
+    over = np.flatnonzero(at_rest & (trace["time_s"] > 0.5))[0] + 100
+    assert np.abs(torques[over - 150]).max() > 0.0 and (torques[over:] == 0.0).all()
 
 
 def test_where_it_is_refused_it_says_where_and_what_would_do():

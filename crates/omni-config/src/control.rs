@@ -145,7 +145,7 @@ pub struct Control {
     /// Scalar of the controller.
     #[garde(skip)]
     pub precision: Precision,
-    /// What the loops do while rest is commanded; not with `steady` and `reach`, which have no such loops.
+    /// How torque ends while rest is commanded.
     #[garde(dive)]
     pub rest: Rest,
 }
@@ -267,16 +267,13 @@ impl Control {
         self.law() == self.policy
     }
 
-    /// Another preset, with nothing chosen instead of its parts, nor what it does not look at.
+    /// Another preset, with nothing chosen instead of its parts.
     pub(crate) fn be_preset(&mut self, policy: &str) {
         self.policy = policy.into();
         (self.saturation, self.floor, self.integral) = (None, None, None);
         (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
         (self.integral_zone_rad_s, self.proportional_limit_n_m) = (None, None);
         self.tries = None;
-        if self.traction().is_some() {
-            self.rest = Rest::default();
-        }
     }
 
     /// The preset of traction control; none where the wheels have loops of their own.
@@ -370,9 +367,6 @@ impl Control {
 
     /// A part of the wheels' loops, which traction control has not.
     fn refused_by_traction(&self) -> Option<Refusal> {
-        // A file that was written has all of `rest`.
-        let usual = Rest::default();
-        let other = |given: f64, usual: f64| (given != usual).then(|| given.to_string());
         let given = [
             ("saturation", self.saturation.map(name)),
             ("floor", self.floor.map(|x| x.to_string())),
@@ -390,12 +384,6 @@ impl Control {
             (
                 "proportional_limit_n_m",
                 self.proportional_limit_n_m.map(|x| x.to_string()),
-            ),
-            ("rest.bleed_s", other(self.rest.bleed_s, usual.bleed_s)),
-            ("rest.hold_s", other(self.rest.hold_s, usual.hold_s)),
-            (
-                "rest.hold_heat_n2m2s",
-                other(self.rest.hold_heat_n2m2s, usual.hold_heat_n2m2s),
             ),
         ];
         let (key, value) = given.into_iter().find_map(|(key, value)| Some((key, value?)))?;
@@ -502,11 +490,6 @@ mod tests {
                 "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of wheel speed loops: independent, \
                  paper, synchronised, load_sharing",
             ),
-            (
-                vec!["control.policy=steady", "control.rest.hold_s=30"],
-                "built-in step: control.rest.hold_s: 30, allowed: only with a policy of wheel speed loops: independent, paper, \
-                 synchronised, load_sharing",
-            ),
         ] {
             assert_eq!(load(&keys).expect_err("refused"), said);
         }
@@ -518,18 +501,10 @@ mod tests {
     }
 
     #[test]
-    fn what_loops_do_at_rest_goes_with_policies_of_loops() {
-        let holds = ["control.policy=paper", "control.rest.bleed_s=0.1"];
-        let paper = load(&holds).expect("a scenario");
+    fn how_torque_ends_at_rest_is_kept_under_another_policy() {
+        let paper = load(&["control.policy=paper", "control.rest.bleed_s=0.1"]).expect("a scenario");
         let rest = |policy: &str| paper.with_policy(policy).expect("a preset").control.rest.bleed_s;
-        // 0.5 s is what a file says that says nothing.
-        assert_eq!(["independent", "steady"].map(rest), [0.1, 0.5]);
-        let written = paper
-            .with_policy("reach")
-            .expect("a preset")
-            .to_toml()
-            .expect("TOML");
-        assert!(Scenario::from_source(&crate::Source::text("written", written), &[]).is_ok());
+        assert_eq!(["independent", "steady"].map(rest), [0.1, 0.1]);
     }
 
     #[test]

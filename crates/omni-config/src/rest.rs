@@ -1,4 +1,4 @@
-//! What the wheels' loops do once the command is rest.
+//! How torque ends once the command is rest.
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 
-/// The loops' integrals while rest is commanded. By default they fall to 0 within half a second, and a vehicle on a
-/// slope then creeps. A hold on the slope is bounded by time and heat.
+/// How torque ends while rest is commanded: in a stop, after a time-out. By default it falls to 0 within half a second, whatever is measured,
+/// and a vehicle on a slope then rolls. A hold on the slope is bounded by time and heat.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Rest {
-    /// Time within which the integrals fall to 0 \[s\], 0 to 10; 0.5 by default.
+    /// Time within which every torque falls to 0 \[s\], 0 to 10; 0.5 by default.
     #[garde(custom(within(BLEED_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = BLEED_S.min, max = BLEED_S.max)))]
     pub bleed_s: f64,
-    /// Time before that in which the integrals are held \[s\], 0 to 3600; 0 by default.
+    /// Time before that in which the wheels are held \[s\], 0 to 3600; 0 by default.
     #[garde(custom(within(TIME_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
     pub hold_s: f64,
@@ -27,6 +27,9 @@ pub struct Rest {
     #[garde(custom(within(HOLD_HEAT_N2M2S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max)))]
     pub hold_heat_n2m2s: f64,
+    /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default.
+    #[garde(skip)]
+    pub short_windings: bool,
 }
 
 impl Default for Rest {
@@ -35,12 +38,14 @@ impl Default for Rest {
             bleed_s,
             hold_s,
             hold_heat_n2m2s,
+            short_windings,
             ..
         } = omni_core::Rest::default();
         Self {
             bleed_s,
             hold_s,
             hold_heat_n2m2s,
+            short_windings,
         }
     }
 }
@@ -50,6 +55,7 @@ impl Rest {
     pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::Rest<R> {
         let mut rule = omni_core::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
         rule.bleed_s = R::of(self.bleed_s);
+        rule.short_windings = self.short_windings;
         rule
     }
 }

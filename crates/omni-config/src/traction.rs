@@ -98,7 +98,9 @@ impl Scenario {
         let Some((supervisor, traction)) = self.traction_parts()? else {
             return Ok(None);
         };
-        Ok(Some(TractionPolicy::new(self.limiter()?, supervisor, traction)))
+        let policy = TractionPolicy::new(self.limiter()?, supervisor, traction);
+        let policy = policy.with_rest(self.control.rest.rule());
+        policy.map(Some).map_err(|error| self.vehicle().refuse(&error))
     }
 
     /// What [`Scenario::traction`] is made of, for firmware.

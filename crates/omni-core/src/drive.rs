@@ -231,7 +231,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             DriveMode::EmergencyStop
         } else if state.stopping {
             DriveMode::SafeStop
-        } else if slip.excluded.contains(&true) || wheels.active.contains(&false) {
+        } else if slip.excluded.contains(&true) || dropped.contains(&true) {
             DriveMode::Degraded
         } else {
             DriveMode::Normal

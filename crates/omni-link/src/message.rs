@@ -7,7 +7,7 @@ use crate::wire::{Sample, Twist, each, plain};
 use crate::{Action, Counters};
 
 /// Version of frames and messages; sides of different versions do not work together.
-pub const PROTOCOL_VERSION: u32 = 3;
+pub const PROTOCOL_VERSION: u32 = 4;
 
 /// Bytes of a request's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller
 /// receives into.
@@ -29,7 +29,7 @@ pub const fn request_frame(wheels: usize) -> usize {
 #[must_use]
 pub const fn answer_frame(wheels: usize) -> usize {
     // Of a wheel: 10 numbers and 2 marks of its sample, its residual, and 2 bytes of the drive's report.
-    framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 12 + 4 * wheels + 1 + 1 + 12 + 2 * wheels)
+    framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 2 + 12 + 4 * wheels + 1 + 1 + 12 + 2 * wheels)
 }
 
 /// The check, a byte of stuffing for each 254 and one, the closing zero.
@@ -204,23 +204,6 @@ impl<const N: usize> DriveReport<N> {
             pose: [0.0; 3],
         }
     }
-
-    /// Motors whose windings shall be shorted: of wheels with a fault while the vehicle is stopped, as
-    /// [`DriveSample::brake`](omni_core::DriveSample::brake). It follows from the rest and is not in a frame.
-    ///
-    /// ```
-    /// use omni_core::{DriveMode, Fault};
-    /// use omni_link::DriveReport;
-    /// let faults = [0, Fault::Silent.number(), 0, 0];
-    /// let in_mode = |mode: DriveMode| DriveReport::<4> { mode: mode.number(), faults, ..DriveReport::of_loops() };
-    /// assert_eq!(in_mode(DriveMode::SafeStop).brake(), [false, true, false, false]);
-    /// assert_eq!(in_mode(DriveMode::Degraded).brake(), [false; 4]); // the others drive on
-    /// ```
-    #[must_use]
-    pub fn brake(&self) -> [bool; N] {
-        let stopped = self.mode >= DriveMode::SafeStop.number();
-        self.faults.map(|fault| fault != 0 && stopped)
-    }
 }
 
 impl<const N: usize> Answer<N> {
@@ -236,5 +219,30 @@ impl<const N: usize> Answer<N> {
             residual: WheelVelocities::zero(),
             drive: DriveReport::of_loops(),
         }
+    }
+
+    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::DriveSample::brake): all when the torque has ended and
+    /// the controller is made so, and those of wheels with a fault while the vehicle is stopped. It follows from the rest and is not in a
+    /// frame.
+    ///
+    /// ```
+    /// use omni_core::{DriveMode, Fault};
+    /// use omni_link::{Answer, DriveReport};
+    /// let faults = [0, Fault::Silent.number(), 0, 0];
+    /// let in_mode = |mode: DriveMode| {
+    ///     let drive = DriveReport { mode: mode.number(), faults, ..DriveReport::of_loops() };
+    ///     Answer::<4> { drive, ..Answer::stopped() }
+    /// };
+    /// assert_eq!(in_mode(DriveMode::SafeStop).brake(), [false, true, false, false]);
+    /// assert_eq!(in_mode(DriveMode::Degraded).brake(), [false; 4]); // the others drive on
+    /// let mut at_rest = in_mode(DriveMode::Normal);
+    /// at_rest.sample.wheels.short = true;
+    /// assert_eq!(at_rest.brake(), [true; 4]);
+    /// ```
+    #[must_use]
+    pub fn brake(&self) -> [bool; N] {
+        let stopped = self.drive.mode >= DriveMode::SafeStop.number();
+        let short = self.sample.wheels.short;
+        self.drive.faults.map(|fault| short || (fault != 0 && stopped))
     }
 }

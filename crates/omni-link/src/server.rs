@@ -139,10 +139,16 @@ impl<T, const N: usize> Server<T, N> {
         &self.answer.sample
     }
 
-    /// What a drive told in the last step, with the motors to be shorted ([`DriveReport::brake`]).
+    /// What a drive told in the last step.
     #[must_use]
     pub fn report(&self) -> &DriveReport<N> {
         &self.answer.drive
+    }
+
+    /// Motors whose windings shall be shorted: [`Answer::brake`].
+    #[must_use]
+    pub fn brake(&self) -> [bool; N] {
+        self.answer.brake()
     }
 
     /// What went wrong so far, and whether the loop runs.

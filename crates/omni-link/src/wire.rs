@@ -139,6 +139,8 @@ struct Wheels<const N: usize> {
     #[serde(with = "each")]
     saturated: [bool; N],
     common_factor: f32,
+    ended: bool,
+    short: bool,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -162,9 +162,7 @@ fn finished(
 ) -> PyResult<config::Scenario> {
     let mut scenario = match policy {
         // What is chosen instead of the policy's parts stays, as with an override.
-        Some(policy) if scenario.control.is_preset() && scenario.control.rest == config::Rest::default() => {
-            scenario.with_policy(policy).map_err(exception)?
-        }
+        Some(policy) if scenario.control.is_preset() => scenario.with_policy(policy).map_err(exception)?,
         Some(policy) => {
             let file = format!("scenario {}", scenario.name);
             let policy = config::Override::new("control.policy", policy);

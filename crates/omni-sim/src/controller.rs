@@ -212,6 +212,10 @@ impl ControlSample {
         self.estimated = double(estimated);
         self.common_factor = s.wheels.common_factor.as_f64();
         self.retries = None;
+        self.brake.clear();
+        if s.wheels.short {
+            self.brake.extend([true; N]);
+        }
         self.wheels.clear();
         self.wheels.extend((0..N).map(|i| WheelSignals {
             reference_rad_s: s.wheels.reference.rad_s[i].as_f64(),

@@ -22,22 +22,13 @@ fn warn_of(scenario: &Scenario) {
     }
 }
 
-/// Warns of what other policies do without that a scenario is run under too: sensors, motors, keys that they have not.
+/// Warns of what other policies do without that a scenario is run under too: sensors and motors.
 pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
     let others = || {
         let other = |run: &&Scenario| run.control.policy != scenario.control.policy;
         runs.iter().filter(other)
     };
     for text in others().flat_map(Scenario::traction_notes) {
-        warn(&format!("{}: {text}", scenario.name));
-    }
-    let rests = others().filter(|run| run.control.rest != scenario.control.rest);
-    let rests: Vec<_> = rests.map(|run| run.control.policy.as_str()).collect();
-    if !rests.is_empty() {
-        let text = format!(
-            "[control.rest] has no effect with {}: only policies of wheel speed loops use it",
-            rests.join(", ")
-        );
         warn(&format!("{}: {text}", scenario.name));
     }
 }

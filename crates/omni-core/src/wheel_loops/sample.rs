@@ -143,9 +143,10 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.
     pub reference: WheelVelocities<R, N>,
-    /// Measurement y; 0 for a wheel that is not `active`.
+    /// Measurement y; 0 for a wheel that is let go.
     pub measured: WheelVelocities<R, N>,
-    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+    /// `ended` no wheel is controlled.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],
     /// Proportional term, formed with the reference as reduced by `common_factor` under
@@ -174,8 +175,8 @@ pub struct WheelSample<R, const N: usize> {
     /// ([`Saturation::ScaleReference`](crate::Saturation::ScaleReference)) were multiplied by, 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::Saturation::Clip).
     pub common_factor: R,
-    /// Every reference has been 0 for long enough that all torque has ended: see [`Rest`](crate::Rest). Who drives motors by voltage then
-    /// switches the bridge off, because a voltage for no torque follows from a velocity that may be measured wrongly.
+    /// Every reference has been 0 for long enough that all torque has ended: see [`Rest`](crate::Rest). Bridges that are driven by
+    /// voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
     pub ended: bool,
     /// And the windings of all motors are to be shorted: [`Rest::short_windings`](crate::Rest::short_windings).
     pub short: bool,
@@ -219,7 +220,6 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
         *self = Self {
             reference: self.reference,
             measured: self.measured,
-            active: self.active,
             ended: true,
             short,
             ..Self::zero()

@@ -368,7 +368,7 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
             pose: [sample.pose.x_m, sample.pose.y_m, sample.pose.yaw_rad],
         };
         assert_eq!(answer.drive, report);
-        assert_eq!(answer.drive.brake(), sample.brake);
+        assert_eq!(answer.brake(), sample.brake);
         assert_eq!(server.report(), &report);
         // From its third silent period to one good reading the wheel is let go; the others drive on.
         let silent = (22..30).contains(&k);
@@ -393,7 +393,7 @@ fn a_drive_that_sees_nothing_any_more_says_that_it_stops() {
             let report = ask_drive(&mut server, &drive, blind(k)).drive;
             let stopped = report.mode == DriveMode::SafeStop.number();
             // Every wheel is silent by then; before the stop none is shorted.
-            assert_eq!(server.report().brake(), [stopped; N], "{k}");
+            assert_eq!(server.brake(), [stopped; N], "{k}");
             (report.mode, report.motion_known)
         })
         .collect();

@@ -195,7 +195,7 @@ impl<const N: usize> Loop for Linked<N> {
                 deviations: [f64::NAN; 3],
                 faults: report.faults,
                 left_out: report.excluded,
-                brake: report.brake(),
+                brake: self.last.brake(),
             };
             told.put_into(readings.wheels_rad_s, sample);
         }

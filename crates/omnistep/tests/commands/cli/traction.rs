@@ -132,30 +132,6 @@ fn what_traction_control_does_without_is_said_of_every_policy_that_is_run_and_of
 }
 
 #[test]
-fn what_loops_do_at_rest_is_refused_with_traction_control_and_left_out_beside_others() {
-    let folder = tempfile::tempdir().unwrap();
-    let rest = [
-        "--quiet",
-        "--set",
-        "duration_s=0.1",
-        "--set",
-        "control.rest.bleed_s=0.1",
-    ];
-    let run = |command: &[&'static str]| [command, &rest].concat();
-    assert_eq!(
-        refused(folder.path(), &run(&["run", "flat", "--policy", "steady"])),
-        "error: built-in flat: control.rest.bleed_s: 0.1, allowed: only with a policy of wheel speed loops: independent, paper, \
-         synchronised, load_sharing\n"
-    );
-    let compared = omnistep(folder.path(), &run(&["compare", "flat"]));
-    assert!(compared.status.success());
-    assert_eq!(
-        stderr(&compared),
-        "warning: flat: [control.rest] has no effect with reach, steady: only policies of wheel speed loops use it\n"
-    );
-}
-
-#[test]
 fn a_log_without_what_traction_control_reads_is_not_replayed_under_it() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
