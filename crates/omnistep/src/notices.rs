@@ -12,6 +12,7 @@ pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     doubts
         .chain(of_command)
         .chain(scenario.traction_notes())
+        .chain(scenario.unseen_encoders().ok().flatten())
         .collect()
 }
 
