@@ -121,9 +121,16 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     );
     assert_eq!(column(&trace, "drive_brake_2")[stopped], 1.0);
     assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // it is believed, and brakes by its loop
-    // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor: 0.03 N.m.s/rad.
-    let rim = trace.wheel("rim_m_s", 1).expect("a signal");
-    let squares: f64 = rim[stopped..].iter().map(|rim| (rim / 0.05) * (rim / 0.05)).sum();
+    // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor, and all are when the torque
+    // has ended: 0.03 N.m.s/rad.
+    let squares: f64 = (0..3)
+        .map(|wheel| {
+            let rim = trace.wheel("rim_m_s", wheel).expect("a signal");
+            let brake = column(&trace, &format!("drive_brake_{}", wheel + 1));
+            let shorted = rim.iter().zip(brake).filter(|(_, brake)| **brake == 1.0);
+            shorted.map(|(rim, _)| (rim / 0.05) * (rim / 0.05)).sum::<f64>()
+        })
+        .sum();
     let loss = column(&trace, "drag_loss_j");
     let taken = loss[trace.rows() - 1] - loss[stopped - 1];
     // Sums over periods of 1 ms of what falls within half a second: a part in a hundred.
@@ -131,6 +138,11 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     assert!(taken > 0.01, "{taken} J");
     let speed = |row: usize| column(&trace, "twist_vx_m_s")[row].hypot(column(&trace, "twist_vy_m_s")[row]);
     assert!(speed(trace.rows() - 1) < 0.01, "{}", speed(trace.rows() - 1));
+    for wheel in 0..3 {
+        let torques = trace.wheel("applied_n_m", wheel).expect("a signal");
+        // 0.3 m/s at 2 m/s^2, and the 0.5 s in which the torque ends.
+        assert!(torques[stopped + 650..].iter().all(|torque| *torque == 0.0));
+    }
 }
 
 fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed() {

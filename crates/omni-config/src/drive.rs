@@ -304,11 +304,13 @@ impl Scenario {
             config.shaping.limits = limits.of_twist();
         }
         let stall_n_m = self.vehicle().motor.stall_torque_n_m;
-        drive.put_into(stall_n_m, &mut config).map_err(|error| Error::Key {
-            file: format!("scenario {}", self.name),
-            key: format!("drive.{}", error.parameter),
-            message: error.to_string(),
-        })?;
+        drive
+            .put_into(stall_n_m, &mut config)
+            .map_err(|error| Error::Key {
+                file: format!("scenario {}", self.name),
+                key: format!("drive.{}", error.parameter),
+                message: error.to_string(),
+            })?;
         Ok(Some(config))
     }
 
@@ -369,7 +371,9 @@ fn unseen<const N: usize>(scenario: &Scenario) -> Result<Option<String>, Error> 
     };
     let vehicle = scenario.vehicle();
     let wheels = wheels_that_nobody_tells_of(&config).map_err(|error| vehicle.refuse(&error))?;
-    let least_n_m = config.faults.map_or(f64::INFINITY, |faults| faults.stuck_torque_n_m);
+    let least_n_m = config
+        .faults
+        .map_or(f64::INFINITY, |faults| faults.stuck_torque_n_m);
     let stall_n_m = vehicle.motor.stall_torque_n_m;
     if wheels.is_empty() || least_n_m < stall_n_m {
         return Ok(None);

@@ -27,7 +27,8 @@ pub struct Rest {
     #[garde(custom(within(HOLD_HEAT_N2M2S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max)))]
     pub hold_heat_n2m2s: f64,
-    /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default.
+    /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default. A
+    /// `[drive]` does so in a safe stop and in an emergency stop by itself.
     #[garde(skip)]
     pub short_windings: bool,
 }

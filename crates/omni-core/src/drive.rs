@@ -239,7 +239,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let faults = state.faults.faults();
         let stopped = matches!(mode, DriveMode::SafeStop | DriveMode::EmergencyStop);
         DriveSample {
-            brake: faults.map(|fault| wheels.short || (fault.is_some() && stopped)),
+            brake: faults.map(|fault| wheels.shorted || (stopped && (wheels.ended || fault.is_some()))),
             mode,
             faults,
             shaped,

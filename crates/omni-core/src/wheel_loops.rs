@@ -259,7 +259,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out.measured = *inputs.measured;
         out.active = [true; N];
         out.common_factor = R::one();
-        (out.ended, out.short) = (false, false);
+        (out.ended, out.shorted) = (false, false);
         self.limits.ranges(&out.measured.rad_s, &mut out.range);
         let some_let_go = inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s);
         if some_let_go {

@@ -221,9 +221,8 @@ impl<const N: usize> Answer<N> {
         }
     }
 
-    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::DriveSample::brake): all when the torque has ended and
-    /// the controller is made so, and those of wheels with a fault while the vehicle is stopped. It follows from the rest and is not in a
-    /// frame.
+    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::DriveSample::brake). It follows from the rest and is
+    /// not in a frame.
     ///
     /// ```
     /// use omni_core::{DriveMode, Fault};
@@ -236,13 +235,15 @@ impl<const N: usize> Answer<N> {
     /// assert_eq!(in_mode(DriveMode::SafeStop).brake(), [false, true, false, false]);
     /// assert_eq!(in_mode(DriveMode::Degraded).brake(), [false; 4]); // the others drive on
     /// let mut at_rest = in_mode(DriveMode::Normal);
-    /// at_rest.sample.wheels.short = true;
+    /// at_rest.sample.wheels.shorted = true;
     /// assert_eq!(at_rest.brake(), [true; 4]);
     /// ```
     #[must_use]
     pub fn brake(&self) -> [bool; N] {
         let stopped = self.drive.mode >= DriveMode::SafeStop.number();
-        let short = self.sample.wheels.short;
-        self.drive.faults.map(|fault| short || (fault != 0 && stopped))
+        let wheels = &self.sample.wheels;
+        self.drive
+            .faults
+            .map(|fault| wheels.shorted || (stopped && (wheels.ended || fault != 0)))
     }
 }

@@ -140,7 +140,7 @@ struct Wheels<const N: usize> {
     saturated: [bool; N],
     common_factor: f32,
     ended: bool,
-    short: bool,
+    shorted: bool,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -213,7 +213,7 @@ impl ControlSample {
         self.common_factor = s.wheels.common_factor.as_f64();
         self.retries = None;
         self.brake.clear();
-        if s.wheels.short {
+        if s.wheels.shorted {
             self.brake.extend([true; N]);
         }
         self.wheels.clear();

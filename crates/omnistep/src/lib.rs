@@ -47,7 +47,7 @@ use compare::Policies;
 use notices::announce_gains;
 use omni_config::{Engine, Language, Scenario};
 use omni_sim::controller::Firmware;
-use output::{each, print, say, say_error};
+use output::{each, print, say, say_error, warn};
 
 pub use error::Error;
 
@@ -142,6 +142,9 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 scenario.period_s(),
                 scenario.derived_gains(),
             );
+            if let Some(text) = scenario.unseen_encoders()? {
+                warn(&format!("{}: {text}", scenario.name));
+            }
             print(out, &scenario.constants(language)?)
         }
         Command::Ripple {

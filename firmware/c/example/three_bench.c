@@ -1,5 +1,5 @@
-/* three.c on a bench: three motors with their encoders, computed, and a command that stops. The same steps as firmware/src/bin/three.rs,
- * the same bits. */
+/* three.c on a bench: three motors with their encoders, computed, a command that stops, and an encoder whose cable breaks. The same steps
+ * as firmware/src/bin/three.rs, the same bits. */
 #include "omnistep.h"
 #include "startup.h"
 
@@ -11,14 +11,24 @@ extern omni3_drive_output output;
 static const float STALL_N_M = 1.0f, SLOPE_N_M_S_RAD = 0.03f, INERTIA_KG_M2 = 0.013f, PERIOD_S = 0.001f;
 static const float COUNTS_PER_RAD = 229.18312f; /* 1440 a turn */
 
+enum { BREAKS = 2800 }; /* in this period the cable of the second encoder breaks */
+
 static int period;
 static float rad_s[3], part[3], duties[3];
-static bool opened[3];
-static uint16_t counters[3] = {65000, 500, 0}; /* the first wraps upwards, the second downwards */
+static bool opened[3], one_channel;
+static uint16_t counters[3], stood;
 
+/* A timer can always be read. Without supply or plug its counter stands; without one channel each edge of the other one counts up and down
+ * again, as the shaft turns. */
 bool read_counter(int wheel, uint32_t *counter) {
     *counter = counters[wheel];
-    return !(wheel == 1 && period >= 2800); /* its cable breaks */
+    if (wheel == 1 && period >= BREAKS) {
+        if (period == BREAKS) {
+            stood = counters[wheel];
+        }
+        *counter = one_channel ? (uint16_t)(stood + counters[wheel] / 2 % 2) : stood;
+    }
+    return true;
 }
 
 bool read_command(omni_twist *command) {
@@ -68,20 +78,37 @@ static bool as_expected(void) {
             good = good && near(rad_s[i], 0.0f, 0.11f) && output.mode == OMNI_DRIVE_MODE_SAFE_STOP;
         }
     }
-    return good && (period != 2999 || output.brake[1]);
+    if (period == 4999) {
+        good = good && !output.active[0] && !output.active[1] && !output.active[2];
+    }
+    if (period == BREAKS) {
+        return good && output.faults[1] == 0;
+    }
+    /* The counter has stood for 0.1 s: it reads exactly 0. So it did for 0.1 s while half the motor's torque acted and others turned. */
+    return good && (period != 3099 || (output.faults[1] == OMNI_FAULT_STUCK && output.brake[1]));
 }
 
 int main(void) {
     uint32_t hash = 0x811c9dc5u;
     bool good = true;
-    at_start();
-    for (period = 0; period < 5000; period++) {
-        every_period();
+    for (int broken = 0; broken < 2; broken++) {
+        one_channel = broken == 1;
         for (int i = 0; i < 3; i++) {
-            turn(i);
-            hash = take(take(hash, duties[i]), rad_s[i]);
+            rad_s[i] = part[i] = duties[i] = 0.0f;
+            opened[i] = false;
         }
-        good = good && as_expected();
+        counters[0] = 65000; /* wraps upwards */
+        counters[1] = 500;   /* wraps downwards */
+        counters[2] = 0;
+        at_start();
+        for (period = 0; period < 5000; period++) {
+            every_period();
+            for (int i = 0; i < 3; i++) {
+                turn(i);
+                hash = take(take(hash, duties[i]), rad_s[i]);
+            }
+            good = good && as_expected();
+        }
     }
     print("three wheels: hash ");
     print_number(hash);

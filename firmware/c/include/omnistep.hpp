@@ -154,7 +154,7 @@ public:
     [[nodiscard]] Each<float> upper_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.range.upper_n_m); }
     /// References as commanded [rad/s], before any reduction.
     [[nodiscard]] Each<float> references_rad_s() const noexcept { return detail::each<Wheels>(c_.wheels.reference.rad_s); }
-    /// Measurements [rad/s]; 0 for a wheel that is not active.
+    /// Measurements [rad/s]; 0 for a wheel that is let go.
     [[nodiscard]] Each<float> measured_rad_s() const noexcept { return detail::each<Wheels>(c_.wheels.measured.rad_s); }
     /// Proportional terms [N.m], with the references as reduced.
     [[nodiscard]] Each<float> p_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.p_n_m); }
@@ -164,12 +164,18 @@ public:
     [[nodiscard]] Each<float> d_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.d_n_m); }
     /// Feed-forward [N.m], likewise.
     [[nodiscard]] Each<float> ff_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.ff_n_m); }
-    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+    /// `ended` no wheel is controlled.
     [[nodiscard]] Each<bool> active() const noexcept { return detail::each<Wheels>(c_.wheels.active); }
     /// The requested torque is outside the limits.
     [[nodiscard]] Each<bool> saturated() const noexcept { return detail::each<Wheels>(c_.wheels.saturated); }
     /// What all torques, or all references, were multiplied by to keep the wheels in step, 0 to 1.
     [[nodiscard]] float common_factor() const noexcept { return c_.wheels.common_factor; }
+    /// Every reference has been 0 for so long that all torque has ended. Bridges are then opened or shorted, because the voltage for no torque
+    /// follows from a velocity that may be measured wrongly.
+    [[nodiscard]] bool ended() const noexcept { return c_.wheels.ended; }
+    /// And the windings of all motors are to be shorted, where the scenario asks for it (`control.rest.short_windings`).
+    [[nodiscard]] bool shorted() const noexcept { return c_.wheels.shorted; }
     /// The command; rest where the one given was no number, or beyond 1e6.
     [[nodiscard]] Twist command() const noexcept { return detail::of_c(c_.command); }
 
@@ -269,13 +275,14 @@ public:
         }
         return faults;
     }
-    /// The wheel was controlled. One that is not has no torque.
+    /// The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted.
     [[nodiscard]] Each<bool> active() const noexcept { return detail::each<Wheels>(c_.active); }
     /// The requested torque is outside the limits.
     [[nodiscard]] Each<bool> saturated() const noexcept { return detail::each<Wheels>(c_.saturated); }
     /// The wheel is left out of the motion: faulty, lifted or slipping.
     [[nodiscard]] Each<bool> excluded() const noexcept { return detail::each<Wheels>(c_.excluded); }
-    /// The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped.
+    /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, or all torque has ended. At rest
+    /// otherwise: all torque has ended, and the scenario asks for it.
     [[nodiscard]] Each<bool> brake() const noexcept { return detail::each<Wheels>(c_.brake); }
 
 private:

@@ -55,14 +55,15 @@ pub struct Output<const N: usize> {
     pub motion_known: bool,
     /// What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
     pub faults: [u8; N],
-    /// The wheel was controlled. One that is not has no torque.
+    /// The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+    /// at rest.
     pub active: [bool; N],
     /// The requested torque is outside the limits.
     pub saturated: [bool; N],
     /// The wheel is left out of the motion: faulty, lifted or slipping.
     pub excluded: [bool; N],
-    /// The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
-    /// not believed, and a vehicle of three wheels rolls on past it.
+    /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+    /// it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
     pub brake: [bool; N],
 }
 

@@ -1,10 +1,10 @@
-//! `three.rs` on a bench: three motors with their encoders, computed, and a command that stops. The same steps as
-//! firmware/c/example/three_bench.c, the same bits.
+//! `three.rs` on a bench: three motors with their encoders, computed, a command that stops, and an encoder whose cable breaks. The same
+//! steps as firmware/c/example/three_bench.c, the same bits.
 #![no_std]
 #![no_main]
 
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, CommandStatus, DriveMode, DriveSample};
+use omni_core::{BodyTwist, CommandStatus, DriveMode, DriveSample, Fault};
 use omni_firmware::platform::exit;
 use omni_firmware::say;
 use omni_firmware::three::{Base, Board};
@@ -17,8 +17,22 @@ const PERIOD_S: f32 = 0.001;
 /// 1440 a turn.
 const COUNTS_PER_RAD: f32 = 229.183_12;
 
+/// What is left of the counter of a timer when a cable breaks. A timer can always be read.
+#[derive(Clone, Copy)]
+enum Broken {
+    /// The supply or the plug: it stands.
+    Cable,
+    /// One channel alone: as the shaft turns, each edge of the other one counts up and down again.
+    Channel,
+}
+
+/// In this period.
+const BREAKS: u32 = 2800;
+
 struct Bench {
     period: u32,
+    broken: Broken,
+    stood: u16,
     rad_s: [f32; 3],
     part: [f32; 3],
     duties: [f32; 3],
@@ -28,8 +42,18 @@ struct Bench {
 
 impl Board for Bench {
     fn counter(&mut self, wheel: usize) -> Option<u32> {
-        // The second one's cable breaks.
-        (wheel != 1 || self.period < 2800).then(|| u32::from(self.counters[wheel % 3]))
+        let counter = self.counters[wheel % 3];
+        if wheel != 1 || self.period < BREAKS {
+            return Some(u32::from(counter));
+        }
+        if self.period == BREAKS {
+            self.stood = counter;
+        }
+        let counter = match self.broken {
+            Broken::Cable => self.stood,
+            Broken::Channel => self.stood.wrapping_add(counter / 2 % 2),
+        };
+        Some(u32::from(counter))
     }
 
     fn command(&mut self) -> Option<BodyTwist<f32>> {
@@ -79,9 +103,11 @@ impl Bench {
             1499 => near(references) && sample.mode == DriveMode::Normal,
             // No command for 0.8 s: at rest.
             2299 => near([0.0; 3]) && sample.shaped.status == CommandStatus::TimedOut,
-            2999 => sample.brake[1],
+            // The counter has stood for 0.1 s: it reads exactly 0. So it did for 0.1 s while half the motor's torque acted and others turned.
+            BREAKS => sample.faults[1].is_none(),
+            3099 => sample.faults[1] == Some(Fault::Stuck) && sample.brake[1],
             // Three wheels have no redundancy: a safe stop. The blind one is braked by its shorted motor alone, with 13 / 30 s.
-            4999 => near([0.0; 3]) && sample.mode == DriveMode::SafeStop,
+            4999 => near([0.0; 3]) && sample.mode == DriveMode::SafeStop && sample.wheels.ended,
             _ => true,
         }
     }
@@ -96,25 +122,30 @@ fn take(hash: u32, value: f32) -> u32 {
 
 #[entry]
 fn main() -> ! {
-    let mut bench = Bench {
-        period: 0,
-        rad_s: [0.0; 3],
-        part: [0.0; 3],
-        duties: [0.0; 3],
-        opened: [false; 3],
-        counters: [65_000, 500, 0], // the first wraps upwards, the second downwards
-    };
-    let (mut base, mut hash, mut good) = (Base::at_start(), 0x811c_9dc5, true);
-    for period in 0..5000 {
-        bench.period = period;
-        let sample = base.every_period(&mut bench);
-        for i in 0..3 {
-            bench.turn(i);
-            hash = take(take(hash, bench.duties[i]), bench.rad_s[i]);
-        }
-        if !bench.as_expected(&sample) {
-            say!("after period {} it is not as expected", period);
-            good = false;
+    let (mut hash, mut good) = (0x811c_9dc5, true);
+    for broken in [Broken::Cable, Broken::Channel] {
+        let mut base = Base::at_start();
+        let mut bench = Bench {
+            period: 0,
+            broken,
+            stood: 0,
+            rad_s: [0.0; 3],
+            part: [0.0; 3],
+            duties: [0.0; 3],
+            opened: [false; 3],
+            counters: [65_000, 500, 0], // the first wraps upwards, the second downwards
+        };
+        for period in 0..5000 {
+            bench.period = period;
+            let sample = base.every_period(&mut bench);
+            for i in 0..3 {
+                bench.turn(i);
+                hash = take(take(hash, bench.duties[i]), bench.rad_s[i]);
+            }
+            if !bench.as_expected(&sample) {
+                say!("after period {} it is not as expected", period);
+                good = false;
+            }
         }
     }
     say!(

@@ -82,6 +82,7 @@ pub(super) fn drive<R: Real, const N: usize>(
     config.slip = slip;
     config.faults = faults;
     config.noise = noise;
+    rest.short_windings = config.discretize; // as good as drawn, and inputs of the corpus stay what they are
     config.rest = rest;
     Some((config, limits))
 }

@@ -65,7 +65,7 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
             state.covariance.matrix().as_flattened().iter().copied(),
         );
         watch.holds(&sample);
-        // Whatever the wheels measure, nothing pushes on once the command is rest.
+        // Whatever the wheels measure and remember, no torque is left once the command is rest.
         let rests = sample
             .desaturated
             .velocities
@@ -73,10 +73,10 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
             .iter()
             .all(|&r| r == R::zero());
         resting = if rests { resting + 1 } else { 0 };
-        let integrals = state.control.integral_n_m;
+        let torques = sample.wheels.applied.n_m;
         assert!(
-            resting < let_go || integrals == [R::zero(); N],
-            "{resting} periods at rest, allowed {let_go}: {integrals:?} N.m"
+            resting < let_go || torques == [R::zero(); N],
+            "{resting} periods at rest, allowed {let_go}: {torques:?} N.m"
         );
     }
     steps

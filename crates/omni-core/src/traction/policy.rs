@@ -364,7 +364,7 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
             self.end_torque();
         } else {
             self.rest.drive(&mut self.state.rest);
-            (self.sample.wheels.ended, self.sample.wheels.short) = (false, false);
+            (self.sample.wheels.ended, self.sample.wheels.shorted) = (false, false);
         }
         for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
             *torque = applied;

@@ -12,7 +12,8 @@ use crate::{Real, WheelVelocities};
 /// torque for ever. So the range that each torque may have shrinks along a straight line from the motor's limits to nothing within
 /// `bleed_s`, and the integrals fall with it. From then on every torque is exactly 0 until a reference is not 0 again, and what is
 /// measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves
-/// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it.
+/// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::Drive) does so in a
+/// safe stop and in an emergency stop by itself.
 ///
 /// To stand on a slope, hold for a time first: bounded by that time and by heat, because a motor that stands cools badly. While
 /// references are not 0, time and heat come back ten times slower than holding uses them up: a command that flickers does not hold
@@ -45,7 +46,7 @@ pub struct Rest<R> {
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
     /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
     pub hold_heat_n2m2s: R,
-    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::short`](crate::WheelSample::short).
+    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::shorted`](crate::WheelSample::short).
     pub short_windings: bool,
 }
 

@@ -179,7 +179,7 @@ pub struct WheelSample<R, const N: usize> {
     /// voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
     pub ended: bool,
     /// And the windings of all motors are to be shorted: [`Rest::short_windings`](crate::Rest::short_windings).
-    pub short: bool,
+    pub shorted: bool,
 }
 
 impl<R: Real, const N: usize> WheelSample<R, N> {
@@ -211,17 +211,17 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
             saturated: [false; N],
             common_factor: R::ONE,
             ended: false,
-            short: false,
+            shorted: false,
         }
     }
 
     /// All torque has ended.
-    pub(crate) fn end(&mut self, short: bool) {
+    pub(crate) fn end(&mut self, shorted: bool) {
         *self = Self {
             reference: self.reference,
             measured: self.measured,
             ended: true,
-            short,
+            shorted,
             ..Self::zero()
         };
     }

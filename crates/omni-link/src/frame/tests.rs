@@ -53,7 +53,7 @@ fn answer<const WHEELS: usize>(seed: u32) -> Answer<WHEELS> {
     sample.wheels.active = [0; WHEELS].map(|_| next() > u32::MAX / 2);
     sample.wheels.saturated = [0; WHEELS].map(|_| next() > u32::MAX / 2);
     sample.wheels.common_factor = f32::from_bits(next());
-    (sample.wheels.ended, sample.wheels.short) = (next() > u32::MAX / 2, next() > u32::MAX / 2);
+    (sample.wheels.ended, sample.wheels.shorted) = (next() > u32::MAX / 2, next() > u32::MAX / 2);
     let mut twist = || BodyTwist {
         vx_m_s: f32::from_bits(next()),
         vy_m_s: f32::from_bits(next()),
@@ -108,7 +108,7 @@ fn bits<const WHEELS: usize>(a: &Answer<WHEELS>) -> Vec<u32> {
         .chain(a.drive.pose);
     let marks = w.active.into_iter().chain(w.saturated).chain(a.drive.excluded);
     let marks = marks
-        .chain([a.drive.motion_known, w.ended, w.short])
+        .chain([a.drive.motion_known, w.ended, w.shorted])
         .map(u32::from);
     let numbers = a.drive.faults.into_iter().chain([a.drive.mode]).map(u32::from);
     let Counters {

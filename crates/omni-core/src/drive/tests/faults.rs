@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::Fault;
+use crate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 
 #[test]
 fn any_one_wheel_with_any_fault_is_let_go_and_the_others_carry_on() {
@@ -244,4 +245,150 @@ fn three_wheels_survive_a_missing_sample_and_recover_at_rest() {
         state.release_safe_stop();
         assert_eq!(drive.step(&mut state, &whole).mode, DriveMode::Normal);
     }
+}
+
+/// A vehicle whose wheels grip, with encoders on timers of so many counts a turn. While it cruises the counter of its second wheel comes to
+/// stand, or to toggle as the shaft turns. Says which wheels were called faulty, in which period after that, and what became of the drive.
+fn dies<R: Real, const N: usize>(
+    layout: WheelLayout<R, N>,
+    method: VelocityMethod<R>,
+    toggles: bool,
+    period_s: f64,
+    stuck_torque_n_m: f64,
+) -> ([Option<(Fault, u32)>; N], DriveMode) {
+    let gains = PidGains {
+        kp_n_m_s_rad: R::of(0.3),
+        ki_n_m_rad: R::of(2.0),
+        kd_n_m_s2_rad: R::zero(),
+    };
+    let control = WheelControlConfig {
+        pid: PidConfig::new(gains, R::of(period_s)),
+        limits: [TorqueLimit::line(R::of(2.0), R::of(0.06)).expect("valid"); N],
+        coordination: Coordination::synchronised(),
+    };
+    let mut faults = FaultConfig::unchecked();
+    (faults.stuck_rad_s, faults.stuck_torque_n_m) = (R::one(), R::of(stuck_torque_n_m));
+    (
+        faults.stuck_periods,
+        faults.silent_periods,
+        faults.recovery_periods,
+    ) = (100, 20, 200);
+    let drive = Drive::new(DriveConfig {
+        faults: Some(faults),
+        ..DriveConfig::new(layout, control)
+    })
+    .expect("valid");
+    let count_rad = core::f64::consts::TAU / 1440.0;
+    let estimator = VelocityEstimator::new(VelocityConfig {
+        method,
+        count_rad: R::of(count_rad),
+        period_s: R::of(period_s),
+    })
+    .expect("valid");
+    let inverse = drive
+        .kinematics()
+        .inverse_matrix()
+        .map(|row| row.map(Real::as_f64));
+    let mut state = DriveState::new(&drive);
+    let mut velocities = [VelocityState::default(); N];
+    let (mut angle, mut counter, mut twist) = ([0.0; N], [0_i32; N], [0.0; 3]);
+    let (mut found, mut mode) = ([None; N], DriveMode::Normal);
+    let ahead = BodyTwist::from_array([0.3, 0.05, 0.1].map(R::of));
+    let dead_from = (2.0 / period_s) as u32;
+    for k in 0..dead_from + (3.0 / period_s) as u32 {
+        let mut read = WheelVelocities::zero();
+        for i in 0..N {
+            let velocity: f64 = (0..3).map(|axis| inverse[i][axis] * twist[axis]).sum();
+            angle[i] += velocity * period_s;
+            let turned = (angle[i] / count_rad).floor() as i32;
+            let now = match (i == 1 && k >= dead_from, toggles) {
+                (false, _) => turned,
+                (true, false) => counter[i],
+                // From where it stood, up and down again with each other edge.
+                (true, true) => counter[i].div_euclid(2) * 2 + turned.rem_euclid(2),
+            };
+            let age = R::of(0.3 * period_s);
+            read.rad_s[i] = estimator.step(&mut velocities[i], now - counter[i], Some(age));
+            counter[i] = now;
+        }
+        let sample = drive.step(&mut state, &DriveInput::measured(&read).with_command(ahead));
+        for i in 0..N {
+            if let Some(fault) = sample.faults[i]
+                && found[i].is_none()
+            {
+                found[i] = Some((fault, k.wrapping_sub(dead_from)));
+            }
+        }
+        mode = sample.mode;
+        let torques = sample.wheels.applied.n_m.map(Real::as_f64);
+        for axis in 0..3 {
+            let force: f64 = (0..N).map(|i| inverse[i][axis] * torques[i]).sum();
+            twist[axis] += period_s * (force / [9.6, 9.6, 0.4][axis] - 0.3 * twist[axis]);
+        }
+    }
+    (found, mode)
+}
+
+/// Both precisions, every way to read a velocity, both ways to die, two periods; then who was blamed and how long it took.
+fn every_death<const N: usize>(
+    double: WheelLayout<f64, N>,
+    single: WheelLayout<f32, N>,
+    stuck_torque_n_m: f64,
+    ends: DriveMode,
+) {
+    let of = |periods| VelocityMethod::Window { periods };
+    let of_f32 = |periods| VelocityMethod::Window { periods };
+    let doubles = [
+        of(1),
+        of(8),
+        VelocityMethod::Edges,
+        VelocityMethod::Observer {
+            bandwidth_rad_s: 60.0,
+        },
+    ];
+    let singles = [
+        of_f32(1),
+        of_f32(8),
+        VelocityMethod::Edges,
+        VelocityMethod::Observer {
+            bandwidth_rad_s: 60.0_f32,
+        },
+    ];
+    for (double_method, single_method) in doubles.into_iter().zip(singles) {
+        for toggles in [false, true] {
+            for period_s in [1e-3, 5e-3] {
+                for (found, mode) in [
+                    dies(double, double_method, toggles, period_s, stuck_torque_n_m),
+                    dies(single, single_method, toggles, period_s, stuck_torque_n_m),
+                ] {
+                    let case = std::format!(
+                        "{double_method:?}, toggles {toggles}, {period_s} s: {found:?}, {mode:?}"
+                    );
+                    let blamed: std::vec::Vec<_> = (0..N).filter(|i| found[*i].is_some()).collect();
+                    assert_eq!((blamed, mode), (std::vec![1], ends), "{case}");
+                    let (fault, after) = found[1].expect("it was");
+                    // 0.1 s until the counter stands, 100 periods of evidence, and until then what the vehicle needs to turn off its course.
+                    assert!(
+                        fault == Fault::Stuck && f64::from(after) * period_s < 0.1 + 250.0 * period_s,
+                        "{case}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cut_encoder_wire_is_found_whatever_reads_the_velocity_and_no_healthy_wheel_is_blamed() {
+    let three = WheelLayout::omni(0.18, 0.0, 0.05).expect("valid");
+    every_death::<3>(
+        three,
+        WheelLayout::omni(0.18, 0.0, 0.05).expect("valid"),
+        1.0,
+        DriveMode::SafeStop,
+    );
+    // Four wheels tell by themselves.
+    let four = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
+    let single = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
+    every_death::<4>(four, single, f64::INFINITY, DriveMode::Degraded);
 }

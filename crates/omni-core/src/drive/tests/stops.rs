@@ -344,6 +344,7 @@ fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
     assert_eq!(after(&mut state, &[5], 1), (DriveMode::Degraded, none));
     let four = [0, 1, 3, 5];
     assert_eq!(after(&mut state, &four, 60), (DriveMode::SafeStop, only(&four)));
-    // Wheels that are believed again, 100 good readings later, are braked by their loops.
+    // Wheels that are believed again, 100 good readings later, are braked by their loops until the torque has ended; then all are shorted.
     assert_eq!(after(&mut state, &[], 150), (DriveMode::SafeStop, none));
+    assert_eq!(after(&mut state, &[], 500), (DriveMode::SafeStop, [true; 7]));
 }

@@ -23,6 +23,7 @@ impl<const N: usize> Linked<N> {
             return Ok(()); // none of its signals is used
         }
         plausible(answer, measured_rad_s, &self.asked, drives)?;
+        ended(&answer.sample.wheels)?;
         if answer.action == Action::Stop {
             return Ok(()); // its torques are not used
         }
@@ -89,7 +90,9 @@ impl<const N: usize> Linked<N> {
                 ));
             }
         }
-        let left_out = report.excluded.contains(&true) || active.contains(&false);
+        // When the torque has ended at rest no wheel is controlled, and all are well.
+        let let_go = active.contains(&false) && !answer.sample.wheels.ended;
+        let left_out = report.excluded.contains(&true) || let_go;
         let allowed = match (emergency_stop, left_out) {
             (true, _) => Some("3, because the emergency stop is pressed").filter(|_| mode != MOST_MODE),
             (false, _) if mode == MOST_MODE => Some("0 to 2, because no emergency stop is pressed"),
@@ -146,6 +149,20 @@ impl<const N: usize> Linked<N> {
             }
         }
         Ok(())
+    }
+}
+
+/// Where the torque has ended there is none, and windings are shorted only then.
+fn ended<const N: usize>(wheels: &omni_core::WheelSample<f32, N>) -> Result<(), String> {
+    let pushes = wheels.applied.n_m.iter().find(|torque| **torque != 0.0);
+    match pushes.filter(|_| wheels.ended) {
+        Some(torque) => Err(format!(
+            "the firmware answers {torque} N.m although it reports that all torque has ended, allowed: 0"
+        )),
+        None if wheels.shorted && !wheels.ended => Err(
+            "the firmware shorts the windings before the torque has ended, allowed: when it has ended".into(),
+        ),
+        None => Ok(()),
     }
 }
 
