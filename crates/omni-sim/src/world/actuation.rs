@@ -1,5 +1,6 @@
-//! From commanded torques to those that act, and what turns meanwhile: lag, voltage, faults, angles, work.
+//! From commanded torques to those that act, and what turns meanwhile: lag, the motors' line, faults, angles, work.
 //!
+//! A motor is bound by its torque-speed line at the speed that it truly has, whatever the controller read.
 //! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
 
 use std::ops::Range;
@@ -21,7 +22,10 @@ pub(super) struct Actuation {
     step_s: f64,
     /// Motors whose windings are shorted.
     shorted: Vec<bool>,
-    lost: Vec<Span>,
+    /// What is left of motors: 0 of one that is lost.
+    weak: Vec<(Span, f64)>,
+    /// What is left of the supply, and when \[s\].
+    supply: Vec<(Range<f64>, f64)>,
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
@@ -83,24 +87,18 @@ impl Actuation {
         let vehicle = scenario.vehicle();
         let wheels = vehicle.wheel.len();
         let lag_s = scenario.actuators.torque_lag_s;
-        let span = |fault: &Fault, name: &str| {
-            // A loaded scenario names wheels that exist.
-            let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
-            Some(Span {
-                wheel,
-                time_s: fault.span_s(),
-            })
+        let of_wheels = |value: fn(&Fault) -> Option<f64>| {
+            let faults = scenario.fault.iter().filter_map(|fault| {
+                let (value, name) = (value(fault)?, fault.wheel()?);
+                // A loaded scenario names wheels that exist.
+                let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
+                let time_s = fault.span_s();
+                Some((Span { wheel, time_s }, value))
+            });
+            faults.collect()
         };
-        let lost = scenario.fault.iter().filter_map(|fault| match fault {
-            Fault::WheelLost { wheel, .. } => span(fault, wheel),
-            _ => None,
-        });
-        let drags = scenario.fault.iter().filter_map(|fault| match fault {
-            Fault::WheelDrag {
-                wheel,
-                damper_n_m_s_rad,
-                ..
-            } => Some((span(fault, wheel)?, *damper_n_m_s_rad)),
+        let supply = scenario.fault.iter().filter_map(|fault| match fault {
+            Fault::SupplySag(sag) => Some((fault.span_s(), sag.part)),
             _ => None,
         });
         Self {
@@ -114,8 +112,16 @@ impl Actuation {
             slope_n_m_s_rad: vehicle.motor.line_slope_n_m_s_rad(),
             step_s,
             shorted: Vec::new(),
-            lost: lost.collect(),
-            drags: drags.collect(),
+            weak: of_wheels(|fault| match fault {
+                Fault::WheelLost(_) => Some(0.0),
+                Fault::MotorWeak(weak) => Some(weak.part),
+                _ => None,
+            }),
+            supply: supply.collect(),
+            drags: of_wheels(|fault| match fault {
+                Fault::WheelDrag(drag) => Some(drag.damper_n_m_s_rad),
+                _ => None,
+            }),
             inertia_kg_m2: vehicle.wheel.iter().map(|w| w.inertia_kg_m2).collect(),
             gear: vehicle.wheel.iter().map(|w| w.gear).collect(),
             friction: vehicle
@@ -147,25 +153,46 @@ impl Actuation {
     pub(super) fn follow(&mut self, time_s: f64, commanded_n_m: &[f64]) {
         let asked: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
         let full = self.stall_n_m * self.gear.len() as f64;
-        let voltage = 1.0 - self.sag * (asked / full).min(1.0);
+        let supply = self.supply.iter().filter(|(span, _)| span.contains(&time_s));
+        let voltage =
+            (1.0 - self.sag * (asked / full).min(1.0)) * supply.map(|(_, part)| part).product::<f64>();
         for (i, commanded) in commanded_n_m.iter().enumerate() {
-            let velocity = self.state.velocity_rad_s[i];
+            // A bridge that shorts the windings drives no current through them.
+            let strength = if self.is_shorted(i) {
+                0.0
+            } else {
+                self.strength(i, time_s)
+            };
+            let [lower, upper] = self.line(i, voltage);
             let torque = &mut self.state.torque_n_m[i];
-            *torque += self.follow * (commanded - *torque);
-            if self.sag > 0.0 {
-                let stall = voltage * self.stall_n_m;
-                let driving = (stall - self.slope_n_m_s_rad * velocity.abs()).max(0.0);
-                let (lower, upper) = if velocity >= 0.0 {
-                    (-stall, driving)
-                } else {
-                    (-driving, stall)
-                };
-                *torque = torque.max(lower).min(upper);
-            }
-            if self.lost.iter().any(|span| span.holds(i, time_s)) {
-                *torque = 0.0;
-            }
+            *torque += self.follow * (strength * commanded - *torque);
+            *torque = torque.max(strength * lower).min(strength * upper);
         }
+    }
+
+    /// What is left of a motor: of its torque at every speed.
+    fn strength(&self, wheel: usize, time_s: f64) -> f64 {
+        let weak = self.weak.iter().filter(|(span, _)| span.holds(wheel, time_s));
+        weak.map(|(_, part)| part).product()
+    }
+
+    /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as [`omni_core::TorqueLimit::range`] has it.
+    ///
+    /// The speed is that of the step's start. Where the line is so steep that a wheel without load would pass its no-load speed in the
+    /// step, the torque is what takes it there.
+    fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
+        let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
+        let stall = voltage * self.stall_n_m;
+        let driving = (stall - slope * velocity.abs()).max(0.0);
+        let lower = if velocity < 0.0 { -driving } else { -stall };
+        let upper = if velocity > 0.0 { driving } else { stall };
+        let per_rad_s = self.inertia_kg_m2[wheel] * self.gear[wheel] * self.gear[wheel] / self.step_s;
+        if slope <= per_rad_s {
+            return [lower, upper];
+        }
+        let no_load = stall / slope;
+        let [back, ahead] = [-no_load, no_load].map(|to| per_rad_s * (to - velocity));
+        [lower.max(back.min(0.0)), upper.min(ahead.max(0.0))]
     }
 
     /// What the gear of a wheel makes of the torque that acts; drags and viscous friction are not in it.
@@ -200,10 +227,14 @@ impl Actuation {
         self.shorted.extend(motors);
     }
 
+    fn is_shorted(&self, wheel: usize) -> bool {
+        self.shorted.get(wheel) == Some(&true)
+    }
+
     /// Damping by drags, viscous friction and a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
     ///
     /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
-    /// the slope is a damper. A motor that is lost has no windings to short.
+    /// the slope is a damper. A motor that is lost has no windings to short, and a weak one only a part.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
         let drags: f64 = holding.map(|(_, damper)| damper).sum();
@@ -211,10 +242,9 @@ impl Actuation {
             None => drags,
             Some(friction) => drags + friction.viscous_n_m_s_rad(),
         };
-        let shorted =
-            self.shorted.get(wheel) == Some(&true) && !self.lost.iter().any(|span| span.holds(wheel, time_s));
-        if shorted {
-            drags + self.slope_n_m_s_rad / (self.gear[wheel] * self.gear[wheel])
+        if self.is_shorted(wheel) {
+            let slope = self.strength(wheel, time_s) * self.slope_n_m_s_rad;
+            drags + slope / (self.gear[wheel] * self.gear[wheel])
         } else {
             drags
         }
