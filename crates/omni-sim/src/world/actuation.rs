@@ -14,8 +14,9 @@ use crate::observation::Observation;
 /// The actuators of all wheels.
 pub(super) struct Actuation {
     state: State,
-    /// Part of the torque's gap that closes in a physics step; 1 without lag.
+    /// Part of the gap between a torque and the one that is told that closes in a physics step, and in the step's mean; 1 without lag.
     follow: f64,
+    follow_mean: f64,
     sag: f64,
     stall_n_m: f64,
     slope_n_m_s_rad: f64,
@@ -46,8 +47,10 @@ pub(super) struct Geared {
 /// What a snapshot keeps.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct State {
-    /// Torque that acts \[N.m\], one an actuator.
+    /// Torque that acts \[N.m\], one an actuator: the mean over the step.
     torque_n_m: Vec<f64>,
+    /// Where the lag has brought it at the step's end \[N.m\].
+    lagged_n_m: Vec<f64>,
     /// Actuator velocity after the last step \[rad/s\].
     velocity_rad_s: Vec<f64>,
     /// Actuator angle since the start \[rad\].
@@ -75,9 +78,14 @@ impl Span {
 impl State {
     /// Is it of so many wheels?
     pub(super) fn fits(&self, wheels: usize) -> bool {
-        [&self.torque_n_m, &self.velocity_rad_s, &self.angle_rad]
-            .iter()
-            .all(|each| each.len() == wheels)
+        [
+            &self.torque_n_m,
+            &self.lagged_n_m,
+            &self.velocity_rad_s,
+            &self.angle_rad,
+        ]
+        .iter()
+        .all(|each| each.len() == wheels)
     }
 }
 
@@ -101,12 +109,14 @@ impl Actuation {
             Fault::SupplySag(sag) => Some((fault.span_s(), sag.part)),
             _ => None,
         });
+        let follow = if lag_s > 0.0 {
+            -libm::expm1(-step_s / lag_s)
+        } else {
+            1.0
+        };
         Self {
-            follow: if lag_s > 0.0 {
-                -libm::expm1(-step_s / lag_s)
-            } else {
-                1.0
-            },
+            follow,
+            follow_mean: 1.0 - follow * lag_s / step_s,
             sag: scenario.actuators.voltage_sag,
             stall_n_m: vehicle.motor.stall_torque_n_m,
             slope_n_m_s_rad: vehicle.motor.line_slope_n_m_s_rad(),
@@ -132,6 +142,7 @@ impl Actuation {
                 .collect(),
             state: State {
                 torque_n_m: vec![0.0; wheels],
+                lagged_n_m: vec![0.0; wheels],
                 velocity_rad_s: vec![0.0; wheels],
                 angle_rad: vec![0.0; wheels],
                 work_j: 0.0,
@@ -164,9 +175,11 @@ impl Actuation {
                 self.strength(i, time_s)
             };
             let [lower, upper] = self.line(i, voltage);
-            let torque = &mut self.state.torque_n_m[i];
-            *torque += self.follow * (strength * commanded - *torque);
-            *torque = torque.max(strength * lower).min(strength * upper);
+            let within = |torque: f64| torque.max(strength * lower).min(strength * upper);
+            let lagged = &mut self.state.lagged_n_m[i];
+            let gap = strength * commanded - *lagged;
+            self.state.torque_n_m[i] = within(*lagged + self.follow_mean * gap);
+            *lagged = within(*lagged + self.follow * gap);
         }
     }
 
