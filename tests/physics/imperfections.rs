@@ -116,14 +116,52 @@ fn torque_follows_its_command_with_the_time_constant_of_the_lag() {
             .expect("finite");
         acted.push(simulation.observation().wheels[0].torque_n_m);
     }
-    // The mean of the two physics steps in period k, at 0.5 and 1 ms after its start.
+    // The mean over period k: the integral of 0.1 (1 - exp(-t / 20 ms)). What it was at the ends of steps would act half a step early.
     for (k, torque) in acted.iter().enumerate() {
-        let at = |ms: f64| 0.1 * (1.0 - (-(k as f64 + ms) / 20.0).exp());
-        let expected = f64::midpoint(at(0.5), at(1.0));
+        let gap = |ms: usize| 0.1 * 20.0 * (-(ms as f64) / 20.0).exp();
+        let expected = 0.1 - (gap(k) - gap(k + 1));
         assert!(
             (torque - expected).abs() < 1e-12,
             "period {k}: {torque}, {expected}"
         );
+    }
+}
+
+fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other() {
+    // A constant torque: after t the velocity is a t, with a lag T a (t - T), and the angles are the integrals of these.
+    let (lag_s, count_rad) = (0.01, std::f64::consts::TAU / 1e7);
+    let turn = |lag: f64, step_us: u64| {
+        let keys = [
+            format!("actuators.torque_lag_s={lag}"),
+            format!("physics.step_us={step_us}"),
+        ];
+        let keys = [&keys[0], "vehicle=mecanum4", &keys[1]];
+        let counted = [&keys[..], &["sensors.encoder_counts=10000000"]].concat();
+        let mut ideal = Simulation::new(&scenario(&keys)).expect("valid");
+        let mut counts = Simulation::new(&scenario(&counted)).expect("valid");
+        let (mut angle, mut integral) = (0.0, 0.0);
+        for _ in 0..200 {
+            let before = ideal.measured_rad_s()[0];
+            ideal.step_torques(&[0.4; 4]).expect("finite");
+            counts.step_torques(&[0.4; 4]).expect("finite");
+            angle += counts.measured_rad_s()[0] * 1e-3;
+            integral += 0.5 * (before + ideal.measured_rad_s()[0]) * 1e-3;
+        }
+        let velocity = ideal.measured_rad_s()[0];
+        // The angle is the velocity's integral: to a count, and what a lag curves within a period, T times that of the last one.
+        let most = 2.0 * count_rad + 1e-5 * velocity;
+        assert!((angle - integral).abs() < most, "{angle} rad, {integral} rad");
+        (velocity, angle)
+    };
+    for step_us in [1000, 500, 125] {
+        let ((prompt, prompt_rad), (late, late_rad)) = (turn(0.0, step_us), turn(lag_s, step_us));
+        let per_s = prompt / 0.2;
+        // Twenty lags after the start; contacts that settle leave 10 us. A torque of the ends of steps would be half a step ahead.
+        let by_velocity = (prompt - late) / per_s;
+        let by_angle = (prompt_rad - late_rad) / per_s / (0.2 - lag_s);
+        for lag in [by_velocity, by_angle] {
+            assert!((lag - lag_s).abs() < 1e-5, "{step_us} us: {lag} s");
+        }
     }
 }
 
@@ -413,6 +451,7 @@ on_both_engines! {
     encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them,
     a_delay_shows_the_controller_what_was_so_many_periods_ago,
     torque_follows_its_command_with_the_time_constant_of_the_lag,
+    velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other,
     a_sagging_supply_gives_the_torque_where_limit_and_load_meet,
     a_lost_wheel_gives_no_torque_and_the_others_carry_on,
     a_dragging_wheel_takes_the_power_that_its_damper_asks_for,

@@ -14,9 +14,10 @@ use crate::command_file::CommandFile;
 use crate::control::Control;
 use crate::derived_gains::DerivedGains;
 use crate::drive::Drive;
+use crate::fault::Fault;
 use crate::file_kind::FileKind;
 use crate::height_map::HeightMap;
-use crate::imperfections::{Actuators, Fault, HeadingHold, Sensors};
+use crate::imperfections::{Actuators, HeadingHold, Sensors};
 use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::override_key::Override;
@@ -357,9 +358,20 @@ impl Scenario {
             if let Some((key, message)) = fault.refusal(&self.vehicle) {
                 return Err(source.refuse(format!("fault[{i}].{key}"), message));
             }
-            if matches!(fault, Fault::EmergencyStop { .. }) && self.drive.is_none() {
-                let message = "\"emergency_stop\", allowed: only with [drive], which has the emergency stop";
-                return Err(source.refuse(format!("fault[{i}].kind"), message));
+            let needs = match fault {
+                Fault::EmergencyStop(_) if self.drive.is_none() => {
+                    "\"emergency_stop\", allowed: only with [drive], which has the emergency stop"
+                }
+                Fault::EncoderToggles(_) if self.sensors.encoder_counts == 0 => {
+                    "\"encoder_toggles\", allowed: only with sensors.encoder_counts above 0"
+                }
+                _ => continue,
+            };
+            return Err(source.refuse(format!("fault[{i}].kind"), needs));
+        }
+        for (i, patch) in self.friction_patch.iter().enumerate() {
+            if let Some((key, message)) = patch.refusal() {
+                return Err(source.refuse(format!("friction_patch[{i}].{key}"), message));
             }
         }
         if self.drive.is_some()

@@ -11,7 +11,7 @@ use crate::height_map::HeightMap;
 use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
     BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED, SLOPE_RAD,
-    STEP_HEIGHT_M, TREAD_M, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
+    STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
 
 /// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `at_m` on, an obstacle across the path. Every kind has
@@ -321,7 +321,7 @@ pub struct Obstacle {
     pub to_m: f64,
 }
 
-/// A rectangle of the ground with another friction: oil, ice, a carpet.
+/// A rectangle of the ground with another friction: oil, ice, a carpet. It may come, move and go.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -339,6 +339,68 @@ pub struct FrictionPatch {
     #[garde(custom(within(FRICTION)))]
     #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
     pub friction: f64,
+    /// How it moves, world x and y \[m/s\], -100 to 100; left out: not at all. `x_m` and `y_m` are where it is at `from_s`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(VELOCITY_M_S))))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))))]
+    pub velocity_m_s: Option<[f64; 2]>,
+    /// It is there from this time \[s\], 0 to 3600; left out: from the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(TIME_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    pub from_s: Option<f64>,
+    /// It is there until this time \[s\], 0 to 3600; left out: to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(TIME_S))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    pub until_s: Option<f64>,
+}
+
+impl FrictionPatch {
+    /// Is a place of the world \[m\] in it at a time \[s\]?
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let patch = "friction_patch=[{x_m=[0, 1], y_m=[0, 1], friction=0.1, velocity_m_s=[0.5, 0], from_s=1.0}]";
+    /// let patch = Scenario::load("flat", &[Override::parse(patch)?])?.friction_patch[0];
+    /// assert_eq!([0.9, 1.0, 3.0].map(|time_s| patch.holds(0.5, 0.5, time_s)), [false, true, false]); // it lies at x = 1 to 2 then
+    /// assert!(patch.holds(1.5, 0.5, 3.0));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn holds(&self, x_m: f64, y_m: f64, time_s: f64) -> bool {
+        let from_s = self.from_s.unwrap_or(0.0);
+        let [vx, vy] = self.velocity_m_s.unwrap_or_default();
+        let inside = |[from, to]: [f64; 2], at: f64| at >= from && at < to;
+        let since_s = time_s - from_s;
+        since_s >= 0.0
+            && time_s < self.until_s.unwrap_or(f64::INFINITY)
+            && inside(self.x_m, x_m - vx * since_s)
+            && inside(self.y_m, y_m - vy * since_s)
+    }
+
+    /// The key that makes it another patch at another time, where one does.
+    #[must_use]
+    pub fn changes_by(&self) -> Option<&'static str> {
+        let moves = self.velocity_m_s.is_some_and(|v| v != [0.0; 2]);
+        match (moves, self.from_s, self.until_s) {
+            (true, ..) => Some("velocity_m_s"),
+            (false, Some(from_s), _) if from_s > 0.0 => Some("from_s"),
+            (false, _, Some(_)) => Some("until_s"),
+            _ => None,
+        }
+    }
+
+    /// The key and what is wrong with it where it ends before it begins.
+    pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
+        let (from_s, until_s) = (self.from_s.unwrap_or(0.0), self.until_s?);
+        (until_s <= from_s).then(|| {
+            (
+                "until_s",
+                format!("{until_s}, allowed: more than from_s, {from_s}"),
+            )
+        })
+    }
 }
 
 fn interval(value: &[f64; 2], _: &()) -> garde::Result {

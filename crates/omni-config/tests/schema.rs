@@ -43,6 +43,7 @@ command_point_m = [0.0, 0.0]
 x_m = [0.0, 1.0]
 y_m = [0.0, 1.0]
 friction = 0.1
+velocity_m_s = [0.0, 0.0]
 
 [[fault]]
 kind = "wheel_lost"

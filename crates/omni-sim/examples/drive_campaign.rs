@@ -265,11 +265,11 @@ fn holds(scenario: &Scenario, trace: &Trace, row: usize) -> [usize; 2] {
     let mut counts = [0, 0];
     for name in trace.wheel_names() {
         let lost = suffers(name, |fault| match fault {
-            Fault::WheelLost { wheel, .. } => Some(wheel),
+            Fault::WheelLost(fault) => Some(&fault.wheel),
             _ => None,
         });
         let stuck = suffers(name, |fault| match fault {
-            Fault::EncoderStuck { wheel, .. } => Some(wheel),
+            Fault::EncoderStuck(fault) => Some(&fault.wheel),
             _ => None,
         });
         let brake = trace.column(&format!("drive_brake_{name}"));

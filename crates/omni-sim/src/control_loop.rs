@@ -75,8 +75,8 @@ impl ControlLoop {
             controller,
             // It was planned when the scenario was loaded.
             path: scenario.planned_path().ok().flatten(),
-            lost: spans(|fault| matches!(fault, Fault::CommandLost { .. })),
-            stopped: spans(|fault| matches!(fault, Fault::EmergencyStop { .. })),
+            lost: spans(|fault| matches!(fault, Fault::CommandLost(_))),
+            stopped: spans(|fault| matches!(fault, Fault::EmergencyStop(_))),
             period_s: scenario.period_s(),
             memory: Memory {
                 periods: 0,

@@ -128,7 +128,52 @@ impl Sensed {
 #[derive(Clone, Copy, PartialEq)]
 enum Trouble {
     Stuck,
+    Dead,
+    Toggles,
+    /// With the part of the shaft's turning that it turns.
+    Slips(f64),
     Silent,
+}
+
+/// An encoder that counts: a disc on the shaft, and a counter of its edges.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Encoder {
+    /// Angle of the shaft \[rad\], and how much of it the disc has not turned because its coupling slipped.
+    shaft_rad: f64,
+    lost_rad: f64,
+    /// Where the disc is \[counts\].
+    place: f64,
+    /// The whole counts of that place that the counter has seen.
+    seen: f64,
+}
+
+impl Encoder {
+    /// Turns with the shaft, or by a part of its turning; at the start the disc is `phase` \[counts\] past an edge.
+    fn turn(&mut self, shaft_rad: f64, part: f64, per_rad: f64, phase: f64) {
+        self.lost_rad += (1.0 - part) * (shaft_rad - self.shaft_rad);
+        self.shaft_rad = shaft_rad;
+        self.place = (shaft_rad - self.lost_rad) * per_rad + phase;
+    }
+
+    /// What the counter has counted since it was last read, and the place of the last edge.
+    fn count(&mut self, has: impl Fn(Trouble) -> bool, forwards: bool) -> (f64, f64) {
+        if has(Trouble::Stuck) {
+            return (0.0, self.place); // the counter itself goes on
+        }
+        let whole = self.place.floor();
+        let before = std::mem::replace(&mut self.seen, whole);
+        if has(Trouble::Dead) {
+            (0.0, self.place)
+        } else if has(Trouble::Toggles) {
+            // Its edges are every second one, and without the other channel all that rise count up and all that fall count down.
+            let level = |whole: f64| (0.5 * (whole + 1.0)).floor().rem_euclid(2.0);
+            let pairs = 0.5 * (self.place - 1.0);
+            let edge = if forwards { pairs.floor() } else { pairs.ceil() };
+            (level(whole) - level(before), 2.0 * edge + 1.0)
+        } else {
+            (whole - before, if forwards { whole } else { whole + 1.0 })
+        }
+    }
 }
 
 /// The sensors of a vehicle.
@@ -140,6 +185,8 @@ pub(crate) struct Sensing {
     period_s: f64,
     /// Of which wheel, what, and from when to when \[s\].
     trouble: Vec<(usize, Trouble, Range<f64>)>,
+    /// How far past an edge each encoder starts \[counts\], 0 up to 1.
+    phase: Vec<f64>,
     state: State,
 }
 
@@ -149,10 +196,9 @@ pub(crate) struct State {
     rng: ChaCha8Rng,
     /// Of the gyros about x and y.
     tilt_rng: ChaCha8Rng,
-    /// Whole counts of each encoder after the last period.
-    counts: Vec<f64>,
-    /// What is remembered for the velocity of each encoder, and its angle after the last period \[rad\]; empty where nothing is.
-    velocities: Vec<(VelocityState<f64>, f64)>,
+    encoders: Vec<Encoder>,
+    /// What is remembered for the velocity of each encoder; empty where nothing is.
+    velocities: Vec<VelocityState<f64>>,
     /// What each encoder last read \[rad/s\].
     read: Vec<f64>,
     /// Velocity of the base a period ago \[m/s\].
@@ -165,12 +211,16 @@ impl Sensing {
     pub(crate) fn new(scenario: &Scenario) -> Self {
         let vehicle = scenario.vehicle();
         let trouble = scenario.fault.iter().filter_map(|fault| {
-            let (wheel, trouble) = match fault {
-                Fault::EncoderStuck { wheel, .. } => (wheel, Trouble::Stuck),
-                Fault::EncoderSilent { wheel, .. } => (wheel, Trouble::Silent),
+            let trouble = match fault {
+                Fault::EncoderStuck(_) => Trouble::Stuck,
+                Fault::EncoderDead(_) => Trouble::Dead,
+                Fault::EncoderToggles(_) => Trouble::Toggles,
+                Fault::EncoderSlips(slips) => Trouble::Slips(slips.part),
+                Fault::EncoderSilent(_) => Trouble::Silent,
                 _ => return None,
             };
-            let wheel = vehicle.wheel.iter().position(|w| w.name == *wheel)?;
+            let name = fault.wheel()?;
+            let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
             Some((wheel, trouble, fault.span_s()))
         });
         let wheels = vehicle.wheel.len();
@@ -184,17 +234,19 @@ impl Sensing {
         // A loaded scenario's method goes with its period.
         let estimator = scenario.velocity_estimator().ok().flatten();
         let remembered = if estimator.is_some() { wheels } else { 0 };
+        let mut phases = stream(3);
         Self {
             sensors,
             estimator,
             gravity_m_s2: scenario.physics.gravity_m_s2,
             period_s: scenario.period_s(),
             trouble: trouble.collect(),
+            phase: (0..wheels).map(|_| uniform(&mut phases)).collect(),
             state: State {
                 rng: stream(1),
                 tilt_rng: stream(2),
-                counts: vec![0.0; wheels],
-                velocities: vec![(VelocityState::at_rest(), 0.0); remembered],
+                encoders: vec![Encoder::default(); wheels],
+                velocities: vec![VelocityState::at_rest(); remembered],
                 read: vec![0.0; wheels],
                 velocity_m_s: [0.0; 3],
                 // At rest before the start.
@@ -264,39 +316,57 @@ impl Sensing {
             estimator,
             period_s,
             trouble,
+            phase,
             state,
             ..
         } = self;
         for (i, velocity) in velocities_rad_s.iter_mut().enumerate() {
-            if sensors.encoder_counts > 0 {
+            let now = || {
+                let all = trouble.iter();
+                all.filter(|(wheel, _, span)| *wheel == i && span.contains(&time_s))
+                    .map(|(_, trouble, _)| *trouble)
+            };
+            let has = |what: Trouble| now().any(|trouble| trouble == what);
+            let slips = now().filter_map(|trouble| match trouble {
+                Trouble::Slips(part) => Some(part),
+                _ => None,
+            });
+            let part: f64 = slips.product();
+            let counts = sensors.encoder_counts > 0;
+            if counts {
                 let per_rad = f64::from(sensors.encoder_counts) / std::f64::consts::TAU;
-                let counts = (angles_rad[i] * per_rad).floor();
-                let counted = counts - state.counts[i];
-                state.counts[i] = counts;
+                let encoder = &mut state.encoders[i];
+                let before = encoder.place;
+                encoder.turn(angles_rad[i], part, per_rad, phase[i]);
+                let moved = encoder.place - before;
+                let (counted, edge) = encoder.count(has, moved > 0.0);
                 *velocity = match (&*estimator, state.velocities.get_mut(i)) {
-                    (Some(estimator), Some((remembered, before_rad))) => {
-                        // When the last edge passed, the wheel turning evenly over the period: of a count it is the lower end.
-                        let edge_rad = if counted > 0.0 { counts } else { counts + 1.0 } / per_rad;
-                        let part = (angles_rad[i] - edge_rad) / (angles_rad[i] - *before_rad);
-                        *before_rad = angles_rad[i];
+                    (Some(estimator), Some(remembered)) => {
+                        // When the last edge passed, the wheel turning evenly over the period.
+                        let part = (encoder.place - edge) / moved;
                         estimator.step(remembered, counted as i32, Some(part * *period_s))
                     }
                     _ => counted / per_rad / *period_s,
                 };
+            } else {
+                *velocity *= part;
             }
-            if sensors.encoder_noise_rad_s > 0.0 {
-                *velocity += sensors.encoder_noise_rad_s * normal(&mut state.rng);
-            }
-            let suffers = |what: Trouble| {
-                let mut trouble = trouble.iter();
-                trouble
-                    .any(|(wheel, trouble, span)| *wheel == i && *trouble == what && span.contains(&time_s))
+            // Drawn in any case, so that a fault changes no other reading.
+            let noise = if sensors.encoder_noise_rad_s > 0.0 {
+                sensors.encoder_noise_rad_s * normal(&mut state.rng)
+            } else {
+                0.0
             };
-            if suffers(Trouble::Stuck) {
+            let (stuck, dead) = (has(Trouble::Stuck), has(Trouble::Dead));
+            if stuck && !counts {
                 *velocity = state.read[i];
+            } else if dead && !counts {
+                *velocity = 0.0;
+            } else if !(stuck || dead) {
+                *velocity += noise;
             }
             state.read[i] = *velocity;
-            if suffers(Trouble::Silent) {
+            if has(Trouble::Silent) {
                 *velocity = f64::NAN;
             }
         }
@@ -305,7 +375,12 @@ impl Sensing {
 
 /// A number of the standard normal distribution (Box and Muller, 1958).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let mut uniform = || ((rng.next_u64() >> 11) as f64 + 1.0) / (1u64 << 53) as f64; // above 0, up to 1
-    let radius = (-2.0 * libm::log(uniform())).sqrt();
-    radius * libm::cos(std::f64::consts::TAU * uniform())
+    let mut above_0 = || uniform(rng) + 1.0 / (1u64 << 53) as f64;
+    let radius = (-2.0 * libm::log(above_0())).sqrt();
+    radius * libm::cos(std::f64::consts::TAU * above_0())
+}
+
+/// A number from 0 up to 1, without 1.
+fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -72,6 +72,14 @@ fn refuse(scenario: &Scenario, key: &str, message: &str) -> Error {
 /// Level boxes cut along the borders of the patches of friction.
 fn patched(scenario: &Scenario, all: &[Shape]) -> Result<Vec<Part>, Error> {
     let patches = &scenario.friction_patch;
+    let changing = patches.iter().enumerate();
+    if let Some((k, key)) = changing
+        .filter_map(|(k, patch)| Some((k, patch.changes_by()?)))
+        .next()
+    {
+        let message = "set, allowed in MJCF: only patches that never change";
+        return Err(refuse(scenario, &format!("friction_patch[{k}].{key}"), message));
+    }
     let mut parts = Vec::new();
     for shape in all {
         let Shape::Box {
@@ -100,11 +108,10 @@ fn patched(scenario: &Scenario, all: &[Shape]) -> Result<Vec<Part>, Error> {
         for x in xs.windows(2) {
             for y in ys.windows(2) {
                 let middle = [f64::midpoint(x[0], x[1]), f64::midpoint(y[0], y[1])];
-                let inside = |[from, to]: [f64; 2], at: f64| from <= at && at < to;
                 let patch = patches
                     .iter()
                     .rev()
-                    .find(|patch| inside(patch.x_m, middle[0]) && inside(patch.y_m, middle[1]));
+                    .find(|patch| patch.holds(middle[0], middle[1], 0.0));
                 let half_m = [0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]), half_m[2]];
                 let centre_m = [middle[0], middle[1], centre_m[2]];
                 parts.push(match patch {

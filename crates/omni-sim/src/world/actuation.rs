@@ -1,5 +1,6 @@
-//! From commanded torques to those that act, and what turns meanwhile: lag, voltage, faults, angles, work.
+//! From commanded torques to those that act, and what turns meanwhile: lag, the motors' line, faults, angles, work.
 //!
+//! A motor is bound by its torque-speed line at the speed that it truly has, whatever the controller read.
 //! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
 
 use std::ops::Range;
@@ -13,15 +14,19 @@ use crate::observation::Observation;
 /// The actuators of all wheels.
 pub(super) struct Actuation {
     state: State,
-    /// Part of the torque's gap that closes in a physics step; 1 without lag.
+    /// Part of the gap between a torque and the one that is told that closes in a physics step, and in the step's mean; 1 without lag.
     follow: f64,
+    follow_mean: f64,
     sag: f64,
     stall_n_m: f64,
     slope_n_m_s_rad: f64,
     step_s: f64,
     /// Motors whose windings are shorted.
     shorted: Vec<bool>,
-    lost: Vec<Span>,
+    /// What is left of motors: 0 of one that is lost.
+    weak: Vec<(Span, f64)>,
+    /// What is left of the supply, and when \[s\].
+    supply: Vec<(Range<f64>, f64)>,
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
@@ -42,8 +47,10 @@ pub(super) struct Geared {
 /// What a snapshot keeps.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct State {
-    /// Torque that acts \[N.m\], one an actuator.
+    /// Torque that acts \[N.m\], one an actuator: the mean over the step.
     torque_n_m: Vec<f64>,
+    /// Where the lag has brought it at the step's end \[N.m\].
+    lagged_n_m: Vec<f64>,
     /// Actuator velocity after the last step \[rad/s\].
     velocity_rad_s: Vec<f64>,
     /// Actuator angle since the start \[rad\].
@@ -71,9 +78,14 @@ impl Span {
 impl State {
     /// Is it of so many wheels?
     pub(super) fn fits(&self, wheels: usize) -> bool {
-        [&self.torque_n_m, &self.velocity_rad_s, &self.angle_rad]
-            .iter()
-            .all(|each| each.len() == wheels)
+        [
+            &self.torque_n_m,
+            &self.lagged_n_m,
+            &self.velocity_rad_s,
+            &self.angle_rad,
+        ]
+        .iter()
+        .all(|each| each.len() == wheels)
     }
 }
 
@@ -83,39 +95,43 @@ impl Actuation {
         let vehicle = scenario.vehicle();
         let wheels = vehicle.wheel.len();
         let lag_s = scenario.actuators.torque_lag_s;
-        let span = |fault: &Fault, name: &str| {
-            // A loaded scenario names wheels that exist.
-            let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
-            Some(Span {
-                wheel,
-                time_s: fault.span_s(),
-            })
+        let of_wheels = |value: fn(&Fault) -> Option<f64>| {
+            let faults = scenario.fault.iter().filter_map(|fault| {
+                let (value, name) = (value(fault)?, fault.wheel()?);
+                // A loaded scenario names wheels that exist.
+                let wheel = vehicle.wheel.iter().position(|w| w.name == name)?;
+                let time_s = fault.span_s();
+                Some((Span { wheel, time_s }, value))
+            });
+            faults.collect()
         };
-        let lost = scenario.fault.iter().filter_map(|fault| match fault {
-            Fault::WheelLost { wheel, .. } => span(fault, wheel),
+        let supply = scenario.fault.iter().filter_map(|fault| match fault {
+            Fault::SupplySag(sag) => Some((fault.span_s(), sag.part)),
             _ => None,
         });
-        let drags = scenario.fault.iter().filter_map(|fault| match fault {
-            Fault::WheelDrag {
-                wheel,
-                damper_n_m_s_rad,
-                ..
-            } => Some((span(fault, wheel)?, *damper_n_m_s_rad)),
-            _ => None,
-        });
+        let follow = if lag_s > 0.0 {
+            -libm::expm1(-step_s / lag_s)
+        } else {
+            1.0
+        };
         Self {
-            follow: if lag_s > 0.0 {
-                -libm::expm1(-step_s / lag_s)
-            } else {
-                1.0
-            },
+            follow,
+            follow_mean: 1.0 - follow * lag_s / step_s,
             sag: scenario.actuators.voltage_sag,
             stall_n_m: vehicle.motor.stall_torque_n_m,
             slope_n_m_s_rad: vehicle.motor.line_slope_n_m_s_rad(),
             step_s,
             shorted: Vec::new(),
-            lost: lost.collect(),
-            drags: drags.collect(),
+            weak: of_wheels(|fault| match fault {
+                Fault::WheelLost(_) => Some(0.0),
+                Fault::MotorWeak(weak) => Some(weak.part),
+                _ => None,
+            }),
+            supply: supply.collect(),
+            drags: of_wheels(|fault| match fault {
+                Fault::WheelDrag(drag) => Some(drag.damper_n_m_s_rad),
+                _ => None,
+            }),
             inertia_kg_m2: vehicle.wheel.iter().map(|w| w.inertia_kg_m2).collect(),
             gear: vehicle.wheel.iter().map(|w| w.gear).collect(),
             friction: vehicle
@@ -126,6 +142,7 @@ impl Actuation {
                 .collect(),
             state: State {
                 torque_n_m: vec![0.0; wheels],
+                lagged_n_m: vec![0.0; wheels],
                 velocity_rad_s: vec![0.0; wheels],
                 angle_rad: vec![0.0; wheels],
                 work_j: 0.0,
@@ -147,25 +164,48 @@ impl Actuation {
     pub(super) fn follow(&mut self, time_s: f64, commanded_n_m: &[f64]) {
         let asked: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
         let full = self.stall_n_m * self.gear.len() as f64;
-        let voltage = 1.0 - self.sag * (asked / full).min(1.0);
+        let supply = self.supply.iter().filter(|(span, _)| span.contains(&time_s));
+        let voltage =
+            (1.0 - self.sag * (asked / full).min(1.0)) * supply.map(|(_, part)| part).product::<f64>();
         for (i, commanded) in commanded_n_m.iter().enumerate() {
-            let velocity = self.state.velocity_rad_s[i];
-            let torque = &mut self.state.torque_n_m[i];
-            *torque += self.follow * (commanded - *torque);
-            if self.sag > 0.0 {
-                let stall = voltage * self.stall_n_m;
-                let driving = (stall - self.slope_n_m_s_rad * velocity.abs()).max(0.0);
-                let (lower, upper) = if velocity >= 0.0 {
-                    (-stall, driving)
-                } else {
-                    (-driving, stall)
-                };
-                *torque = torque.max(lower).min(upper);
-            }
-            if self.lost.iter().any(|span| span.holds(i, time_s)) {
-                *torque = 0.0;
-            }
+            // A bridge that shorts the windings drives no current through them.
+            let strength = if self.is_shorted(i) {
+                0.0
+            } else {
+                self.strength(i, time_s)
+            };
+            let [lower, upper] = self.line(i, voltage);
+            let within = |torque: f64| torque.max(strength * lower).min(strength * upper);
+            let lagged = &mut self.state.lagged_n_m[i];
+            let gap = strength * commanded - *lagged;
+            self.state.torque_n_m[i] = within(*lagged + self.follow_mean * gap);
+            *lagged = within(*lagged + self.follow * gap);
         }
+    }
+
+    /// What is left of a motor: of its torque at every speed.
+    fn strength(&self, wheel: usize, time_s: f64) -> f64 {
+        let weak = self.weak.iter().filter(|(span, _)| span.holds(wheel, time_s));
+        weak.map(|(_, part)| part).product()
+    }
+
+    /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as [`omni_core::TorqueLimit::range`] has it.
+    ///
+    /// The speed is that of the step's start. Where the line is so steep that a wheel without load would pass its no-load speed in the
+    /// step, the torque is what takes it there.
+    fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
+        let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
+        let stall = voltage * self.stall_n_m;
+        let driving = (stall - slope * velocity.abs()).max(0.0);
+        let lower = if velocity < 0.0 { -driving } else { -stall };
+        let upper = if velocity > 0.0 { driving } else { stall };
+        let per_rad_s = self.inertia_kg_m2[wheel] * self.gear[wheel] * self.gear[wheel] / self.step_s;
+        if slope <= per_rad_s {
+            return [lower, upper];
+        }
+        let no_load = stall / slope;
+        let [back, ahead] = [-no_load, no_load].map(|to| per_rad_s * (to - velocity));
+        [lower.max(back.min(0.0)), upper.min(ahead.max(0.0))]
     }
 
     /// What the gear of a wheel makes of the torque that acts; drags and viscous friction are not in it.
@@ -200,10 +240,14 @@ impl Actuation {
         self.shorted.extend(motors);
     }
 
+    fn is_shorted(&self, wheel: usize) -> bool {
+        self.shorted.get(wheel) == Some(&true)
+    }
+
     /// Damping by drags, viscous friction and a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
     ///
     /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
-    /// the slope is a damper. A motor that is lost has no windings to short.
+    /// the slope is a damper. A motor that is lost has no windings to short, and a weak one only a part.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
         let drags: f64 = holding.map(|(_, damper)| damper).sum();
@@ -211,10 +255,9 @@ impl Actuation {
             None => drags,
             Some(friction) => drags + friction.viscous_n_m_s_rad(),
         };
-        let shorted =
-            self.shorted.get(wheel) == Some(&true) && !self.lost.iter().any(|span| span.holds(wheel, time_s));
-        if shorted {
-            drags + self.slope_n_m_s_rad / (self.gear[wheel] * self.gear[wheel])
+        if self.is_shorted(wheel) {
+            let slope = self.strength(wheel, time_s) * self.slope_n_m_s_rad;
+            drags + slope / (self.gear[wheel] * self.gear[wheel])
         } else {
             drags
         }

@@ -51,16 +51,25 @@ impl Outside {
         yaw_rad: f64,
     ) -> Result<Self, Error> {
         check_faults(scenario)?;
-        if let Some(k) = (scenario.fault.iter()).position(|fault| matches!(fault, Fault::LoadAdded { .. })) {
-            let refused = config::Error::Key {
-                file: format!("scenario {}", scenario.name),
-                key: format!("fault[{k}].kind"),
-                message: format!(
-                    "\"load_added\", allowed with physics.engine {:?}: every other fault",
-                    physics.engine().name()
-                ),
-            };
-            return Err(refused.into());
+        let refused = |key: String, message: String| config::Error::Key {
+            file: format!("scenario {}", scenario.name),
+            key,
+            message,
+        };
+        let engine = physics.engine().name();
+        if let Some(k) = (scenario.fault.iter()).position(|fault| matches!(fault, Fault::LoadAdded(_))) {
+            let message =
+                format!("\"load_added\", allowed with physics.engine {engine:?}: every other fault");
+            return Err(refused(format!("fault[{k}].kind"), message).into());
+        }
+        let changing = scenario.friction_patch.iter().enumerate();
+        if let Some((k, key)) = changing
+            .filter_map(|(k, patch)| Some((k, patch.changes_by()?)))
+            .next()
+        {
+            let message =
+                format!("set, allowed with physics.engine {engine:?}: only patches that never change");
+            return Err(refused(format!("friction_patch[{k}].{key}"), message).into());
         }
         let vehicle = scenario.vehicle();
         let wheels = vehicle.wheel.iter().map(|wheel| {

@@ -17,17 +17,12 @@ pub(super) struct Load {
 pub(super) fn loads(scenario: &Scenario) -> Vec<Load> {
     let bodies = &scenario.vehicle().body;
     let load = |fault: &Fault| match fault {
-        Fault::LoadAdded {
-            body,
-            mass_kg,
-            at_m,
-            from_s,
-        } => Some(Load {
+        Fault::LoadAdded(added) => Some(Load {
             // A loaded scenario names bodies that exist.
-            body: bodies.iter().position(|known| known.name == *body)?,
-            from_ns: (from_s * 1e9) as u64,
-            mass_kg: *mass_kg,
-            at_m: *at_m,
+            body: bodies.iter().position(|known| known.name == added.body)?,
+            from_ns: (added.from_s * 1e9) as u64,
+            mass_kg: added.mass_kg,
+            at_m: added.at_m,
             done: false,
         }),
         _ => None,

@@ -91,13 +91,18 @@ fn check_faults(scenario: &Scenario) -> Result<(), Error> {
     let is_known = |fault: &Fault| {
         matches!(
             fault,
-            Fault::WheelLost { .. }
-                | Fault::WheelDrag { .. }
-                | Fault::EncoderStuck { .. }
-                | Fault::EncoderSilent { .. }
-                | Fault::CommandLost { .. }
-                | Fault::EmergencyStop { .. }
-                | Fault::LoadAdded { .. }
+            Fault::WheelLost(_)
+                | Fault::WheelDrag(_)
+                | Fault::MotorWeak(_)
+                | Fault::SupplySag(_)
+                | Fault::EncoderStuck(_)
+                | Fault::EncoderDead(_)
+                | Fault::EncoderToggles(_)
+                | Fault::EncoderSlips(_)
+                | Fault::EncoderSilent(_)
+                | Fault::CommandLost(_)
+                | Fault::EmergencyStop(_)
+                | Fault::LoadAdded(_)
         )
     };
     match scenario.fault.iter().position(|fault| !is_known(fault)) {

@@ -28,6 +28,8 @@ pub(super) struct Ground {
     pub(super) parts: Vec<Part>,
     friction: f64,
     patches: Vec<FrictionPatch>,
+    /// At which the patches are where they are \[s\].
+    pub(super) time_s: f64,
 }
 
 pub(super) enum Solid {
@@ -56,14 +58,14 @@ impl Ground {
             parts,
             friction: scenario.terrain.friction(),
             patches: scenario.friction_patch.clone(),
+            time_s: 0.0,
         })
     }
 
     /// The coefficient of friction at a place: the last patch that holds it sets it.
     pub(super) fn friction_at(&self, point: Vector) -> f64 {
-        let inside = |[from, to]: [f64; 2], at: f64| at >= from && at < to;
         let mut patches = self.patches.iter().rev();
-        let patch = patches.find(|patch| inside(patch.x_m, point.x) && inside(patch.y_m, point.y));
+        let patch = patches.find(|patch| patch.holds(point.x, point.y, self.time_s));
         patch.map_or(self.friction, |patch| patch.friction)
     }
 

@@ -261,6 +261,7 @@ impl<const N: usize> Plant for World<N> {
         let (share, started_ns) = (1.0 / self.steps_per_period as f64, self.time_ns);
         for k in 1..=self.steps_per_period {
             let time_s = self.time_ns as f64 * 1e-9;
+            self.ground.time_s = time_s;
             self.add_loads();
             self.actuation.follow(time_s, torques_n_m);
             let mut drags = [[0.0; 2]; MOST_WHEELS];

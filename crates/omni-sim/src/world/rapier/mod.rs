@@ -15,7 +15,7 @@ use super::actuation::Actuation;
 use super::loads::{Load, loads};
 use super::{Plant, check_faults};
 use crate::Error;
-use crate::config::{RollerWheel, Scenario};
+use crate::config::{FrictionPatch, RollerWheel, Scenario};
 use crate::error::unknown;
 use crate::observation::{Observation, Pose3};
 use energy_balance::EnergyBalance;
@@ -29,7 +29,7 @@ pub(super) struct World {
     vehicle: VehicleBodies,
     actuation: Actuation,
     energy: EnergyBalance,
-    patches: Option<Patches>,
+    patches: Vec<FrictionPatch>,
     loads: Vec<Load>,
     steps_per_period: u64,
     /// Steps of the engine in one of those: more than one where wheels have rollers.
@@ -90,11 +90,10 @@ impl World {
         for handle in handles {
             physics.bodies[handle].recompute_mass_properties_from_colliders(&physics.colliders);
         }
-        let patches = Some(scenario.friction_patch.clone()).filter(|patches| !patches.is_empty());
         Ok(Self {
             actuation: Actuation::new(scenario, physics.integration_parameters.dt),
             energy: EnergyBalance::new(&physics),
-            patches: patches.map(Patches),
+            patches: scenario.friction_patch.clone(),
             loads: loads(scenario),
             physics,
             vehicle,
@@ -179,9 +178,14 @@ impl Plant for World {
                 wheel.hold(&mut self.physics, geared.hold_n_m);
             }
             self.energy.open(&self.physics);
-            match &self.patches {
-                Some(patches) => self.physics.step_with_events(patches, &()),
-                None => self.physics.step(),
+            if self.patches.is_empty() {
+                self.physics.step();
+            } else {
+                let patches = Patches {
+                    patches: &self.patches,
+                    time_s,
+                };
+                self.physics.step_with_events(&patches, &());
             }
             self.time_ns = started_ns + k * self.step_ns / self.substeps;
             if let Some(handle) = self.physics.quarantine().bodies().first() {

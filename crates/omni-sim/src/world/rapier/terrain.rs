@@ -82,10 +82,13 @@ pub fn ground_heights_m(scenario: &Scenario, places_m: &[[f64; 2]]) -> Vec<f64> 
     places_m.iter().copied().map(height).collect()
 }
 
-/// Friction by place: the last patch that holds a contact sets its coefficient.
-pub(super) struct Patches(pub(super) Vec<FrictionPatch>);
+/// Friction by place at a time \[s\]: the last patch that holds a contact sets its coefficient.
+pub(super) struct Patches<'a> {
+    pub(super) patches: &'a [FrictionPatch],
+    pub(super) time_s: f64,
+}
 
-impl PhysicsHooks for Patches {
+impl PhysicsHooks for Patches<'_> {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
         let Some(rigid) = context.rigid_mut() else {
             return;
@@ -95,13 +98,8 @@ impl PhysicsHooks for Patches {
             return;
         };
         let at = contact.anchor1;
-        let inside = |[from, to]: [f64; 2], v: f64| v >= from && v < to;
-        let patch = self
-            .0
-            .iter()
-            .rev()
-            .find(|patch| inside(patch.x_m, at.x) && inside(patch.y_m, at.y));
-        if let Some(patch) = patch {
+        let mut patches = self.patches.iter().rev();
+        if let Some(patch) = patches.find(|patch| patch.holds(at.x, at.y, self.time_s)) {
             *rigid.friction = patch.friction;
         }
     }
