@@ -285,7 +285,42 @@ fn a_snapshot_of_a_vehicle_with_friction_goes_on_bit_for_bit() {
     }
 }
 
+fn energy_closes_over_the_step_whatever_gears_take() {
+    // Balls and rollers, with much and with little friction: stick and slip of gears and contacts in all combinations, and some thousand
+    // steps that need sweeps. The first of each was off by a percent and more when an impulse on one wheel left the others' spins behind.
+    let (runs, most): (&[_], f64) = match engine() {
+        // Rollers take rapier a minute. What velocities jump by within a step is missing: see docs/physics.md.
+        Engine::Rapier => (&[(8802, "independent", "contact", 0.2, 0.8)], 1e-3),
+        _ => (
+            &[
+                (8850, "independent", "contact", 0.2, 0.8),
+                (8807, "independent", "contact", 0.2, 0.8),
+                (8802, "independent", "contact", 0.05, 0.9),
+                (8805, "steady", "rollers", 0.2, 0.8),
+                (8803, "independent", "rollers", 0.2, 0.8),
+            ],
+            1e-4, // rollers: their contacts begin within a step, 3e-5 without friction too; balls leave 1e-6
+        ),
+    };
+    for (seed, policy, wheels, friction, efficiency) in runs {
+        let keys = [
+            format!("seed={seed}"),
+            format!("control.policy={policy}"),
+            format!("physics.wheel_model={wheels}"),
+            format!("vehicle.motor.gear_friction_n_m={friction}"),
+            format!("vehicle.motor.efficiency={efficiency}"),
+            "perturbation.yaw_rad=0.03".to_owned(),
+            "perturbation.start_m=0.02".to_owned(),
+        ];
+        let keys = keys.map(|text| Override::parse(&text).expect("KEY=VALUE"));
+        let trace = run(&load("step", &keys).expect("valid")).expect("settles");
+        let residual = trace.outcome().energy_residual;
+        assert!(residual.abs() < most, "{seed}, {policy}, {wheels}: {residual}");
+    }
+}
+
 on_both_engines! {
+    energy_closes_over_the_step_whatever_gears_take,
     a_motor_settles_where_its_line_meets_dry_and_viscous_friction,
     a_wheel_at_rest_stays_at_rest_under_less_than_its_friction_and_starts_beyond,
     a_vehicle_that_coasts_stops_where_friction_has_taken_its_energy_and_stands,

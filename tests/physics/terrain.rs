@@ -47,6 +47,42 @@ fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundred
     }
 }
 
+fn a_run_is_in_every_bit_the_beginning_of_the_same_run_made_longer() {
+    // A box's size rounds coordinates in it, so a ground that grows with the time that a run may take would change the run. Boxes
+    // of twice these times at this speed, and 200 m, round the place of the edge to an odd unit and to an even one.
+    for name in [
+        "step",
+        "step_down",
+        "stairs",
+        "ramp",
+        "ditch",
+        "half_step",
+        "bumps",
+        "rough",
+    ] {
+        let run_for = |seconds: f64| {
+            drive(
+                name,
+                &[
+                    &format!("duration_s={seconds}"),
+                    "control.policy=independent",
+                    "command.vx_m_s=0.6",
+                ],
+            )
+        };
+        let (shorter, longer) = (run_for(2.0), run_for(2.6));
+        assert_eq!(shorter.names(), longer.names());
+        for column in shorter.names() {
+            let bits = |trace: &Trace| -> Vec<u64> {
+                let values = trace.column(column).expect("its own name").iter();
+                values.map(|value| value.to_bits()).collect()
+            };
+            let (shorter, longer) = (bits(&shorter), bits(&longer));
+            assert!(longer.starts_with(&shorter), "{name}: {column} differs");
+        }
+    }
+}
+
 fn vehicle_stands_on_the_level_beyond_each_obstacle() {
     for (name, level) in [
         ("step", 0.05),
@@ -360,6 +396,7 @@ fn start_and_heading_are_where_the_scenario_puts_them() {
 }
 
 on_both_engines! {
+    a_run_is_in_every_bit_the_beginning_of_the_same_run_made_longer,
     every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth,
     vehicle_stands_on_the_level_beyond_each_obstacle,
     a_ramp_pitches_the_whole_vehicle_by_its_slope,

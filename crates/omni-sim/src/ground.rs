@@ -12,6 +12,21 @@ const WAVES: usize = 64;
 /// Cells of a rough surface in its shortest wave.
 const CELLS_PER_WAVE: f64 = 8.0;
 
+/// How far the ground of a run reaches at least \[m\]. Any number would do. This one gives the built-in step's figures in tables.
+const REACH_M: f64 = 203.6;
+
+/// How far the ground of a scenario's physics reaches to all sides \[m\]: at least twice as far as the command goes.
+///
+/// Coordinates within a box are rounded in proportion to its size. So runs that differ in `duration_s` alone have the same
+/// ground, unless one goes beyond 100 m, 3 km or 100 km and the other does not.
+pub(crate) fn reach_m(scenario: &Scenario) -> f64 {
+    let mut reach_m = REACH_M;
+    while reach_m < 2.0 * scenario.farthest_m() {
+        reach_m *= 32.0;
+    }
+    reach_m
+}
+
 /// A part of the ground, in the world's frame.
 #[derive(Clone, Debug, PartialEq)]
 // Not `non_exhaustive`: a shape that is left out is a hole in the ground. Whatever the terrain, these can make it.

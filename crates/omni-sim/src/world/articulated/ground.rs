@@ -6,7 +6,7 @@ use rapier3d_f64::parry::shape::{Cuboid, Cylinder, HeightField, HeightFieldFlags
 use rapier3d_f64::prelude::{AngVector, Pose, Vector};
 
 use crate::config::{FrictionPatch, Scenario};
-use crate::ground::{Shape, shapes};
+use crate::ground::{Shape, reach_m, shapes};
 use crate::world::height_field::height_field;
 
 /// A place where something meets the ground, or is about to.
@@ -51,9 +51,10 @@ const SAME_POINT_M: f64 = 1e-9;
 impl Ground {
     /// The ground of a scenario; none where its kind is unknown.
     pub(super) fn new(scenario: &Scenario) -> Option<Self> {
-        // Wherever the run goes there is ground: twice as far as the command asks for.
-        let far = 200.0 + 2.0 * scenario.farthest_m();
-        let parts: Vec<_> = shapes(scenario, far).into_iter().map(Part::new).collect();
+        let parts: Vec<_> = shapes(scenario, reach_m(scenario))
+            .into_iter()
+            .map(Part::new)
+            .collect();
         (!parts.is_empty()).then(|| Self {
             parts,
             friction: scenario.terrain.friction(),

@@ -11,7 +11,7 @@ use super::MOST_WHEELS;
 use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
 use super::spin::Spin;
-use super::sweeps::sweep_held;
+use super::sweeps::sweep;
 
 /// Impulse per slip of what sticks \[kg\]: a wheel creeps by a millionth of a metre a second per newton second.
 pub(super) const STICK: f64 = 1e6;
@@ -142,7 +142,7 @@ pub(super) fn solve_step<const N: usize>(
         let u = solve_modes(system, wheels, contacts, spins);
         if round > TOGETHER + ONE_BY_ONE {
             effort.swept += 1;
-            let (u, settled) = sweep_held(system, wheels, contacts, spins);
+            let (u, settled) = sweep(system, wheels, contacts, spins);
             effort.unsettled += u64::from(!settled);
             return u;
         }

@@ -1,6 +1,6 @@
 //! A wheel's spin in a step, and the dry friction of its gear.
 
-use super::contact::Grip;
+use super::contact::{Grip, Line};
 use super::linear::{Vector, add, dot};
 use super::solver::{STICK, follow};
 
@@ -24,8 +24,16 @@ pub(super) struct Spin<const N: usize> {
 
 impl<const N: usize> Spin<N> {
     /// Impulse per rate of a wheel that dry friction holds \[kg.m^2\]: it creeps as by a millionth of what the impulse alone would turn it.
-    fn stick(&self) -> f64 {
+    pub(super) fn stick(&self) -> f64 {
         STICK * self.inertia_kg_m2
+    }
+
+    /// How the wheel turns against its carrier.
+    pub(super) fn turning(&self) -> Line<N> {
+        Line {
+            row: self.carried.map(|part| -part),
+            lever_m: 1.0,
+        }
     }
 
     /// Takes the grip for that of the step before: `rad_s` is how the wheel turned against its carrier.

@@ -1,5 +1,6 @@
 //! Sweeps over the contacts (Gauss-Seidel), where their modes go round in circles.
 
+use super::MOST_WHEELS;
 use super::contact::{Contact, Grip, Line, Mode};
 use super::linear::{Vector, add, add_outer, dot, solve};
 use super::solver::{SLACK, STICK, System, WheelRow};
@@ -7,85 +8,94 @@ use super::spin::Spin;
 
 /// Sweeps over all contacts at most.
 const SWEEPS: usize = 3000;
+/// From this sweep on an impulse moves by a part of what would settle it alone.
+const RELAXED_FROM: usize = 1000;
+/// That part. A contact whose friction pushes it apart or together may go round in circles of push, friction, push: friction
+/// follows the last push whole, and the next push follows that. With half of each the circle shrinks.
+const RELAXED: f64 = 0.5;
 /// A sweep that changes no contact's velocity by more is the last \[m/s\]: what the linear solution leaves too.
 const SETTLED_M_S: f64 = 1e-10;
 /// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of what a vehicle drives.
 const UNSETTLED_M_S: f64 = 3e-4;
-/// Times that sweeps begin anew at most because wheels' grips have changed.
-const SWEPT_AGAIN: usize = 8;
 
-/// Sweeps over the contacts with the wheels' grips as they are, until these fit. Returns the velocities, and whether they have settled.
-pub(super) fn sweep_held<const N: usize>(
+/// What a unit impulse on a wheel does.
+struct Response<const N: usize> {
+    tree: Vector<N>,
+    /// To the spins of all wheels: one that a drag ties to its carrier turns with that, whichever wheel is pushed.
+    spins: [f64; MOST_WHEELS],
+}
+
+impl<const N: usize> Response<N> {
+    fn add(&self, by: f64, u: &mut Vector<N>, spins: &mut [f64]) {
+        add(u, by, &self.tree);
+        for (spin, own) in spins.iter_mut().zip(&self.spins) {
+            *spin += by * own;
+        }
+    }
+
+    /// By how much a line gives way to it.
+    fn along(&self, line: &Line<N>, wheel: usize) -> f64 {
+        dot(&line.row, &self.tree) + line.lever_m * self.spins[wheel]
+    }
+}
+
+/// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the last modes made. Returns the
+/// velocities, and whether they have settled.
+pub(super) fn sweep<const N: usize>(
     system: &System<N>,
     wheels: &mut [Spin<N>],
     contacts: &mut [Contact<N>],
     spins: &mut [f64],
 ) -> (Vector<N>, bool) {
-    for round in 1.. {
-        let gripped = |wheel: &Spin<N>| if wheel.hold > 0.0 { wheel.gripped() } else { *wheel };
-        let held: Vec<_> = wheels.iter().map(gripped).collect();
-        let mut with_friction = System {
-            matrix: system.matrix,
-            right: system.right,
-        };
-        for wheel in wheels.iter() {
-            wheel.push_carrier(&mut with_friction.right);
-        }
-        let (u, left_m_s) = sweep(&with_friction, &held, contacts, spins);
-        let mut changed = false;
-        for (wheel, spin) in wheels.iter_mut().zip(spins.iter()) {
-            changed |= wheel.hold > 0.0 && wheel.settle(&u, *spin);
-        }
-        if !changed || round == SWEPT_AGAIN {
-            return (u, !changed && left_m_s <= UNSETTLED_M_S);
-        }
-    }
-    unreachable!("the loop above returns")
-}
-
-/// Gauss-Seidel over the contacts' impulses, from those that the last modes made. Returns the velocities, and by how much the last
-/// sweep changed those of a contact \[m/s\].
-fn sweep<const N: usize>(
-    system: &System<N>,
-    wheels: &[Spin<N>],
-    contacts: &mut [Contact<N>],
-    spins: &mut [f64],
-) -> (Vector<N>, f64) {
     // Without contacts only drags tie wheels to the tree.
     let mut bare = System {
         matrix: system.matrix,
         right: system.right,
     };
-    for wheel in wheels {
+    let rows: Vec<_> = wheels.iter().map(WheelRow::new).collect();
+    for (wheel, row) in wheels.iter().zip(&rows) {
         if wheel.damper > 0.0 {
             add_outer(&mut bare.matrix, wheel.damper, &wheel.carried, &wheel.carried);
         }
-        WheelRow::new(wheel).eliminate(&mut bare);
+        row.eliminate(&mut bare);
     }
-    // What a unit impulse along a line does to the tree and to the wheel.
-    let respond = |line: &Line<N>, wheel: &Spin<N>| {
-        let row = WheelRow::new(wheel);
+    // What a unit impulse along a line does.
+    let respond = |line: &Line<N>, pushed: usize| {
         let mut force = line.row;
-        add(&mut force, -line.lever_m / row.diagonal, &row.column);
+        add(
+            &mut force,
+            -line.lever_m / rows[pushed].diagonal,
+            &rows[pushed].column,
+        );
         let tree = solve(bare.matrix, force);
-        let spin = (line.lever_m - dot(&row.row, &tree)) / row.diagonal;
-        (tree, spin)
+        let mut spins = [0.0; MOST_WHEELS];
+        for (i, row) in rows.iter().enumerate() {
+            let lever_m = if i == pushed { line.lever_m } else { 0.0 };
+            spins[i] = (lever_m - dot(&row.row, &tree)) / row.diagonal;
+        }
+        Response { tree, spins }
     };
     let mut u = solve(bare.matrix, bare.right);
-    for (spin, wheel) in spins.iter_mut().zip(wheels) {
-        *spin = WheelRow::new(wheel).spin(&u);
+    for (spin, row) in spins.iter_mut().zip(&rows) {
+        *spin = row.spin(&u);
     }
     // Directions of all contacts: normal, along, across.
-    let responses: Vec<[Option<(Vector<N>, f64)>; 3]> = contacts
+    let responses: Vec<_> = contacts
         .iter()
         .map(|contact| {
-            let wheel = &wheels[contact.wheel];
-            [
-                Some(respond(&contact.closing, wheel)),
-                Some(respond(&contact.slip, wheel)),
+            let wheel = contact.wheel;
+            (
+                respond(&contact.closing, wheel),
+                respond(&contact.slip, wheel),
                 contact.across.map(|across| respond(&across.line, wheel)),
-            ]
+            )
         })
+        .collect();
+    let holds: Vec<_> = wheels
+        .iter()
+        .enumerate()
+        .filter(|(_, wheel)| wheel.hold > 0.0)
+        .map(|(i, wheel)| (i, wheel.turning(), respond(&wheel.turning(), i)))
         .collect();
     for contact in contacts.iter_mut() {
         let most = contact.friction * contact.push;
@@ -104,60 +114,66 @@ fn sweep<const N: usize>(
             across.rad_s = across.free_rad_s + turned;
         }
     }
-    let apply = |u: &mut Vector<N>, spins: &mut [f64], contact: usize, wheel: usize, way: usize, by: f64| {
-        if let Some((tree, spin)) = &responses[contact][way] {
-            add(u, by, tree);
-            spins[wheel] += by * spin;
-        }
-    };
-    for (i, contact) in contacts.iter().enumerate() {
-        let across = contact.across.map_or(0.0, |across| across.impulse);
-        for (way, by) in [contact.push, contact.rub, across].into_iter().enumerate() {
-            apply(&mut u, spins, i, contact.wheel, way, by);
+    for (contact, (normal, along, across)) in contacts.iter().zip(&responses) {
+        normal.add(contact.push, &mut u, spins);
+        along.add(contact.rub, &mut u, spins);
+        if let (Some(response), Some(across)) = (across, contact.across) {
+            response.add(across.impulse, &mut u, spins);
         }
     }
-    // How much a line gives way to a unit impulse along itself.
-    let give = |line: &Line<N>, response: &Option<(Vector<N>, f64)>| {
-        response
-            .as_ref()
-            .map_or(0.0, |(tree, spin)| dot(&line.row, tree) + line.lever_m * spin)
-    };
+    for (i, _, response) in &holds {
+        let wheel = &mut wheels[*i];
+        wheel.held = wheel.held.max(-wheel.hold).min(wheel.hold);
+        response.add(wheel.held, &mut u, spins);
+    }
     let mut left_m_s = 0.0_f64;
-    for _ in 0..SWEEPS {
+    for sweep in 0..SWEEPS {
         left_m_s = 0.0;
+        let part = if sweep < RELAXED_FROM { 1.0 } else { RELAXED };
         for i in 0..contacts.len() {
             let contact = &mut contacts[i];
+            let (normal, along, across_roller) = &responses[i];
             let wheel = contact.wheel;
-            let gives = give(&contact.closing, &responses[i][0]) + 1.0 / contact.stiffness;
+            let gives = normal.along(&contact.closing, wheel) + 1.0 / contact.stiffness;
             let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
-            let by = (-off / gives).max(-contact.push);
+            let by = (-off / gives * part).max(-contact.push);
             contact.push += by;
             left_m_s = left_m_s.max((by * gives).abs());
-            apply(&mut u, spins, i, wheel, 0, by);
+            normal.add(by, &mut u, spins);
             let most = contact.friction * contact.push;
-            let gives = give(&contact.slip, &responses[i][1]) + 1.0 / STICK;
+            let gives = along.along(&contact.slip, wheel) + 1.0 / STICK;
             let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
-            let by = (contact.rub - off / gives).max(-most).min(most) - contact.rub;
+            let by = (contact.rub - off / gives * part).max(-most).min(most) - contact.rub;
             contact.rub += by;
             left_m_s = left_m_s.max((by * gives).abs());
-            apply(&mut u, spins, i, wheel, 1, by);
-            let Some(across) = &mut contact.across else {
+            along.add(by, &mut u, spins);
+            let (Some(response), Some(across)) = (across_roller, &mut contact.across) else {
                 continue;
             };
             let turns = across.lever_m / across.inertia_kg_m2;
-            let gives = give(&across.line, &responses[i][2]) + across.lever_m * turns + 1.0 / STICK;
+            let gives = response.along(&across.line, wheel) + across.lever_m * turns + 1.0 / STICK;
             let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
             let off = slip + across.impulse / STICK;
-            let by = (across.impulse - off / gives).max(-most).min(most) - across.impulse;
+            let by = (across.impulse - off / gives * part).max(-most).min(most) - across.impulse;
             across.impulse += by;
             left_m_s = left_m_s.max((by * gives).abs());
             let roller = across.roller;
-            apply(&mut u, spins, i, wheel, 2, by);
+            response.add(by, &mut u, spins);
             for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
                 if other.roller == roller {
                     other.rad_s += by * turns;
                 }
             }
+        }
+        for (i, turning, response) in &holds {
+            let wheel = &mut wheels[*i];
+            let gives = response.along(turning, *i) + 1.0 / wheel.stick();
+            let off = turning.at(&u, spins[*i]) + wheel.held / wheel.stick();
+            let by = (wheel.held - off / gives * part).max(-wheel.hold).min(wheel.hold) - wheel.held;
+            wheel.held += by;
+            // Of a place a metre from the axle.
+            left_m_s = left_m_s.max((by * gives).abs());
+            response.add(by, &mut u, spins);
         }
         if left_m_s <= SETTLED_M_S {
             break;
@@ -181,5 +197,5 @@ fn sweep<const N: usize>(
             )
         };
     }
-    (u, left_m_s)
+    (u, left_m_s <= UNSETTLED_M_S)
 }

@@ -8,14 +8,12 @@ use crate::world::height_field::height_field;
 
 /// Adds the ground to the world; false where it is unknown, and there is none.
 pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) -> bool {
-    // Wherever the run goes there is ground: twice as far as the command asks for.
-    let far = 200.0 + 2.0 * scenario.farthest_m();
     let hooks = if scenario.friction_patch.is_empty() {
         ActiveHooks::empty()
     } else {
         ActiveHooks::MODIFY_SOLVER_CONTACTS
     };
-    let shapes = ground::shapes(scenario, far);
+    let shapes = ground::shapes(scenario, ground::reach_m(scenario));
     let known = !shapes.is_empty();
     for shape in shapes {
         let collider = collider(shape)
