@@ -2230,6 +2230,9 @@ class Outcome:
         "driven",
         "tipped",
         "ran_away",
+        "wrong_way",
+        "drove_on",
+        "rolled_on",
         "leaned",
         "gained_energy",
         "diverged",
@@ -2263,8 +2266,17 @@ class Outcome:
     def retries(self) -> int | None:
         """Times that traction control backed off for another try; None of policies that have none."""
     @property
+    def stall_s(self) -> float:
+        """Longest time in which a motor gave 90 % of its stall torque or more while the vehicle stood [s]."""
+    @property
+    def stall_from_s(self) -> float | None:
+        """When that began, from the start of the run [s]; None if it never did."""
+    @property
     def pitch_peak_deg(self) -> float:
         """Largest nose-up angle of any body [deg]."""
+    @property
+    def nose_down_peak_deg(self) -> float:
+        """Largest nose-down angle of any body, positive [deg]."""
     @property
     def yaw_error_deg(self) -> float:
         """Heading less the heading commanded, at the end of the crossing [deg]; left is positive."""

@@ -1,7 +1,7 @@
 //! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; and a campaign of random faults.
 
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
-use omni_sim::config::{Override, Scenario};
+use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
 use crate::engines::{load, on_both_engines};
@@ -207,10 +207,21 @@ fn a_campaign_of_random_faults_breaks_no_law() {
         let found = drive_campaign::judge(&scenario, &trace);
         assert_eq!(
             found.broken,
-            [false; 4],
+            [false; 5],
             "seed {seed}: {:?}",
             drive_campaign::LAWS
         );
+    }
+}
+
+/// The campaign is on the articulated engine; what it calls verdicts holds on the other too.
+#[test]
+fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_on_the_other_engine() {
+    for seed in 0..12 {
+        let mut scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");
+        scenario.physics.engine = Engine::Rapier;
+        let found = drive_campaign::judge(&scenario, &run(&scenario).expect("runs"));
+        assert!(!found.broken[4], "seed {seed}: {found:?}");
     }
 }
 

@@ -1,7 +1,9 @@
-//! What is no drive is not called one: runaways, leans and physics that gain energy have verdicts of their own.
+//! What is no drive is not called one: runaways, disobedience, leans and physics that gain energy have verdicts of their own.
 
-use omni_sim::config::{Override, Scenario};
-use omni_sim::{Outcome, Verdict, run};
+use omni_core::{Policy, Readings};
+use omni_sim::config::{FileKind, Override, Scenario};
+use omni_sim::controller::AnyController;
+use omni_sim::{Error, Outcome, Verdict, run, run_with_controller};
 
 use crate::engines::{load, on_both_engines};
 
@@ -62,7 +64,156 @@ fn a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive() {
     assert_eq!(leaning.verdict, Verdict::Leaned);
 }
 
+/// Every wheel of chugo7 towards a speed of the vehicle ahead \[m/s\], whatever is commanded, with at most so much torque \[N.m\].
+struct Heedless {
+    ahead_m_s: f64,
+    most_n_m: f64,
+}
+
+impl Policy<f64> for Heedless {
+    fn reset(&mut self) {}
+    fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+        // Wheels 2 and 6 stand across the way.
+        let ahead = [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0];
+        for (i, torque) in torques_n_m.iter_mut().enumerate() {
+            let off_rad_s = ahead[i] * self.ahead_m_s / 0.066 - readings.wheels_rad_s[i];
+            *torque = (0.3 * off_rad_s).clamp(-self.most_n_m, self.most_n_m);
+        }
+    }
+}
+
+fn heedless(ahead_m_s: f64, overrides: &[&str]) -> Outcome {
+    let scenario = scenario("flat", overrides);
+    let policy = Heedless {
+        ahead_m_s,
+        most_n_m: 2.0,
+    };
+    let controller = AnyController::own(&scenario, Box::new(policy)).expect("seven wheels");
+    *run_with_controller::<Error>(&scenario, controller, |_, _| Ok(()))
+        .expect("runs")
+        .outcome()
+}
+
+fn a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way() {
+    let back = heedless(-0.3, &[]);
+    assert_eq!(back.verdict, Verdict::WrongWay, "{back:?}");
+    assert!(back.final_x_m < -0.8, "{back:?}");
+    // Too slow is another thing than the wrong way.
+    assert_eq!(heedless(0.2, &[]).verdict, Verdict::Driven);
+}
+
+/// Sensors that are wrong: encoder noise, a gyro's zero. Whatever a policy makes of them, a vehicle that ends behind its start went the
+/// wrong way or ran away.
+fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
+    for (vehicle, sensors) in [
+        ("rocker_bogie6", "sensors.encoder_noise_rad_s=1.0"),
+        ("chugo7", "sensors.encoder_noise_rad_s=2.0"),
+        ("mecanum4", "sensors.gyro_bias_rad_s=0.1"),
+    ] {
+        let vehicle = format!("vehicle={vehicle}");
+        let found = outcome(
+            "flat",
+            &[&vehicle, sensors, "control.policy=steady", "duration_s=4.0"],
+        );
+        let named = matches!(found.verdict, Verdict::WrongWay | Verdict::RanAway);
+        assert!(named || found.final_x_m > -0.1, "{found:?}");
+    }
+}
+
+/// 0.08 m/s are below what running away begins with.
+fn motors_that_drive_on_after_a_command_of_rest_are_named() {
+    let rest = "command.then=[{ at_s = 1.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
+    // Where nothing takes energy, a vehicle rolls on without work: here a wheel is dragged, and takes 0.1 N.m s x (1.2 rad/s)^2 = 0.15 W.
+    let drag = "fault=[{ kind = \"wheel_drag\", wheel = \"4\", damper_n_m_s_rad = 0.1, from_s = 0.0 }]";
+    let on = heedless(0.08, &["command.vx_m_s=0.08", rest, drag]);
+    assert_eq!(on.verdict, Verdict::DroveOn, "{on:?}");
+    let obeyed = outcome("flat", &["command.vx_m_s=0.08", rest, drag]);
+    assert_eq!(obeyed.verdict, Verdict::Driven, "{obeyed:?}");
+}
+
+/// Flat ground and wheels without friction take nothing of 0.08 m/s. The same with a wheel that is dragged with 1 N.m s: 230 N s/m of
+/// 20 kg, so that a tenth of the speed is left after 0.2 s.
+fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not() {
+    let rest = "command.then=[{ at_s = 1.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
+    let coasting = |drag: &str| {
+        let lost =
+            (1..=7).map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 1.0 }}"));
+        let faults: Vec<_> = lost.chain((!drag.is_empty()).then(|| drag.to_owned())).collect();
+        let faults = format!("fault=[{}]", faults.join(", "));
+        outcome("flat", &["command.vx_m_s=0.08", rest, &faults])
+    };
+    let on = coasting("");
+    assert_eq!(on.verdict, Verdict::RolledOn, "{on:?}");
+    let stands = coasting("{ kind = \"wheel_drag\", wheel = \"4\", damper_n_m_s_rad = 1.0, from_s = 1.0 }");
+    assert_eq!(stands.verdict, Verdict::Driven, "{stands:?}");
+}
+
+/// The gears' friction is more than the motors' 2 N.m, and the integrals bring every motor to its limit.
+fn a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure() {
+    let held = outcome(
+        "flat",
+        &[
+            "vehicle.motor.gear_friction_n_m=3.0",
+            "control.policy=independent",
+            "duration_s=4.0",
+        ],
+    );
+    assert_eq!(
+        (held.verdict, held.stalled_row),
+        (Verdict::Stalled, None),
+        "{held:?}"
+    );
+    assert!(held.stalled_at_m.is_some_and(|x| x.abs() < 0.01), "{held:?}");
+    let from_s = held.stall_from_s.expect("it stalled");
+    // The command is there after 0.3 s; to 90 % of 2 N.m the loop's terms then take less than a second. From there to the end.
+    assert!(from_s > 0.1 && from_s < 1.3, "{held:?}");
+    assert!((from_s + held.stall_s - 4.0).abs() < 1e-9, "{held:?}");
+    // A climb pushes for a moment.
+    let climb = outcome("step", &[]);
+    assert!(climb.climbed && climb.stall_s < 0.5, "{climb:?}");
+}
+
+/// Its stop is at 0.5 rad, 28.6 degrees; stops give by a tenth of a degree or two.
+fn a_rocker_without_a_differential_falls_on_its_nose_and_leaned() {
+    let text = FileKind::Vehicle.template("rocker_bogie6").expect("built in");
+    let [from, end] = ["\n[[coupling]]", "\n[motor]"].map(|table| text.find(table).expect("it has one"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("loose.toml");
+    std::fs::write(&path, format!("{}{}", &text[..from], &text[end..])).expect("written");
+    let vehicle = format!("vehicle={}", path.display());
+    let fallen = outcome("flat", &[&vehicle, "duration_s=3.0"]);
+    assert_eq!(fallen.verdict, Verdict::Leaned, "{fallen:?}");
+    assert!((fallen.nose_down_peak_deg - 28.6).abs() < 0.5, "{fallen:?}");
+    assert!(fallen.pitch_peak_deg < 1.0, "{fallen:?}");
+    let whole = outcome("flat", &["vehicle=rocker_bogie6", "duration_s=3.0"]);
+    assert!(
+        whole.verdict == Verdict::Driven && whole.nose_down_peak_deg < 1.0,
+        "{whole:?}"
+    );
+}
+
+/// `reach` backs off by 0.11 m and more at 0.3 m/s, for longer than half a second with the way to a stand.
+fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
+    let hard = [
+        "control.policy=reach",
+        "terrain.friction=0.55",
+        "terrain.height_m=0.055",
+        "vehicle.motor.stall_torque_n_m=1.4",
+        "duration_s=8.0",
+    ];
+    let tried = outcome("step", &hard);
+    assert!(tried.retries.is_some_and(|retries| retries > 0), "{tried:?}");
+    assert_ne!(tried.verdict, Verdict::WrongWay, "{tried:?}");
+}
+
 on_both_engines! {
+    a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way,
+    a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,
+    motors_that_drive_on_after_a_command_of_rest_are_named,
+    a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not,
+    a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure,
+    a_rocker_without_a_differential_falls_on_its_nose_and_leaned,
+    traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way,
     a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_time_did_not,
     a_vehicle_that_is_told_to_turn_and_slides_off_ran_away,
     hills_that_turn_a_vehicle_are_no_runaway_under_any_policy,

@@ -160,7 +160,7 @@ test("two policies run side by side to the end of the scenario, in light and in 
   await until(tab, "time", ([time]) => time === 6, "the end of the scenario");
   // The names and the choice of the command's table: where a climb ends says nothing.
   const titles = await tab.locator("#outcome tbody th").allTextContents();
-  assert.deepEqual(titles.slice(0, 4), ["verdict", "crossing time [s]", "peak pitch [deg]", "heading error [deg]"]);
+  assert.deepEqual(titles.slice(0, 4), ["verdict", "crossing time [s]", "peak nose-up [deg]", "heading error [deg]"]);
   assert.ok(!titles.some((title) => /final|retries/.test(title)), String(titles));
   assert.deepEqual(await tab.locator("#meanings dt").allTextContents(), titles.slice(1));
   assert.ok(await tab.locator("#mark").isHidden());

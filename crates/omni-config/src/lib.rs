@@ -13,6 +13,7 @@ mod crossing_time;
 mod data_url;
 mod derived_gains;
 mod drive;
+mod drive_plausibility;
 mod encoder_velocity;
 mod encoding;
 mod error;

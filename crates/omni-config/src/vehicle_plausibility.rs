@@ -56,6 +56,47 @@ impl Vehicle {
         Ok(doubts)
     }
 
+    /// Why it does not stand on flat ground as its file describes it; none where it does.
+    ///
+    /// ```
+    /// use omni_config::{Source, Vehicle, FileKind};
+    /// assert_eq!(Vehicle::load("rocker_bogie6")?.falls(9.81), None);
+    /// let mut without = Vehicle::load("rocker_bogie6")?;
+    /// without.coupling.clear();
+    /// let why = without.falls(9.81).expect("its body falls on its nose");
+    /// assert!(why.starts_with("hinge rocker_left, rocker_right: nothing holds body body"), "{why}");
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn falls(&self, gravity_m_s2: f64) -> Option<String> {
+        if self.static_loads_n(gravity_m_s2).is_some() {
+            return None;
+        }
+        if self.wheel.iter().any(|wheel| wheel.preload_n != 0.0) {
+            return Some("preload_n: with these preloads a wheel does not touch the ground".into());
+        }
+        let hinges = self.hinge.iter().enumerate();
+        let loose: Vec<_> = hinges
+            .filter(|(index, _)| self.static_loads_with(gravity_m_s2, Some(*index)).is_some())
+            .map(|(_, hinge)| hinge)
+            .collect();
+        let Some(first) = loose.first() else {
+            return Some(
+                "no loads of the wheels balance the weight: at rest on flat ground the vehicle tips over, or a body falls to the stop of its \
+                 hinge; check com_m, position_m and anchor_m"
+                    .into(),
+            );
+        };
+        let names: Vec<_> = loose.iter().map(|hinge| hinge.name.as_str()).collect();
+        Some(format!(
+            "hinge {}: nothing holds body {} about it: at rest on flat ground it falls to the stop, limit_rad = {}; add a [[coupling]] or \
+             move com_m, position_m or anchor_m",
+            names.join(", "),
+            first.parent,
+            first.limit_rad
+        ))
+    }
+
     /// Wheels of one kind of contact with different radii, as after a change of one of them alone.
     fn unequal_wheels(&self) -> Option<String> {
         let first = self.wheel.first()?;

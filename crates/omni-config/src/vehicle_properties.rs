@@ -203,6 +203,11 @@ impl Vehicle {
     /// ```
     #[must_use]
     pub fn static_loads_n(&self, gravity_m_s2: f64) -> Option<Vec<f64>> {
+        self.static_loads_with(gravity_m_s2, None)
+    }
+
+    /// [`Vehicle::static_loads_n`] where the hinge with that index, from 0, is blocked.
+    pub(crate) fn static_loads_with(&self, gravity_m_s2: f64, blocked: Option<usize>) -> Option<Vec<f64>> {
         let (wheels, hinges) = (self.wheel.len(), self.hinge.len());
         // Rows: the whole vehicle's force and its moments about x and y; then the moment about each hinge. Columns: the load
         // of each wheel, then the torque of each coupling.
@@ -234,6 +239,10 @@ impl Vehicle {
                     balance[(3 + i, wheels + k)] += factor * free;
                 }
             }
+        }
+        if let Some(hinge) = blocked {
+            balance.row_mut(3 + hinge).fill(0.0);
+            weight[3 + hinge] = 0.0;
         }
         let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
         // Contacts carry n = preload + k sink, and the sinks are those of rigid bodies: (n - preload) / sqrt k is the smallest that

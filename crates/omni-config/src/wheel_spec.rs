@@ -133,6 +133,19 @@ impl WheelSpec {
         }
     }
 
+    /// How far a rolling wheel pushes its centre along its push while its actuator turns by a radian \[m/rad\].
+    ///
+    /// ```
+    /// let vehicle = omni_config::Vehicle::load("mecanum4")?;
+    /// let way = vehicle.wheel[0].way_per_rad();
+    /// assert!((way - 0.076 * 0.5_f64.sqrt()).abs() < 1e-9); // rollers at 45 degrees
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn way_per_rad(&self) -> f64 {
+        self.gear * self.radius_m * libm::cos(self.roller_angle_rad)
+    }
+
     /// Stiffness of its contact with the ground \[N/m\], where contacts of its mass swing with so many Hz: its own, or `m (2 pi f)^2`.
     ///
     /// ```

@@ -115,10 +115,28 @@ impl Outcome {
         self.inner.retries
     }
 
+    /// Longest time in which a motor gave 90 % of its stall torque or more while the vehicle stood [s].
+    #[getter]
+    fn stall_s(&self) -> f64 {
+        self.inner.stall_s
+    }
+
+    /// When that began, from the start of the run [s]; None if it never did.
+    #[getter]
+    fn stall_from_s(&self) -> Option<f64> {
+        self.inner.stall_from_s
+    }
+
     /// Largest nose-up angle of any body [deg].
     #[getter]
     fn pitch_peak_deg(&self) -> f64 {
         self.inner.pitch_peak_deg
+    }
+
+    /// Largest nose-down angle of any body, positive [deg].
+    #[getter]
+    fn nose_down_peak_deg(&self) -> f64 {
+        self.inner.nose_down_peak_deg
     }
 
     /// Heading less the heading commanded, at the end of the crossing [deg]; left is positive.
@@ -264,7 +282,10 @@ impl Outcome {
         dict.set_item("stalled_at_m", self.inner.stalled_at_m)?;
         dict.set_item("stalled_row", self.inner.stalled_row)?;
         dict.set_item("retries", self.inner.retries)?;
+        dict.set_item("stall_s", self.inner.stall_s)?;
+        dict.set_item("stall_from_s", self.inner.stall_from_s)?;
         dict.set_item("pitch_peak_deg", self.inner.pitch_peak_deg)?;
+        dict.set_item("nose_down_peak_deg", self.inner.nose_down_peak_deg)?;
         dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
         dict.set_item("slip_rms", self.inner.slip_rms)?;
         dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;

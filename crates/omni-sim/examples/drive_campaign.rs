@@ -20,6 +20,13 @@ const STANDS: [f64; 2] = [0.01, 0.05];
 const EDGE_RAD: f64 = 0.03;
 /// A vehicle whose third wheel is braked by its shorted motor alone loses half its speed in this time \[s\].
 const HALVES_IN_S: f64 = 0.5;
+/// Rest is commanded for so long before a run's last 0.6 s \[s\]: up to 0.5 m/s at 0.5 m/s^2, and a second in which torque ends.
+const RESTS_S: f64 = 2.0;
+/// Work of the motors in those 0.6 s that is a push \[J\].
+const PUSHES_J: f64 = 0.05;
+const PUSHES_S: f64 = 0.6;
+/// Against its command a vehicle moves faster than this \[m/s\], and by 5 cm in half a second and more.
+const AGAINST: [f64; 2] = [0.02, 0.05];
 /// The vehicles, and on what they drive.
 pub const PLACES: [(&str, &str); 6] = [
     ("flat", "chugo7"),
@@ -138,11 +145,11 @@ pub struct Found {
     /// It moved after that time, and fewer than three wheels had a hold on it, or it hung on the edge of the step.
     pub rolled_on: bool,
     /// Laws that it broke, as [`LAWS`].
-    pub broken: [bool; 4],
+    pub broken: [bool; 5],
 }
 
 /// The names of the laws; docs/drive.md says what they and the other columns mean.
-pub const LAWS: [&str; 4] = ["NaN", "torque", "moved", "tipped"];
+pub const LAWS: [&str; 5] = ["NaN", "torque", "moved", "tipped", "verdict"];
 
 /// Judges a run.
 #[must_use]
@@ -170,6 +177,8 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     judge_stops(scenario, trace, &mut found);
     let flat = scenario.terrain.obstacle().is_none();
     found.broken[3] = flat && trace.outcome().verdict == Verdict::Tipped;
+    let plain = matches!(trace.outcome().verdict, Verdict::Driven | Verdict::Unfinished);
+    found.broken[4] = plain && (pushes(scenario, trace) || goes_against(scenario, trace));
     found
 }
 
@@ -188,6 +197,55 @@ fn beyond_limits(scenario: &Scenario, trace: &Trace) -> bool {
                 .is_none_or(|(lower, upper)| !(*lower..=*upper).contains(torque))
         }) || !of("torque_n_m").iter().all(acts_within)
     })
+}
+
+/// Is the command the same in so many seconds before the end?
+fn steady_command(scenario: &Scenario, trace: &Trace, time_s: f64) -> Option<[f64; 3]> {
+    let rows = (time_s / scenario.period_s()).round() as usize;
+    let first = trace.rows().checked_sub(rows)?;
+    let columns = ["command_vx_m_s", "command_vy_m_s", "command_wz_rad_s"];
+    let columns = columns.map(|name| trace.column(name).unwrap_or_default());
+    let same = columns
+        .iter()
+        .all(|column| column[first..].iter().all(|value| *value == column[first]));
+    same.then(|| columns.map(|column| column[first]))
+}
+
+/// Do motors drive wheels at the end, long after a stop?
+#[must_use]
+pub fn pushes(scenario: &Scenario, trace: &Trace) -> bool {
+    let rests = steady_command(scenario, trace, RESTS_S + PUSHES_S) == Some([0.0; 3]);
+    let rows = (PUSHES_S / scenario.period_s()).round() as usize;
+    let work_j = |wheel: usize| -> f64 {
+        let of = |signal| trace.wheel(signal, wheel).unwrap_or_default();
+        let way = scenario.vehicle().wheel[wheel].way_per_rad();
+        let powers = of("torque_n_m").iter().zip(of("rim_m_s"));
+        let last = powers.rev().take(rows);
+        last.map(|(torque, rim)| (torque * rim / way).max(0.0) * scenario.period_s())
+            .sum()
+    };
+    rests && (0..trace.wheel_names().len()).map(work_j).sum::<f64>() > PUSHES_J
+}
+
+/// Does it move against its command in the last half second?
+#[must_use]
+pub fn goes_against(scenario: &Scenario, trace: &Trace) -> bool {
+    let Some([vx, vy, _]) = steady_command(scenario, trace, RESTS_S) else {
+        return false;
+    };
+    let (told, rows) = (vx.hypot(vy), (0.5 / scenario.period_s()).round() as usize);
+    let columns = ["twist_vx_m_s", "twist_vy_m_s"].map(|name| trace.column(name).unwrap_or_default());
+    let along = columns[0]
+        .iter()
+        .zip(columns[1])
+        .rev()
+        .take(rows)
+        .map(|(x, y)| (x * vx + y * vy) / told);
+    let back: Vec<f64> = along.map(|along| -along).collect();
+    let (least, way) = (AGAINST[0].max(0.1 * told), AGAINST[1]);
+    told > AGAINST[0]
+        && back.iter().all(|back| *back > least)
+        && back.iter().sum::<f64>() * scenario.period_s() > way
 }
 
 /// Does it stand after its stops, or lose its speed as fast as shorted motors take it?
@@ -301,7 +359,7 @@ fn main() -> Result<ExitCode, Error> {
         .and_then(|runs| runs.parse().ok())
         .unwrap_or(24);
     let verbose = std::env::args().any(|argument| argument == "--seeds");
-    let mut rows = vec![(0_u64, [0_u64; 11]); PLACES.len()];
+    let mut rows = vec![(0_u64, [0_u64; 12]); PLACES.len()];
     for seed in 0..runs {
         let scenario = scenario(seed)?;
         let found = judge(&scenario, &run(&scenario)?);
@@ -327,7 +385,7 @@ fn main() -> Result<ExitCode, Error> {
         "| ground, vehicle | runs | faulty | time-out | safe stop | e-stop | ice | shorted | rolled | {} |",
         LAWS.join(" | ")
     );
-    println!("{}", "|---".repeat(13) + "|");
+    println!("{}", "|---".repeat(14) + "|");
     let mut broken = 0;
     for ((place, vehicle), (count, sums)) in PLACES.iter().zip(&rows) {
         let sums_text: Vec<_> = sums.iter().map(u64::to_string).collect();

@@ -5,7 +5,9 @@ mod figures;
 mod friction_use;
 mod linkage_spread;
 mod meter;
+mod obedience;
 mod pose_errors;
+mod standstill;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -20,18 +22,27 @@ pub(crate) use meter::Meter;
 pub enum Verdict {
     /// Every wheel stands on the ground beyond the obstacle.
     Climbed,
-    /// The obstacle was not passed, and in the last second the vehicle went less than a tenth of the commanded way.
+    /// The obstacle was not passed, or there is none, and in the last second the vehicle went less than a tenth of the commanded way.
     Stalled,
     /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
     Unfinished,
-    /// There is no obstacle, and the run went to its end.
+    /// There is no obstacle, the run went to its end, and none of the others fits.
     Driven,
     /// The base leaned by more than 60 degrees.
     Tipped,
     /// For half a second the vehicle went more than half as fast again as it was told, and 0.1 m/s more than that. Yaw counts as the speed of the
     /// farthest wheel about the origin; a vehicle that is told to slow down may take 0.5 m/s^2 for it.
     RanAway,
+    /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction control that backs off for another try does so
+    /// on purpose.
+    WrongWay,
+    /// Rest was commanded, the torque should have ended, and motors did work on their wheels: more than 0.05 J in 0.6 s.
+    DroveOn,
+    /// Rest was commanded, and a second after the torque should have ended the vehicle still moved, without that work: down a slope, or because
+    /// nothing braked it.
+    RolledOn,
     /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
+    /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
     Leaned,
     /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
     GainedEnergy,
@@ -54,6 +65,9 @@ impl Verdict {
             Self::Driven => "driven",
             Self::Tipped => "tipped",
             Self::RanAway => "ran_away",
+            Self::WrongWay => "wrong_way",
+            Self::DroveOn => "drove_on",
+            Self::RolledOn => "rolled_on",
             Self::Leaned => "leaned",
             Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
@@ -70,15 +84,24 @@ impl Verdict {
         match self {
             Self::Climbed => "Every wheel stands beyond the obstacle.",
             Self::Stalled => {
-                "The obstacle was not passed, and in the last second the vehicle covered less than a tenth of the commanded distance."
+                "In the last second the vehicle covered less than a tenth of the commanded distance."
             }
             Self::Unfinished => {
                 "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
             }
-            Self::Driven => "There is no obstacle, and the run went to its end.",
+            Self::Driven => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
             Self::Tipped => "The base leaned by more than 60 degrees.",
             Self::RanAway => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
-            Self::Leaned => "A body leaned by 30 degrees more than the ground requires.",
+            Self::WrongWay => "For half a second the vehicle moved or turned against its command.",
+            Self::DroveOn => {
+                "The motors drove wheels although rest was commanded and their torque should have ended."
+            }
+            Self::RolledOn => {
+                "The vehicle kept moving although rest was commanded; its motors did no work. It rolled down a slope, or nothing braked it."
+            }
+            Self::Leaned => {
+                "A body leaned by 30 degrees more than the ground requires, or it fell to its hinge's stop."
+            }
             Self::GainedEnergy => {
                 "The physics created energy, so no figure is valid. Use a shorter physics.step_us."
             }
@@ -126,9 +149,19 @@ pub struct Outcome {
     /// controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,
+    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some motor gave at least nine tenths of its stall
+    /// torque \[s\].
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub stall_s: f64,
+    /// When that began, from the start of the run \[s\]; none where there was no such time.
+    #[serde(default)]
+    pub stall_from_s: Option<f64>,
     /// Largest nose-up angle of any body during the crossing \[deg\].
     #[serde(deserialize_with = "or_nan")]
     pub pitch_peak_deg: f64,
+    /// Largest nose-down angle of any body during the crossing, positive \[deg\].
+    #[serde(default = "not_measured", deserialize_with = "or_nan")]
+    pub nose_down_peak_deg: f64,
     /// Heading less the heading commanded, at the end of the crossing \[deg\]; left is positive.
     #[serde(deserialize_with = "or_nan")]
     pub yaw_error_deg: f64,
@@ -230,7 +263,10 @@ impl Outcome {
             stalled_at_m: None,
             stalled_row: None,
             retries: None,
+            stall_s: f64::NAN,
+            stall_from_s: None,
             pitch_peak_deg: f64::NAN,
+            nose_down_peak_deg: f64::NAN,
             yaw_error_deg: f64::NAN,
             slip_rms: f64::NAN,
             disturbed_rms: f64::NAN,

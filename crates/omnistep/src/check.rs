@@ -37,7 +37,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             };
             announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
             told.warn(vehicle.doubts(PERIOD_S)?);
-            told.warn(lifted(&vehicle, GRAVITY_M_S2));
+            told.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
             let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut told)?;
             format!(
@@ -51,7 +51,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             announce_gains(&vehicle.name, scenario.period_s(), derived);
             let gravity = scenario.physics.gravity_m_s2;
             told.warn(vehicle.doubts(scenario.period_s())?);
-            told.warn(lifted(vehicle, gravity));
+            told.warn(vehicle.falls(gravity));
             told.warn(doubts_of(&scenario));
             told.warn(scenario.encoder_warning()?);
             let balls = beyond_balls(&scenario);
@@ -138,13 +138,6 @@ fn allowed_step(height_m: f64, file: &File) -> Result<(), Error> {
         return refuse("less than the radius of every wheel: wheels cannot climb an edge above their axle");
     }
     Ok(())
-}
-
-/// Why some wheel does not stand on the ground.
-fn lifted(vehicle: &Vehicle, gravity_m_s2: f64) -> Option<String> {
-    let preloaded = vehicle.wheel.iter().any(|wheel| wheel.preload_n != 0.0);
-    (preloaded && vehicle.static_loads_n(gravity_m_s2).is_none())
-        .then(|| "preload_n: with these preloads a wheel does not touch the ground".into())
 }
 
 /// What a study is, what is doubtful of its runs, and what is to be said of those on balls that are not their wheels.

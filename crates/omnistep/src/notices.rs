@@ -5,12 +5,13 @@ use omni_config::{DerivedGains, Scenario, WheelModel};
 use crate::output::{say, warn};
 
 /// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of its path, that it is told what it cannot do, that one count of its encoders is more than the motor
-/// has, what its traction control lacks.
+/// has, that its drive finds faults where there are none, what its traction control lacks.
 pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
     let of_command = scenario.command_doubts().unwrap_or_default();
     doubts
         .chain(of_command)
+        .chain(scenario.drive_doubts())
         .chain(scenario.traction_notes())
         .chain(scenario.unseen_encoders().ok().flatten())
         .collect()

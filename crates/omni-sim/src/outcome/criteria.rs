@@ -14,9 +14,9 @@ const SHAKEN_M_S: f64 = 0.1;
 /// 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
 const TURNED_M_S: f64 = 0.25;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
-const SUSTAINED_S: f64 = 0.5;
+pub(super) const SUSTAINED_S: f64 = 0.5;
 /// A vehicle that is told to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
-const BRAKING_M_S2: f64 = 0.5;
+pub(super) const BRAKING_M_S2: f64 = 0.5;
 
 /// Is a vehicle faster than it is told?
 pub(super) struct Runaway {
@@ -31,12 +31,8 @@ pub(super) struct Runaway {
 
 impl Runaway {
     pub(super) fn new(scenario: &Scenario) -> Self {
-        let wheels = &scenario.vehicle().wheel;
-        let far = |reach: f64, wheel: &crate::config::WheelSpec| {
-            reach.max(libm::hypot(wheel.position_m[0], wheel.position_m[1]))
-        };
         Self {
-            reach_m: wheels.iter().fold(0.0, far),
+            reach_m: farthest_wheel_m(scenario),
             period_s: scenario.period_s(),
             told_m_s: [0.0; 2],
             over_s: 0.0,
@@ -70,24 +66,54 @@ impl Runaway {
     }
 }
 
+/// From the origin to the farthest wheel \[m\].
+pub(super) fn farthest_wheel_m(scenario: &Scenario) -> f64 {
+    let wheels = scenario.vehicle().wheel.iter();
+    wheels.fold(0.0, |reach, wheel| {
+        reach.max(libm::hypot(wheel.position_m[0], wheel.position_m[1]))
+    })
+}
+
 /// How much further than the ground asks a body may lean \[rad\]: 30 degrees. No built-in run has any of it,
 /// whatever the vehicle and the policy; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
 const SWING_RAD: f64 = core::f64::consts::FRAC_PI_6;
 
-/// Does a body lean further than the ground asks?
+/// A hinge is at its stop within this \[rad\], and no other hinge's stop is so near to where it is on flat ground.
+const AT_STOP_RAD: f64 = 0.02;
+
+/// Does a body lean further than the ground asks, or has it fallen to its hinge's stop?
 pub(super) struct Lean {
     most_rad: f64,
     allowed_rad: f64,
+    /// From there on each hinge is at its stop \[rad\]; infinite where the ground may turn it so far.
+    stop_rad: Vec<f64>,
+    period_s: f64,
+    at_stop_s: f64,
+    fell: bool,
 }
 
 impl Lean {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let span_m = shortest_span_m(scenario.vehicle());
         let part = scenario.terrain.relief_m(span_m) / span_m;
+        // Two rows of wheels, or two tracks, stand on heights that differ by that.
+        let asked_rad = libm::asin(part.min(1.0));
+        let stop_rad = |hinge: &crate::config::Hinge| {
+            let stop_rad = hinge.limit_rad - AT_STOP_RAD;
+            // Of its two bodies one may lean forward and one back.
+            if stop_rad > 2.0 * asked_rad + AT_STOP_RAD {
+                stop_rad
+            } else {
+                f64::INFINITY
+            }
+        };
         Self {
             most_rad: 0.0,
-            // Two rows of wheels, or two tracks, stand on heights that differ by that.
-            allowed_rad: libm::asin(part.min(1.0)) + SWING_RAD,
+            allowed_rad: asked_rad + SWING_RAD,
+            stop_rad: scenario.vehicle().hinge.iter().map(stop_rad).collect(),
+            period_s: scenario.period_s(),
+            at_stop_s: 0.0,
+            fell: false,
         }
     }
 
@@ -96,10 +122,18 @@ impl Lean {
             .body_lean_rad
             .iter()
             .fold(self.most_rad, |most, lean| most.max(*lean));
+        let mut hinges = seen.hinges.iter().zip(&self.stop_rad);
+        let at_stop = hinges.any(|(hinge, stop)| hinge.angle_rad.abs() >= *stop);
+        self.at_stop_s = if at_stop {
+            self.at_stop_s + self.period_s
+        } else {
+            0.0
+        };
+        self.fell |= self.at_stop_s >= SUSTAINED_S;
     }
 
     pub(super) fn found(&self) -> bool {
-        self.most_rad > self.allowed_rad
+        self.fell || self.most_rad > self.allowed_rad
     }
 }
 

@@ -64,7 +64,7 @@ const POSITION_DIGITS: i32 = 9;
 
 impl Figure {
     /// All, in the order of tables.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 22] = [
         Self::new("stalled_at_m", "stalled at x", "m", 2, |o| o.stalled_at_m)
             .says("Where the base stood when the vehicle made no more progress."),
         Self::new("stalled_row", "stalled row", "", 0, |o| o.stalled_row.map(|row| row as f64))
@@ -74,6 +74,12 @@ impl Figure {
         Self::new("retries", "retries", "", 0, |o| o.retries.map(f64::from))
             .says("How often traction control backed off and tried again.")
             .of(|o| o.retries.is_some_and(|retries| retries > 0)).lower(),
+        Self::new("stall_s", "stall at full torque", "s", 2, |o| Some(o.stall_s))
+            .says("Longest time in which a motor gave at least 90 % of its stall torque while the vehicle stayed within 2 cm.")
+            .of(stalled_long).lower(),
+        Self::new("stall_from_s", "stall from", "s", 2, |o| o.stall_from_s)
+            .says("When that began, from the start of the run.")
+            .of(stalled_long),
         Self::new("final_x_m", "final x", "m", 3, |o| Some(o.final_x_m))
             .says("True position of the base at the end of the run, along the world's x axis.")
             .to_the_millimetre()
@@ -92,8 +98,11 @@ impl Figure {
             .says("Root mean square of the distance between the base and its reference on the path.").lower(),
         Self::new("path_error_peak_m", "path error, peak", "m", 4, |o| o.path_error_peak_m)
             .says("Largest distance between the base and its reference on the path.").lower(),
-        Self::new("pitch_peak_deg", "peak pitch", "deg", 1, |o| Some(o.pitch_peak_deg))
+        Self::new("pitch_peak_deg", "peak nose-up", "deg", 1, |o| Some(o.pitch_peak_deg))
             .says("Largest nose-up angle of any body.").lower(),
+        Self::new("nose_down_peak_deg", "peak nose-down", "deg", 1, |o| Some(o.nose_down_peak_deg))
+            .says("Largest nose-down angle of any body.")
+            .of(|o| o.nose_down_peak_deg > o.pitch_peak_deg.max(1.0)).lower(),
         Self::new("yaw_error_deg", "heading error", "deg", 1, |o| Some(o.yaw_error_deg))
             .says("Heading minus commanded heading at the end. Left is positive.").nearer_to_zero(),
         Self::new("slip_rms", "wheel slip, rms", "", 3, |o| Some(o.slip_rms))
@@ -197,8 +206,17 @@ impl Figure {
     }
 }
 
+/// Or went where it was not told to.
 fn on_flat_ground(outcome: &Outcome) -> bool {
-    outcome.verdict == Verdict::Driven
+    matches!(
+        outcome.verdict,
+        Verdict::Driven | Verdict::WrongWay | Verdict::DroveOn | Verdict::RolledOn
+    )
+}
+
+/// Longer than any climb that succeeds pushes at a riser.
+fn stalled_long(outcome: &Outcome) -> bool {
+    outcome.stall_s > 1.0
 }
 
 /// A number with so many significant digits and at most so many decimals; never a negative zero.

@@ -5,10 +5,12 @@ use std::collections::VecDeque;
 use omni_core::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
 
-use super::criteria::{Gain, Gained, Lean, Runaway};
+use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
 use super::friction_use::FrictionUse;
 use super::linkage_spread::LinkageSpread;
+use super::obedience::Obedience;
 use super::pose_errors::PoseErrors;
+use super::standstill::Standstill;
 use super::{Outcome, Verdict};
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
@@ -20,6 +22,8 @@ const UP_TOLERANCE_M: f64 = 0.005;
 const TIPPED_COSINE: f64 = 0.5;
 /// A vehicle that goes less than this part of the commanded way has stalled.
 const STALLED_PART: f64 = 0.1;
+/// Without an obstacle it was told to go at least so far \[m\]: what is left at the end of a path is no command to go.
+const TOLD_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
 /// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
@@ -41,6 +45,8 @@ pub(crate) struct Meter {
     /// The policy's common factor is on references; else it is on torques.
     scales_references: bool,
     period_s: f64,
+    /// From the origin to the farthest wheel \[m\].
+    farthest_m: f64,
     weight_n: f64,
     friction: FrictionUse,
 
@@ -51,6 +57,8 @@ pub(crate) struct Meter {
     progress: Progress,
     tipped: bool,
     runaway: Runaway,
+    obedience: Obedience,
+    standstill: Standstill,
     lean: Lean,
     gain: Gain,
     last: Last,
@@ -75,7 +83,8 @@ struct Crossing {
     linkage: LinkageSpread,
     shape: Mean,
     heat: f64,
-    pitch_rad: f64,
+    nose_up_rad: f64,
+    nose_down_rad: f64,
     from: Option<([f64; 2], f64)>,
     to: ([f64; 2], f64),
     yaw_error_rad: f64,
@@ -92,8 +101,18 @@ struct Heading {
 #[derive(Default)]
 struct Progress {
     window_ns: u64,
+    now: Way,
+    windows: VecDeque<Way>,
+}
+
+/// Where a vehicle has come to, and what was commanded since the start.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    place_m: [f64; 2],
     commanded_m: f64,
-    windows: VecDeque<([f64; 2], f64)>,
+    /// As ways of the farthest wheel \[m\].
+    turned_m: f64,
+    commanded_turn_m: f64,
 }
 
 /// What the last period showed.
@@ -113,7 +132,6 @@ impl Meter {
             let above = (radius - edge_m).max(0.0);
             (radius * radius - above * above).sqrt()
         };
-        let way_per_rad = |w: &crate::config::WheelSpec| w.gear * w.radius_m * libm::cos(w.roller_angle_rad);
         let obstacle = scenario.terrain.obstacle();
         let weight_n = vehicle.mass_kg() * scenario.physics.gravity_m_s2;
         Self {
@@ -124,7 +142,11 @@ impl Meter {
             reach_m: vehicle.wheel.iter().map(reach).collect(),
             radius_m: vehicle.wheel.iter().map(|w| w.radius_m).collect(),
             rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
-            way_per_rad: vehicle.wheel.iter().map(way_per_rad).collect(),
+            way_per_rad: vehicle
+                .wheel
+                .iter()
+                .map(crate::config::WheelSpec::way_per_rad)
+                .collect(),
             // A loaded scenario's policy is known.
             scales_references: scenario
                 .coordination::<f64>()
@@ -147,6 +169,9 @@ impl Meter {
             progress: Progress::default(),
             tipped: false,
             runaway: Runaway::new(scenario),
+            obedience: Obedience::new(scenario),
+            standstill: Standstill::new(scenario),
+            farthest_m: farthest_wheel_m(scenario),
             lean: Lean::new(scenario),
             gain: Gain::new(weight_n),
             last: Last::default(),
@@ -165,14 +190,20 @@ impl Meter {
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
         self.runaway.push(sample, seen);
+        self.obedience.push(sample, seen);
         self.lean.push(seen);
         self.gain.push(seen);
         self.whereabouts.push(seen);
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
+        self.standstill.push(seen, self.heading.reached_rad);
         let [px, py, _] = seen.pose.position_m;
-        let commanded = libm::hypot(sample.command.vx_m_s, sample.command.vy_m_s) * self.period_s;
-        self.progress.push(seen.time_ns, commanded, [px, py]);
+        let way = &mut self.progress.now;
+        way.place_m = [px, py];
+        way.commanded_m += libm::hypot(sample.command.vx_m_s, sample.command.vy_m_s) * self.period_s;
+        way.turned_m = self.farthest_m * self.heading.reached_rad;
+        way.commanded_turn_m += self.farthest_m * sample.command.wz_rad_s.abs() * self.period_s;
+        self.progress.push(seen.time_ns);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if self.phase != Phase::Climbed {
             // A period past the controller does not say it.
@@ -215,10 +246,10 @@ impl Meter {
         crossing.from.get_or_insert(now);
         crossing.to = now;
         crossing.yaw_error_rad = self.heading.reached_rad - self.heading.commanded_rad;
-        crossing.pitch_rad = seen
-            .body_nose_up_rad
-            .iter()
-            .fold(crossing.pitch_rad, |m, a| m.max(*a));
+        for nose_up_rad in &seen.body_nose_up_rad {
+            crossing.nose_up_rad = crossing.nose_up_rad.max(*nose_up_rad);
+            crossing.nose_down_rad = crossing.nose_down_rad.max(-nose_up_rad);
+        }
         let (mut reference, mut velocity) = ([0.0; WHEELS], [0.0; WHEELS]);
         // A controller of one's own says nothing of a factor.
         let realised = if self.scales_references && sample.common_factor.is_finite() {
@@ -276,6 +307,7 @@ impl Meter {
         let c = &self.crossing;
         let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
         let climbed = self.phase == Phase::Climbed;
+        let disobeyed = self.obedience.found();
         let verdict = if failed {
             Verdict::Diverged
         } else if self.gained().is_some() {
@@ -284,13 +316,23 @@ impl Meter {
             Verdict::Tipped
         } else if self.runaway.found() {
             Verdict::RanAway
+        } else if disobeyed.wrong_way {
+            Verdict::WrongWay
+        } else if disobeyed.drove_on {
+            Verdict::DroveOn
+        } else if disobeyed.rolled_on {
+            Verdict::RolledOn
         } else if self.lean.found() {
             Verdict::Leaned
         } else if climbed {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
-            Verdict::Driven
-        } else if self.progress.stalled(self.whereabouts.place()) {
+            if self.progress.stands() {
+                Verdict::Stalled
+            } else {
+                Verdict::Driven
+            }
+        } else if self.progress.stalled() {
             Verdict::Stalled
         } else {
             Verdict::Unfinished
@@ -313,9 +355,14 @@ impl Meter {
                 (c.periods * us) as f64 / 1e6
             }),
             stalled_at_m: stalled.then_some(self.whereabouts.place()[0]),
-            stalled_row: row.filter(|_| stalled).map(|row| row + 1),
+            stalled_row: row
+                .filter(|_| stalled && self.obstacle.is_some())
+                .map(|row| row + 1),
             retries: self.retries,
-            pitch_peak_deg: c.pitch_rad.to_degrees() * measured,
+            stall_s: self.standstill.longest_s(),
+            stall_from_s: self.standstill.from_s(),
+            pitch_peak_deg: c.nose_up_rad.to_degrees() * measured,
+            nose_down_peak_deg: c.nose_down_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
             disturbed_rms: c.disturbed.root(),
@@ -353,26 +400,46 @@ impl Heading {
 }
 
 impl Progress {
-    fn push(&mut self, time_ns: u64, commanded_m: f64, place: [f64; 2]) {
-        self.commanded_m += commanded_m;
+    fn push(&mut self, time_ns: u64) {
         if time_ns >= self.window_ns {
             self.window_ns = time_ns - time_ns % WINDOW_NS + WINDOW_NS;
-            self.windows.push_back((place, self.commanded_m));
+            self.windows.push_back(self.now);
             if self.windows.len() > STALL_WINDOWS {
                 self.windows.pop_front();
             }
         }
     }
 
-    fn stalled(&self, place: [f64; 2]) -> bool {
-        let a_second_ago = self
+    /// Ways gone and commanded over the ground, then about, in the last second; none before there was one.
+    fn last_second(&self) -> Option<[[f64; 2]; 2]> {
+        let then = self
             .windows
             .front()
-            .filter(|_| self.windows.len() == STALL_WINDOWS);
-        a_second_ago.is_some_and(|(then, commanded_m)| {
-            let gone = libm::hypot(place[0] - then[0], place[1] - then[1]);
-            gone < STALLED_PART * (self.commanded_m - commanded_m)
-        })
+            .filter(|_| self.windows.len() == STALL_WINDOWS)?;
+        let now = &self.now;
+        let [x, y] = [0, 1].map(|k| now.place_m[k] - then.place_m[k]);
+        Some([
+            [libm::hypot(x, y), now.commanded_m - then.commanded_m],
+            [
+                (now.turned_m - then.turned_m).abs(),
+                now.commanded_turn_m - then.commanded_turn_m,
+            ],
+        ])
+    }
+
+    /// Before an obstacle: the way over the ground counts.
+    fn stalled(&self) -> bool {
+        let ways = self.last_second();
+        ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
+    }
+
+    /// Without one: who is told to turn need not go.
+    fn stands(&self) -> bool {
+        self.last_second()
+            .is_some_and(|[[gone, commanded], [turned, commanded_turn]]| {
+                let told = commanded + commanded_turn;
+                told > TOLD_M && gone + turned < STALLED_PART * told
+            })
     }
 }
 

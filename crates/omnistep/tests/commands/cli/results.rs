@@ -8,9 +8,10 @@ use serde_json::Value;
 use super::{omnistep, refused, rows, stdout};
 
 /// Keys that are null where the riser was never reached, and no path is followed.
-const FIGURES: [&str; 22] = [
+const FIGURES: [&str; 23] = [
     "crossing_s",
     "pitch_peak_deg",
+    "nose_down_peak_deg",
     "slip_rms",
     "disturbed_rms",
     "disturbed_realised_rms",
@@ -113,6 +114,8 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         "engine",
         "wheel_model_valid",
         "retries", // null of loops, a number of traction control
+        "stall_s",
+        "stall_from_s",
         "energy_residual",
         "steps_per_s",
         "realtime_factor",

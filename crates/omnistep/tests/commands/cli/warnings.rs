@@ -232,3 +232,75 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
     );
     assert!(said.contains("use a physics.step_us below 50000"), "{said}");
 }
+
+#[test]
+fn fault_thresholds_below_a_count_are_warned_of_with_key_value_count_and_what_to_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let lines = |args: &[&str]| {
+        let output = omnistep(path, args);
+        let said = stderr(&output);
+        let lines = said.lines().filter(|line| line.contains("drive.faults"));
+        (
+            lines.map(str::to_owned).collect::<Vec<_>>(),
+            output.status.success(),
+        )
+    };
+    let text = omni_config::FileKind::Scenario.template("flat").unwrap();
+    let file = |counts: u32, velocity: &str, faults: &str| {
+        let more = format!("\n[sensors]\nencoder_counts = {counts}\n{velocity}\n[drive.faults]\n{faults}\n");
+        fs::write(path.join("s.toml"), format!("{text}{more}")).unwrap();
+    };
+    // 2 pi / 1024 in a millisecond; two of them are 12.27.
+    file(1024, "", "jump_rad_s = 1.0\nstuck_rad_s = 12.3");
+    let (said, well) = lines(&["check", "s.toml", "--strict"]);
+    let jump = "warning: flat: drive.faults.jump_rad_s = 1, but one encoder count reads as 6.14 rad/s, so that single counts are called jumps; \
+                use at least 12.3, more sensors.encoder_counts or a slower sensors.encoder_velocity";
+    assert_eq!((said, well), (vec![jump.to_owned()], false));
+    let run = ["run", "s.toml", "--quiet", "--set", "duration_s=0.01"];
+    assert_eq!(lines(&run).0, [jump]);
+    // The default, 1 rad/s, against 2 pi / 2000 in a millisecond.
+    file(2000, "", "");
+    let (said, _) = lines(&["check", "s.toml"]);
+    let stuck = "drive.faults.stuck_rad_s = 1, but one encoder count reads as 3.14 rad/s, so that single counts of other wheels make a \
+                 standing wheel faulty; use at least 6.28, ";
+    assert!(said.len() == 1 && said[0].contains(stuck), "{said:?}");
+    // A window of eight periods reads an eighth of that, and stamped edges nothing.
+    for (counts, velocity) in [
+        (2000, "encoder_velocity = { kind = \"window\", periods = 8 }"),
+        (100, "encoder_velocity = { kind = \"edges\" }"),
+        (0, ""),
+    ] {
+        file(counts, velocity, "jump_rad_s = 1.0");
+        assert_eq!(
+            lines(&["check", "s.toml"]).0,
+            Vec::<String>::new(),
+            "{counts} {velocity}"
+        );
+    }
+}
+
+#[test]
+fn check_names_the_hinges_about_which_nothing_holds_the_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let text = omni_config::FileKind::Vehicle.template("rocker_bogie6").unwrap();
+    let [from, end] = ["\n[[coupling]]", "\n[motor]"].map(|table| text.find(table).unwrap());
+    fs::write(
+        path.join("loose.toml"),
+        format!("{}{}", &text[..from], &text[end..]),
+    )
+    .unwrap();
+    fs::write(path.join("whole.toml"), text).unwrap();
+    let output = omnistep(path, &["check", "loose.toml", "--strict"]);
+    let said = stderr(&output);
+    let expected = "warning: rocker_bogie6: hinge rocker_left, rocker_right: nothing holds body body about it: at rest on flat ground it falls to \
+                    the stop, limit_rad = 0.5; add a [[coupling]] or move com_m, position_m or anchor_m";
+    assert!(said.lines().any(|line| line == expected), "{said}");
+    assert!(!output.status.success() && !stdout(&output).contains("loads"));
+    assert!(
+        omnistep(path, &["check", "whole.toml", "--strict"])
+            .status
+            .success()
+    );
+}

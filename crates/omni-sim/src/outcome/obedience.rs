@@ -1,0 +1,421 @@
+//! Does a vehicle move the way that it is commanded, and does it rest when that is commanded?
+
+use std::collections::VecDeque;
+
+use omni_core::BodyTwist;
+
+use super::criteria::{BRAKING_M_S2, SUSTAINED_S, farthest_wheel_m};
+use crate::config::Scenario;
+use crate::controller::ControlSample;
+use crate::observation::Observation;
+
+/// Slower motion, and a slower command, has no direction \[m/s\], about the origin that of the farthest wheel.
+const LEAST_M_S: f64 = 0.02;
+/// Nor has motion below this part of the command.
+const LEAST_PART: f64 = 0.1;
+/// A vehicle that slips off an edge goes back by less than this \[m\].
+const LEAST_M: f64 = 0.05;
+/// While traction control backs off for another try it moves against the command on purpose; it does so for 2 s at most \[s\].
+const BACKS_OFF_S: f64 = 2.0;
+/// A vehicle at rest moves no faster over the ground \[m/s\], and about \[rad/s\].
+const STANDS: [f64; 2] = [0.01, 0.05];
+/// Without its motors a vehicle may coast for so long after its torque should have ended \[s\].
+const COASTS_S: f64 = 1.0;
+/// More work of the motors in [`PUSHES_S`] moves a vehicle \[J\]: 5 kg get 0.14 m/s by it.
+const PUSHES_J: f64 = 0.05;
+const PUSHES_S: f64 = 0.6;
+/// Work is summed over such times \[s\].
+const MARK_S: f64 = 0.01;
+
+/// Watches both.
+pub(super) struct Obedience {
+    period_s: f64,
+    reach_m: f64,
+    command_point_m: [f64; 2],
+    way_per_rad: Vec<f64>,
+    /// From a reference of 0 on, this is how long torque may last \[s\].
+    torque_ends_s: f64,
+    /// The command as a vehicle follows that speeds up and slows down with [`BRAKING_M_S2`]: over the ground, and about.
+    followed: ([f64; 2], f64),
+    against: [Against; 2],
+    retries: u32,
+    backs_off_s: f64,
+    rest_s: f64,
+    moves_s: f64,
+    work: Work,
+    found: Found,
+}
+
+/// What it was found to do.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Found {
+    pub(super) wrong_way: bool,
+    pub(super) drove_on: bool,
+    pub(super) rolled_on: bool,
+}
+
+/// For how long and how far something has gone against its command without a break.
+#[derive(Default)]
+struct Against {
+    time_s: f64,
+    way_m: f64,
+}
+
+/// Work of the motors in the last [`PUSHES_S`].
+#[derive(Default)]
+struct Work {
+    total_j: f64,
+    since_mark_s: f64,
+    /// The total at each mark, the oldest first.
+    marks_j: VecDeque<f64>,
+}
+
+impl Obedience {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        Self {
+            period_s: scenario.period_s(),
+            reach_m: farthest_wheel_m(scenario),
+            command_point_m: scenario
+                .drive
+                .as_ref()
+                .map_or([0.0; 2], |drive| drive.command_point_m),
+            way_per_rad: scenario
+                .vehicle()
+                .wheel
+                .iter()
+                .map(crate::config::WheelSpec::way_per_rad)
+                .collect(),
+            torque_ends_s: scenario.control.rest.torque_ends_s(),
+            followed: Default::default(),
+            against: Default::default(),
+            retries: 0,
+            backs_off_s: 0.0,
+            rest_s: 0.0,
+            moves_s: 0.0,
+            work: Work::default(),
+            found: Found::default(),
+        }
+    }
+
+    pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+        if !sample.command.to_array().iter().all(|part| part.is_finite()) {
+            // Past the controller: nothing is commanded.
+            (self.followed, self.against) = Default::default();
+            self.rest_s = 0.0;
+            return;
+        }
+        let command = BodyTwist::from_point(sample.command, self.command_point_m);
+        // The heading hold turns a vehicle that is not asked to turn.
+        let turns = sample.asked.wz_rad_s * command.wz_rad_s > 0.0;
+        self.follow(
+            [command.vx_m_s, command.vy_m_s],
+            if turns { command.wz_rad_s } else { 0.0 },
+        );
+        if let Some(retries) = sample.retries.filter(|retries| *retries != self.retries) {
+            (self.retries, self.backs_off_s) = (retries, BACKS_OFF_S);
+        }
+        self.backs_off_s -= self.period_s;
+        self.judge_direction(&seen.twist);
+
+        let rest = command.to_array() == [0.0; 3] && self.followed == Default::default();
+        self.rest_s = if rest { self.rest_s + self.period_s } else { 0.0 };
+        if self.rest_s > self.torque_ends_s {
+            self.judge_rest(seen);
+        } else {
+            (self.moves_s, self.work) = Default::default();
+        }
+    }
+
+    fn follow(&mut self, [vx, vy]: [f64; 2], wz: f64) {
+        let step_m_s = BRAKING_M_S2 * self.period_s;
+        let ([x, y], about) = &mut self.followed;
+        let part = step_m_s / libm::hypot(vx - *x, vy - *y);
+        if part < 1.0 {
+            *x += part * (vx - *x);
+            *y += part * (vy - *y);
+        } else {
+            (*x, *y) = (vx, vy);
+        }
+        let most = step_m_s / self.reach_m;
+        *about = if (wz - *about).abs() > most {
+            *about + most.copysign(wz - *about)
+        } else {
+            wz
+        };
+    }
+
+    fn judge_direction(&mut self, twist: &BodyTwist<f64>) {
+        let ([x, y], about) = self.followed;
+        let size = libm::hypot(x, y);
+        let along = (twist.vx_m_s * x + twist.vy_m_s * y) / size;
+        let parts = [
+            (size, along),
+            (
+                self.reach_m * about.abs(),
+                self.reach_m * twist.wz_rad_s * about.signum(),
+            ),
+        ];
+        for (against, (told_m_s, moves_m_s)) in self.against.iter_mut().zip(parts) {
+            let goes = told_m_s >= LEAST_M_S && -moves_m_s > LEAST_M_S.max(LEAST_PART * told_m_s);
+            if goes && self.backs_off_s <= 0.0 {
+                against.time_s += self.period_s;
+                against.way_m -= moves_m_s * self.period_s;
+            } else {
+                *against = Against::default();
+            }
+            self.found.wrong_way |= against.time_s >= SUSTAINED_S && against.way_m >= LEAST_M;
+        }
+    }
+
+    fn judge_rest(&mut self, seen: &Observation) {
+        let moves = libm::hypot(seen.twist.vx_m_s, seen.twist.vy_m_s) > STANDS[0]
+            || seen.twist.wz_rad_s.abs() > STANDS[1];
+        self.moves_s = if moves { self.moves_s + self.period_s } else { 0.0 };
+        self.found.rolled_on |= self.moves_s >= COASTS_S;
+        // What a motor takes out of a wheel is no push.
+        let pushes_w = |(wheel, way): (&crate::observation::WheelObservation, &f64)| {
+            (wheel.torque_n_m * wheel.rim_m_s / way).max(0.0)
+        };
+        let power_w: f64 = seen.wheels.iter().zip(&self.way_per_rad).map(pushes_w).sum();
+        let done_j = self.work.push(power_w * self.period_s, self.period_s);
+        self.found.drove_on |= done_j > PUSHES_J;
+    }
+
+    pub(super) fn found(&self) -> Found {
+        self.found
+    }
+}
+
+impl Work {
+    /// Adds a period's; returns that of the last [`PUSHES_S`].
+    fn push(&mut self, work_j: f64, period_s: f64) -> f64 {
+        if self.marks_j.is_empty() {
+            self.marks_j.push_back(0.0);
+        }
+        self.total_j += work_j;
+        self.since_mark_s += period_s;
+        if self.since_mark_s >= MARK_S {
+            self.since_mark_s = 0.0;
+            self.marks_j.push_back(self.total_j);
+            let marks = (PUSHES_S / period_s.max(MARK_S)).round() as usize + 1;
+            if self.marks_j.len() > marks {
+                self.marks_j.pop_front();
+            }
+        }
+        self.total_j - self.marks_j.front().copied().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+    use super::*;
+    use crate::Simulation;
+    use crate::config::Override;
+
+    /// Periods of 1 ms of one kind, one after the other: how many, what is commanded, how the vehicle moves, the torque of its first wheel
+    /// \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
+    struct Stage {
+        periods: u32,
+        told: [f64; 3],
+        moves: [f64; 3],
+        torque_n_m: f64,
+        turns_rad_s: f64,
+        retries: Option<u32>,
+    }
+
+    fn stage(periods: u32, told: [f64; 3], moves: [f64; 3]) -> Stage {
+        Stage {
+            periods,
+            told,
+            moves,
+            torque_n_m: 0.0,
+            turns_rad_s: 0.0,
+            retries: None,
+        }
+    }
+
+    fn flat(keys: &[&str]) -> Scenario {
+        let keys: Vec<_> = keys.iter().map(|key| Override::parse(key).unwrap()).collect();
+        Scenario::load("flat", &keys).unwrap()
+    }
+
+    fn found_with(keys: &[&str], stages: &[Stage]) -> Found {
+        let scenario = flat(keys);
+        let simulation = Simulation::new(&scenario).unwrap();
+        let (mut sample, mut seen) = (simulation.sample().clone(), simulation.observation().clone());
+        let way = scenario.vehicle().wheel[0].way_per_rad();
+        let mut obedience = Obedience::new(&scenario);
+        for stage in stages {
+            (sample.command, seen.twist) = (
+                BodyTwist::from_array(stage.told),
+                BodyTwist::from_array(stage.moves),
+            );
+            (sample.asked, sample.retries) = (sample.command, stage.retries);
+            seen.wheels[0].torque_n_m = stage.torque_n_m;
+            seen.wheels[0].rim_m_s = stage.turns_rad_s * way;
+            (0..stage.periods).for_each(|_| obedience.push(&sample, &seen));
+        }
+        obedience.found()
+    }
+
+    fn found(stages: &[Stage]) -> Found {
+        found_with(&[], stages)
+    }
+
+    const AHEAD: [f64; 3] = [0.3, 0.0, 0.0];
+    const BACK: [f64; 3] = [-0.3, 0.0, 0.0];
+    const REST: [f64; 3] = [0.0; 3];
+
+    #[test]
+    fn half_a_second_and_five_centimetres_against_the_command_is_the_wrong_way() {
+        let goes =
+            |periods, moves| found(&[stage(1000, AHEAD, AHEAD), stage(periods, AHEAD, moves)]).wrong_way;
+        assert!(goes(501, BACK) && !goes(499, BACK));
+        // 5 cm at 0.04 m/s take 1.25 s; slower than a tenth of the command is no direction.
+        assert!(goes(1260, [-0.04, 0.0, 0.0]) && !goes(1240, [-0.04, 0.0, 0.0]));
+        assert!(!goes(60_000, [-0.029, 0.0, 0.0]));
+        // Standing and sliding aside are not against it.
+        assert!(!goes(5000, REST) && !goes(5000, [0.0, -0.5, 0.0]));
+        // A break of one period begins anew.
+        let broken = [
+            stage(1000, AHEAD, AHEAD),
+            stage(499, AHEAD, BACK),
+            stage(1, AHEAD, AHEAD),
+            stage(499, AHEAD, BACK),
+        ];
+        assert!(!found(&broken).wrong_way);
+    }
+
+    #[test]
+    fn turning_against_the_command_is_the_wrong_way_unless_only_the_heading_hold_asked_for_it() {
+        let (left, right) = ([0.3, 0.0, 0.5], [0.3, 0.0, -0.5]);
+        // chugo7's farthest wheel is 0.378 m out: 0.5 rad/s are 0.19 m/s, of which 5 cm take 0.26 s.
+        assert!(found(&[stage(1000, left, left), stage(501, left, right)]).wrong_way);
+        assert!(!found(&[stage(1000, left, left), stage(499, left, right)]).wrong_way);
+        assert!(
+            !found(&[stage(3000, AHEAD, right)]).wrong_way,
+            "nobody asked for a turn"
+        );
+        let scenario = flat(&[]);
+        let simulation = Simulation::new(&scenario).unwrap();
+        let (mut sample, mut seen) = (simulation.sample().clone(), simulation.observation().clone());
+        (sample.asked, sample.command) = (BodyTwist::from_array(AHEAD), BodyTwist::from_array(left));
+        seen.twist = BodyTwist::from_array(right);
+        let mut held = Obedience::new(&scenario);
+        (0..3000).for_each(|_| held.push(&sample, &seen));
+        assert!(!held.found().wrong_way);
+    }
+
+    #[test]
+    fn a_reversed_command_may_take_what_wet_ice_takes() {
+        // From 0.3 m/s ahead to a command of 0.3 m/s back at 0.5 m/s^2: 0.6 s to a stand.
+        let turned = |late: u32| {
+            let braking = (0..600 + late).map(|k| {
+                stage(
+                    1,
+                    BACK,
+                    [0.3 - 0.5e-3 * f64::from(k.saturating_sub(late)), 0.0, 0.0],
+                )
+            });
+            let stages: Vec<_> = std::iter::once(stage(1000, AHEAD, AHEAD))
+                .chain(braking)
+                .collect();
+            found(&stages).wrong_way
+        };
+        // Half a second of going on is counted once the followed command is 0.02 m/s back, 0.64 s after the reversal.
+        assert!(!turned(0) && !turned(400) && turned(700));
+    }
+
+    #[test]
+    fn a_retry_backs_off_on_purpose_for_two_seconds_and_no_longer() {
+        let backs = |periods, retries| {
+            let mut back = stage(periods, AHEAD, BACK);
+            back.retries = retries;
+            let mut ahead = stage(1000, AHEAD, AHEAD);
+            ahead.retries = retries.map(|_| 0);
+            found(&[ahead, back]).wrong_way
+        };
+        assert!(!backs(2490, Some(1)) && backs(2510, Some(1)));
+        assert!(backs(501, Some(0)) && backs(501, None));
+    }
+
+    /// A stop out of 0.3 m/s: the followed command is 0 after 0.6 s, and torque may last for a second more.
+    fn after_a_stop(keys: &[&str], then: Stage) -> Found {
+        let braking = (0..600_u32).map(|k| stage(1, REST, [0.3 - 0.5e-3 * f64::from(k), 0.0, 0.0]));
+        let first = std::iter::once(stage(1000, AHEAD, AHEAD));
+        let stages: Vec<_> = first
+            .chain(braking)
+            .chain([stage(1010, REST, REST), then])
+            .collect();
+        found_with(keys, &stages)
+    }
+
+    #[test]
+    fn a_twentieth_of_a_joule_in_six_tenths_of_a_second_after_a_stop_is_driving_on() {
+        let pushed = |power_w: f64, periods| {
+            let push = Stage {
+                torque_n_m: power_w / 4.0,
+                turns_rad_s: 4.0,
+                ..stage(periods, REST, REST)
+            };
+            after_a_stop(&[], push).drove_on
+        };
+        // 0.0846 W in 0.6 s are 0.0508 J; 0.0819 W for ever are never more than 0.05 J in 0.61 s.
+        assert!(pushed(0.0846, 601) && !pushed(0.0819, 5000));
+        assert!(pushed(60.0, 2), "a blow is as much");
+        // A motor that is turned by its wheel takes work out of it.
+        let braked = Stage {
+            torque_n_m: -1.0,
+            turns_rad_s: 9.0,
+            ..stage(3000, REST, REST)
+        };
+        assert!(!after_a_stop(&[], braked).drove_on);
+        // Standing under full torque is no work.
+        let stalled = Stage {
+            torque_n_m: 2.0,
+            ..stage(3000, REST, REST)
+        };
+        assert!(!after_a_stop(&[], stalled).drove_on);
+    }
+
+    #[test]
+    fn torque_is_judged_from_the_time_on_at_which_the_configuration_ends_it() {
+        let push = |periods| Stage {
+            torque_n_m: 1.0,
+            turns_rad_s: 9.0,
+            ..stage(periods, REST, REST)
+        };
+        let stages = |periods| [stage(1000, AHEAD, AHEAD), push(periods)];
+        // 0.6 s to slow down, 1 s until the torque has ended, a few periods for 0.05 J at 9 W.
+        assert!(!found(&stages(1595)).drove_on && found(&stages(1610)).drove_on);
+        let later = ["control.rest.bleed_s=1.5"];
+        assert!(!found_with(&later, &stages(2595)).drove_on && found_with(&later, &stages(2610)).drove_on);
+        let held = ["control.rest={ hold_s = 5.0, hold_heat_n2m2s = 9.0 }"];
+        assert!(!found_with(&held, &stages(6595)).drove_on && found_with(&held, &stages(6610)).drove_on);
+        assert!(
+            !found(&[
+                stage(1000, AHEAD, AHEAD),
+                Stage {
+                    told: AHEAD,
+                    ..push(9000)
+                }
+            ])
+            .drove_on,
+            "told to drive"
+        );
+    }
+
+    #[test]
+    fn motion_without_work_a_second_later_is_rolling_on_and_coasting_to_a_stand_is_not() {
+        let rolls = |periods, moves| {
+            let found = after_a_stop(&[], stage(periods, REST, moves));
+            assert!(!found.drove_on && !found.wrong_way);
+            found.rolled_on
+        };
+        assert!(rolls(1010, [-0.02, 0.0, 0.0]) && !rolls(990, [-0.02, 0.0, 0.0]));
+        assert!(rolls(1010, [0.0, 0.0, 0.06]));
+        assert!(!rolls(9000, [0.009, 0.0, 0.049]), "that is standing");
+    }
+}
