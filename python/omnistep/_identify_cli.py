@@ -6,6 +6,7 @@ from pathlib import Path
 
 from omnistep._command_line import made
 from omnistep._omnistep import Vehicle
+from omnistep._output_files import check_output, write_text
 from omnistep.errors import ConfigError
 
 
@@ -39,7 +40,7 @@ def identify(arguments: list[str]) -> int:
         result = identify(given.logs, vehicle=given.vehicle, lifted=given.lifted, known=known)
         return result.table(), result.vehicle
 
-    return _write(found, given.out, given.vehicle)
+    return _write(found, given.out, [*given.logs, *given.lifted, Path(given.vehicle)])
 
 
 def calibrate(arguments: list[str]) -> int:
@@ -63,7 +64,7 @@ def calibrate(arguments: list[str]) -> int:
         result = calibrate(runs, vehicle=given.vehicle, **noise)
         return result.table(), result.vehicle
 
-    return _write(found, given.out, given.vehicle)
+    return _write(found, given.out, [given.runs, Path(given.vehicle)])
 
 
 def _known(text: str) -> tuple[str, float]:
@@ -74,15 +75,15 @@ def _known(text: str) -> tuple[str, float]:
         raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
-def _write(found: Callable[[], tuple[str, Vehicle]], out: Path | None, drawn: str) -> int:
+def _write(found: Callable[[], tuple[str, Vehicle]], out: Path | None, inputs: list[Path]) -> int:
     """Print the estimates, and write the vehicle."""
 
     def make() -> None:
-        if out is not None and out.exists() and out.resolve() == Path(drawn).resolve():
-            raise ConfigError(f"{out}: the vehicle is read from this file, allowed: another name", file=str(out))
+        if out is not None:
+            check_output(out, inputs, text=True)
         table, vehicle = found()
         print(table)
         if out is not None:
-            out.write_text(vehicle.to_toml(), encoding="utf-8")
+            write_text(out, vehicle.to_toml(), inputs)
 
     return made(make, out)

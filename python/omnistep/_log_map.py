@@ -98,6 +98,8 @@ class LogMap:
     clock: str
     from_s: float | None
     until_s: float | None
+    #: The files of its vehicle and scenario, where they are not built in.
+    files: tuple[Path, ...] = ()
     signals: dict[str, Signal] = field(default_factory=dict)
 
     @property
@@ -144,6 +146,7 @@ def read_map(path: str | PathLike[str]) -> LogMap:
         clock=_choice(file, "time.clock", time.get("clock", "header"), ("header", "received")),
         from_s=limits.get("from_s"),
         until_s=limits.get("until_s"),
+        files=tuple(path.parent / keys[key] for key in ("scenario", "vehicle") if str(keys.get(key)).endswith(".toml")),
     )
     for table, kind in KINDS.items():
         if table in keys:

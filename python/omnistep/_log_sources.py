@@ -12,13 +12,30 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from omnistep._bag_limits import bounded
 from omnistep._log_map import TIMES, LogMap, Signal
 from omnistep._omnistep import shortened
-from omnistep._tables import MOST_SAMPLES, SUFFIXES, Floats, columns_of, floats, module, names_of, needs, reading
+from omnistep._recorded_command import MOST_S
+from omnistep._tables import (
+    MOST_SAMPLES,
+    SUFFIXES,
+    Floats,
+    check_packed,
+    columns_of,
+    floats,
+    module,
+    names_of,
+    needs,
+    reading,
+)
 from omnistep.errors import LogError
 
 #: Longest time between samples of a log: beyond, nanoseconds get coarse [s].
 MOST_APART_S = 1e7
+#: Most control periods: an hour at 1 kHz.
+MOST_ROWS = 3_600_000
+#: Most control periods for each sample, where there are more than a few: more of them say nothing that is in the log.
+ROWS_PER_SAMPLE, FEW_ROWS = 100, 100_000
 #: Where messages of these types have what a signal needs; ``yaw(...)`` is the heading of a quaternion.
 _POSE = ("position.x", "position.y", "yaw(orientation)")
 _TWIST = ("linear.x", "linear.y", "angular.z")
@@ -65,6 +82,25 @@ def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> 
     raise LogError(f"{path}: not a log that can be read, allowed: {allowed}", file=str(path))
 
 
+def span(path: Path, log_map: LogMap, first_ns: int, last_ns: int, samples: int) -> tuple[int, int]:
+    """Start of the first control period [ns] and the number of periods, of a log with wheels from a time to another."""
+    period_ns = round(log_map.scenario.period_s * 1e6) * 1000
+    begin = first_ns if log_map.from_s is None else round(log_map.from_s * 1e9)
+    end = last_ns if log_map.until_s is None else min(round(log_map.until_s * 1e9), last_ns)
+    length_s = (end - begin) * 1e-9
+    if not period_ns <= end - begin <= MOST_S * 1e9:
+        limits = (
+            f"{period_ns * 1e-9:g} to {MOST_S:g} s from its first wheel's sample, or [time] from_s, on; [time] unit"
+        )
+        raise LogError(f"{path}: {length_s:g} s, allowed: {limits}", file=str(path))
+    rows = (end - begin) // period_ns + 1
+    most = min(MOST_ROWS, max(FEW_ROWS, ROWS_PER_SAMPLE * samples))
+    if rows > most:
+        found = f"{rows} control periods for {samples} samples"
+        log_map.refuse("period_s", f"{period_ns * 1e-9:g}: {found}, allowed: {most}")
+    return begin, rows
+
+
 # Tables
 
 
@@ -90,9 +126,16 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
             near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
             found = "no column" if name not in columns else "more than one column"
             log_map.refuse(key, f"{found} {name!r} in {path}, there are: {', '.join(near)}")
+    # Of a packed file the times first: they say whether the rest is worth unpacking.
+    first = [log_map.time_column] if path.suffix.lower() == ".parquet" else list(wanted)
+    rest = [name for name in wanted if name not in first]
     with reading(path):
-        table_of = columns_of(path, list(wanted), time=log_map.time_column)
+        check_packed(path, list(wanted), log_map.time_column)
+        table_of = columns_of(path, first, time=log_map.time_column)
         time_ns = _times(path, table_of[log_map.time_column], log_map)
+        if rest:
+            span(path, log_map, 0, int(time_ns.max()), time_ns.size)
+            table_of |= columns_of(path, rest)
         return {
             table: Samples(time_ns, np.column_stack([floats(path, name, table_of[name]) for name in signal.names]))
             for table, signal in log_map.signals.items()
@@ -138,7 +181,8 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
         typesys, reader = module("rosbags.typesys"), module("rosbags.highlevel").AnyReader
     except ImportError as error:
         raise needs("rosbags", "omnistep import", "import") from error
-    with reading(path), reader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
+    types = typesys.get_typestore(typesys.Stores.LATEST)
+    with reading(path), bounded(path) as unpacking, reader([path], default_typestore=types) as bag:
         getters: dict[str, list[tuple[str, Callable[[Any], Sequence[float]]]]] = {}
         for table, signal in log_map.signals.items():
             topic = str(signal.topic)
@@ -146,6 +190,8 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
                 near = get_close_matches(topic, bag.topics, n=3) or sorted(bag.topics)
                 log_map.refuse(f"{table}.topic", f"no {topic!r} in {path}, there are: {', '.join(near) or 'none'}")
             getters.setdefault(topic, []).append((table, _getter(log_map, signal, bag.topics[topic].msgtype or "")))
+        unpacking.begin()
+        unpacking.check_index(bag, set(getters))
         stamps: dict[str, list[int]] = {topic: [] for topic in getters}
         arrivals: dict[str, list[int]] = {topic: [] for topic in getters}
         values: dict[str, list[Sequence[float]]] = {table: [] for table in log_map.signals}

@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 #: Most samples of a signal: an hour at 10 kHz.
 MOST_SAMPLES = 36_000_000
+#: Most numbers of a packed table: so many of any, or so many for each of its bytes. In memory each takes 30 or so.
+MOST_CELLS, CELLS_PER_BYTE = 20_000_000, 8
 #: Longest first line of a table [bytes].
 MOST_HEADER = 2**20
 #: Suffixes of tables.
@@ -141,16 +143,11 @@ def _line(path: Path, row: int) -> int:
 def _parquet(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
     batches, rows = [], 0
     file = module("pyarrow.parquet").ParquetFile(path)
-    timestamp = module("pyarrow").types.is_timestamp
-    # Before anything is unpacked: a text of a million letters takes a few bytes of a file, as often as it is there.
-    for name in wanted:
-        kind = file.schema_arrow.field(name).type
-        if not (name == time and timestamp(kind)):
-            _numbers(path, name, kind)
+    check_packed(path, wanted, time)
     # In pieces: a file of some bytes may unpack to anything.
     for batch in file.iter_batches(columns=wanted):
         rows += batch.num_rows
-        _count(path, rows)
+        _cells(path, rows, len(wanted))
         batches.append(batch)
     if not batches:
         raise LogError(f"{path}: no rows", file=str(path))
@@ -162,6 +159,29 @@ def _count(path: Path, rows: int) -> None:
     if not 0 < rows <= MOST_SAMPLES:
         found = "no rows" if rows == 0 else f"{rows} rows and more"
         raise LogError(f"{path}: {found}, allowed: 1 to {MOST_SAMPLES}", file=str(path))
+
+
+def check_packed(path: Path, wanted: Sequence[str], time: str | None = None) -> None:
+    """Refuse columns of a packed table by what it says of itself, before anything is unpacked."""
+    if path.suffix.lower() != ".parquet":
+        return
+    file = module("pyarrow.parquet").ParquetFile(path)
+    timestamp = module("pyarrow").types.is_timestamp
+    # A text of a million letters takes a few bytes of a file, as often as it is there.
+    for name in wanted:
+        kind = file.schema_arrow.field(name).type
+        if not (name == time and timestamp(kind)):
+            _numbers(path, name, kind)
+    _cells(path, file.metadata.num_rows, len(wanted))
+
+
+def _cells(path: Path, rows: int, columns: int) -> None:
+    _count(path, rows)
+    size = path.stat().st_size
+    most = max(MOST_CELLS, CELLS_PER_BYTE * size)
+    if rows * columns > most:
+        found = f"{size} bytes with {rows} rows of {columns} columns, {rows * columns} numbers"
+        raise LogError(f"{path}: {found}, allowed: {most} numbers", file=str(path))
 
 
 def _numbers(path: Path, name: str, kind: Any) -> None:

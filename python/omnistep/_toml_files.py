@@ -50,7 +50,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
             raise ConfigError(f"{file}: {what}, allowed: a TOML file", file=file)
         if (size := path.stat().st_size) > MOST_BYTES:
             raise ConfigError(f"{file}: {size} bytes, allowed: {MOST_BYTES}", file=file)
-        text = path.read_bytes().decode()
+        text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror or error}", file=file) from error
     except UnicodeDecodeError as error:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from omnistep import plot
 from omnistep._omnistep import Log, read_mcap
+from omnistep._output_files import check_output, replaced
 from omnistep.errors import FilmError
 
 #: Time that the viewer has to start, and to end once it fails [s].
@@ -48,7 +49,8 @@ def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float
     """
     ax = plot.strip(read_mcap(path), every_s=every_s)
     figure: Any = ax.figure
-    figure.savefig(out, dpi=150)
+    with replaced(Path(out), [Path(path)]) as aside:
+        figure.savefig(aside, dpi=150)
 
 
 def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10.0, at_s: float | None = None) -> None:
@@ -73,6 +75,7 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
     out = Path(out)
     if out.suffix not in (".mp4", ".gif", ".png"):
         raise ValueError(f"out = {out.name}, allowed: a name that ends with .mp4, .gif or .png")
+    check_output(out, [Path(path)])
     if not 0.0 < fps <= 50.0:
         raise ValueError(f"fps = {fps}, allowed: more than 0, up to 50")
     log = read_mcap(path)
@@ -87,10 +90,11 @@ def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10
         moments = np.arange(times[0], times[-1], 1.0 / fps).tolist()
     with tempfile.TemporaryDirectory() as folder:
         pictures = list(_shots(log, moments, Path(folder)))
-        if out.suffix == ".png":
-            out.write_bytes(pictures[0].read_bytes())
-        else:
-            _joined(pictures, out, fps)
+        with replaced(out, [Path(path)]) as aside:
+            if out.suffix == ".png":
+                aside.write_bytes(pictures[0].read_bytes())
+            else:
+                _joined(pictures, aside, fps)
 
 
 def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:

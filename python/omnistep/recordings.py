@@ -12,17 +12,16 @@ import numpy as np
 
 from omnistep import _plausibility
 from omnistep._log_map import LogMap, read_map
-from omnistep._log_sources import Nanoseconds, read_samples
+from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
-from omnistep._recorded_command import AXES, MOST_COMMANDS, MOST_S, recorded_scenario
+from omnistep._output_files import check_output
+from omnistep._recorded_command import AXES, MOST_COMMANDS, recorded_scenario
 from omnistep._resampling import Channel, channels
 from omnistep._tables import Floats
 from omnistep._wheel_odometry import reckoned
 from omnistep.errors import LogError
 from omnistep.runs import bar
 
-#: Most control periods: an hour at 1 kHz.
-_MOST_ROWS = 3_600_000
 _PLACE = ("x_m", "y_m", "yaw_rad")
 #: Columns of each wheel, by the table of the map.
 _OF_WHEELS = {
@@ -158,7 +157,7 @@ def import_log(
 
     Raises:
         ConfigError: a key of the map is wrong, or names something that is missing; the message names it and the allowed
-            values.
+            values. Or ``out`` is the log, the map or a file that it names, or no regular file.
         LogError: the log cannot be read or written.
         ImportError: pyarrow or rosbags is not installed: install the extra ``import``.
 
@@ -179,20 +178,21 @@ def import_log(
     """
     source, path = Path(log), Path(out)
     log_map = read_map(map)
-    if path.exists() and source.exists() and path.samefile(source):
-        raise LogError(f"{path}: the log to read has this name, allowed: another name", file=str(path))
+    check_output(path, [source, Path(map), *log_map.files])
     with bar("import", shown=progress) as told:
         samples = read_samples(source, log_map, told)
-    read = {
-        table: channels(source, signal, samples[table], turning=_turning(table))
-        for table, signal in log_map.signals.items()
-    }
-    starts_ns, rows = _span(source, log_map, read["wheels"])
-    columns = _columns(log_map, read, starts_ns, rows)
-    scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
-    signals = _signals(log_map, read, columns)
-    period_s = log_map.scenario.period_s
-    doubts = _doubtful(log_map, columns, signals)
+    # Numbers of absurd size end as infinite or NaN, which no log has as known.
+    with np.errstate(over="ignore", invalid="ignore"):
+        read = {
+            table: channels(source, signal, samples[table], turning=_turning(table))
+            for table, signal in log_map.signals.items()
+        }
+        starts_ns, rows = _span(source, log_map, read["wheels"])
+        columns = _columns(log_map, read, starts_ns, rows)
+        scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
+        signals = _signals(log_map, read, columns)
+        period_s = log_map.scenario.period_s
+        doubts = _doubtful(log_map, columns, signals)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     write_recording(path, scenario, columns, facts, log_map.text)
@@ -210,19 +210,7 @@ def _span(source: Path, log_map: LogMap, wheels: list[Channel]) -> tuple[int, in
         raise LogError(f"{source}: no velocity of any wheel, allowed: at least two samples", file=str(source))
     first = int(min(wheel.time_ns[0] for wheel in there))
     last = int(max(wheel.time_ns[-1] for wheel in there))
-    period_ns = _period_ns(log_map.scenario)
-    begin = first if log_map.from_s is None else round(log_map.from_s * 1e9)
-    end = last if log_map.until_s is None else min(round(log_map.until_s * 1e9), last)
-    length_s = (end - begin) * 1e-9
-    if not period_ns <= end - begin <= MOST_S * 1e9:
-        limits = (
-            f"{period_ns * 1e-9:g} to {MOST_S:g} s from its first wheel's sample, or [time] from_s, on; [time] unit"
-        )
-        raise LogError(f"{source}: {length_s:g} s, allowed: {limits}", file=str(source))
-    rows = (end - begin) // period_ns + 1
-    if rows > _MOST_ROWS:
-        log_map.refuse("period_s", f"{period_ns * 1e-9:g}: {rows} control periods, allowed: {_MOST_ROWS}")
-    return begin, rows
+    return span(source, log_map, first, last, max(wheel.time_ns.size for wheel in there))
 
 
 def _period_ns(scenario: Scenario) -> int:

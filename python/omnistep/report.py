@@ -5,7 +5,6 @@ import html
 import importlib
 import json
 import os
-import secrets
 from collections.abc import Sequence
 from importlib.resources import files
 from os import PathLike
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from omnistep import _figures, _run_settings, _scene, _top_view
 from omnistep._omnistep import Log, read_mcap
+from omnistep._output_files import check_output, write_text
 
 #: Rows a second of the plots: a period of 20 ms is a pixel of an 8 s run on a large screen.
 _PLOT_HZ = 50.0
@@ -127,26 +127,9 @@ def write(paths: Sequence[str | PathLike[str]], out: str | PathLike[str]) -> Non
         ValueError: as in :func:`page`.
         OSError: the page cannot be written.
     """
-    _replace(Path(out), page([read_mcap(path) for path in paths]))
-
-
-def _replace(out: Path, text: str) -> None:
-    """Write a file under a unique temporary name, and rename it when it is complete."""
-    if out.exists() and not out.is_file():  # a pipe or a terminal; a folder is refused by its name
-        out.write_text(text, encoding="utf-8")
-        return
-    aside = out.with_name(f"{out.name}.{secrets.token_hex(8)}.part")
-    try:
-        with aside.open("x", encoding="utf-8") as file:  # follows no link
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        aside.replace(out)
-    except BaseException as error:
-        aside.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            error.filename, error.filename2 = str(out), None
-        raise
+    logs = [Path(path) for path in paths]
+    check_output(Path(out), logs, text=True)
+    write_text(Path(out), page([read_mcap(path) for path in logs]), logs)
 
 
 def _title(logs: Sequence[Log]) -> str:

@@ -317,7 +317,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
     for arguments, message in [
         ([*asked[:-1], "mass_kg=heavy"], "--known mass_kg=heavy, allowed: NAME=VALUE"),
         (["identify", "none.csv", "--vehicle", "omni3"], "none.csv: "),
-        ([*asked, "-o", "drawn.toml"], "drawn.toml: the vehicle is read from this file"),
+        ([*asked, "-o", "drawn.toml"], "drawn.toml: this command reads this file"),
     ]:
         code, said, wrong = command(*arguments)
         assert (code, said) == (2, "")

@@ -406,7 +406,7 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
         code, out, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", name)
         assert (code, out) == (2, "") and err.count("\n") == 1 and said in err, (name, err)
     code, _, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", "my.toml", "-o", "robot.csv")
-    assert code == 2 and "the log to read has this name" in err
+    assert code == 2 and "this command reads this file, allowed: another name" in err
 
 
 def test_a_reader_that_is_not_installed_is_named_with_its_extra(folder, monkeypatch, capfd):

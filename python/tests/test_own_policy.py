@@ -189,6 +189,8 @@ def test_torques_are_taken_in_any_shape_of_numbers(kind):
         (np.zeros((7, 1)), r"it returned an array of shape \[7, 1\], allowed: 7"),
         (0.5, "it returned a value of type float, allowed: 7"),
         ("0000000", "it returned a value of type str, allowed: 7"),
+        (b"0000000", "it returned a value of type bytes, allowed: 7"),
+        (bytearray(7), "it returned a value of type bytearray, allowed: 7"),
         ({1: 2.0}, "it returned a value of type dict, allowed: 7"),
         ([0.0] * 6 + ["a"], "it returned list with a value that is not a number, allowed: 7"),
         (np.array(["a"] * 7), "it returned ndarray with a value that is not a number, allowed: 7"),
@@ -501,6 +503,45 @@ def test_a_policy_that_asks_for_its_own_simulation_is_told_so_and_nothing_hangs(
     simulation = omnistep.Simulation("flat", policy=curious)
     with pytest.raises(RuntimeError, match="a policy used the simulation that it controls"):
         simulation.step((0.1, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("by", ["run", "reset", "simulation", "progress"])
+def test_runs_that_start_runs_without_end_are_a_recursion_error_and_a_few_of_them_are_fine(by):
+    deepest = 0
+
+    class Nested:
+        def __init__(self, depth, most):
+            self.depth, self.most = depth, most
+
+        def run(self):
+            nonlocal deepest
+            deepest = max(deepest, self.depth)
+            if self.depth == self.most:
+                return
+            inner = Nested(self.depth + 1, self.most)
+            if by == "simulation":
+                omnistep.Simulation("flat", policy=inner, record=False).step((0.0, 0.0, 0.0))
+            elif by == "progress":
+                omnistep._omnistep.run("flat", overrides={"duration_s": 0.07}, on_progress=lambda _: inner.run())
+            else:
+                omnistep.run("flat", policy=inner, overrides={"duration_s": 0.01}, progress=False)
+
+        def reset(self, info):
+            if by == "reset":
+                self.run()
+
+        def step(self, observation):
+            if by != "reset" and observation.period == 0:
+                self.run()
+            return np.zeros(7)
+
+    Nested(0, 16).run()
+    assert deepest == 16
+    with pytest.raises(RecursionError, match="runs that start runs, 16 within each other, allowed: 16"):
+        Nested(0, 1000).run()
+    assert deepest == 16
+    # It is counted down again.
+    Nested(0, 16).run()
 
 
 def test_environments_say_their_engine():

@@ -48,6 +48,26 @@ def test_steps_of_eight_threads_on_one_simulation_queue_and_are_those_of_one_thr
     assert last.time_s == 0.8
 
 
+def test_steps_of_eight_threads_on_one_controller_queue_and_are_those_of_one_thread():
+    shared, alone = omnistep.Controller("flat"), omnistep.Controller("flat")
+    measured = np.full(7, 0.1)
+    done = together(8, lambda _: [shared.step(COMMAND, measured).i_n_m.copy() for _ in range(3000)])
+    assert all(isinstance(integrals, list) for integrals in done), [each for each in done if not isinstance(each, list)]
+    # Each of the 24000 steps was somebody's, once: the integrals are those of one thread, whoever saw them.
+    expected = [alone.step(COMMAND, measured).i_n_m for _ in range(24_000)]
+    found = np.array([each for integrals in done for each in integrals])
+    np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(np.array(expected), axis=0))
+
+    def reset_and_step(number):
+        for _ in range(200):
+            if number % 2:
+                shared.reset()
+            else:
+                shared.step(COMMAND, measured)
+
+    assert together(8, reset_and_step) == [None] * 8
+
+
 def test_reading_stepping_and_showing_at_once_is_refused_nobody():
     simulation = omnistep.Simulation("flat")
 

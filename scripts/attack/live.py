@@ -22,8 +22,8 @@ from campaign import MEMORY_KIB, Campaign, Setting, limited, run
 HANDSHAKE_S = 15
 # A command holds for 0.5 s after the last; the vehicle's own ramp and a busy machine are slower.
 COMMAND_LOST_S = 3
-# What a run says that may open no more files.
-WAITS = re.compile(r"live: new connections wait until others end: .+")
+# What a run says that may open no more files, and of a client that does not read.
+WAITS = re.compile(r"live: (new connections wait until others end|client \d+ was disconnected): .+")
 
 
 @dataclass

@@ -70,9 +70,38 @@ fn a_snapshot_of_another_scenario_or_a_damaged_one_is_refused_by_name() {
     let other = load("step", &[]).expect("built in");
     assert_eq!(refused(&other, &bytes), "it belongs to another scenario");
     assert_eq!(refused(&scenario, b""), "it is not a snapshot");
-    assert!(refused(&scenario, &bytes[..bytes.len() / 2]).starts_with("it is damaged"));
+    assert_eq!(
+        refused(&scenario, &bytes[..bytes.len() / 2]),
+        "it is damaged: its checksum is wrong"
+    );
+}
+
+/// Every bit that is flipped is noticed: of 3000 in every engine none is resumed. CRC-32 finds any single one, and whatever is cut off or
+/// in another place but for one in 4e9.
+fn no_damaged_snapshot_is_resumed() {
+    let scenario = scenario();
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    (0..20).for_each(|_| _ = step(&mut simulation));
+    let bytes = simulation.save(&scenario).expect("saved");
+    let refused = |damaged: &[u8]| matches!(Simulation::resume(&scenario, damaged), Err(Error::Snapshot { .. }));
+    let bits = 8 * bytes.len();
+    for k in 0..3000 {
+        let bit = k * bits / 3000 + k % 8;
+        let mut damaged = bytes.clone();
+        damaged[bit / 8 % bytes.len()] ^= 1 << (bit % 8);
+        assert!(refused(&damaged), "bit {bit} of {bits}");
+    }
+    for k in 1..100 {
+        let cut = k * bytes.len() / 100;
+        assert!(refused(&bytes[..cut]) && refused(&bytes[cut..]), "cut at {cut}");
+        let mut turned = bytes.clone();
+        turned.rotate_left(cut);
+        assert!(refused(&turned), "turned by {cut}");
+    }
+    assert!(refused(&[&bytes[..], b"more"].concat()));
 }
 
 on_both_engines! {
+    no_damaged_snapshot_is_resumed,
     a_snapshot_of_any_period_resumes_bit_for_bit,
 }

@@ -73,7 +73,7 @@ pub use override_key::Override;
 pub use path::{PathChoice, PathFollow, PathPlan, PathPoint, PoseSource, WayKind};
 pub use physics::{Engine, Physics};
 pub use planned_path::PlannedPath;
-pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, open_regular, read_regular};
+pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, check_replaceable, open_regular, read_regular};
 pub use rest::Rest;
 pub use roller_wheel::{Barrel, Ripple, RollerWheel};
 pub use rollers::{Rollers, WheelModel};

@@ -272,8 +272,19 @@ pub(crate) fn counted<T>(min: usize, max: usize) -> impl FnOnce(&Vec<T>, &()) ->
 #[cfg(feature = "schema")]
 pub(crate) const NAME: &str = "^[A-Za-z0-9_-]{1,40}$";
 
-/// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them.
+/// Is it a device of Windows, which has no file of that name, whatever its extension?
+fn is_device(value: &str) -> bool {
+    let lower = value.to_ascii_lowercase();
+    let number = lower.strip_prefix("com").or_else(|| lower.strip_prefix("lpt"));
+    ["con", "prn", "aux", "nul"].contains(&&*lower)
+        || number.is_some_and(|number| matches!(number.as_bytes(), [b'0'..=b'9']))
+}
+
+/// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them, and no device of Windows.
 pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
+    if is_device(value) {
+        return refuse(format!("{value:?}"), "another name: on Windows this is a device");
+    }
     let fits = (1..=40).contains(&value.len());
     if fits
         && value

@@ -27,6 +27,25 @@ pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
     Ok(file)
 }
 
+/// Refuses what is there by this name and is no regular file, or a link to such: a file that takes its place would replace a device, or wait
+/// for who reads a pipe. A name that nothing has is fine.
+///
+/// # Errors
+/// What it is instead, in a few words.
+///
+/// ```
+/// assert!(omni_config::check_replaceable(std::env::temp_dir().join("omnistep-that-is-not-there")).is_ok());
+/// let error = omni_config::check_replaceable(std::env::temp_dir()).unwrap_err();
+/// assert_eq!(error.to_string(), "a directory, allowed: a regular file");
+/// ```
+pub fn check_replaceable(path: impl AsRef<Path>) -> Result<()> {
+    match fs::metadata(path) {
+        Ok(there) => regular(there.file_type()),
+        // A link to nothing, too: who writes the file says what else is wrong.
+        Err(_) => Ok(()),
+    }
+}
+
 /// The bytes of a regular file, if they are no more than `most`.
 ///
 /// # Errors
@@ -105,6 +124,8 @@ mod tests {
         let pipe = std::env::temp_dir().join(format!("omnistep-pipe-{}", std::process::id()));
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.expect("mkfifo is a program of every Unix").success());
+        let replaced = check_replaceable(&pipe).expect_err("refused").to_string();
+        assert_eq!(replaced, "a pipe, allowed: a regular file");
         // Nobody writes to it: opened, it would be waited for until the end of days.
         let said = said(&pipe.display().to_string(), 10);
         fs::remove_file(&pipe).expect("removable");

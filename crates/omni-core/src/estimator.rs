@@ -49,7 +49,7 @@ const STANDING_M_S: f64 = 3e-4;
 ///    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
 ///    filtering*, Automatica 5, 1969);
 /// 3. every wheel that is heard is taken in by itself, its noise widened by its own residual (as variance components are estimated
-///    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form.
+///    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
 ///
 /// A vehicle that is told to rest and stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
 /// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
@@ -153,7 +153,7 @@ pub struct EstimatorState<R, const N: usize> {
 #[non_exhaustive]
 pub struct EstimatorStep<R> {
     /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square with `readings` degrees
-    /// of freedom where the model holds.
+    /// of freedom where the model holds. 0 or more; 0 where nothing was taken in.
     pub nis: R,
     /// Wheels that were taken in.
     pub readings: usize,
@@ -307,8 +307,10 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
 }
 
 #[cfg(test)]
+mod absurd_tests;
+#[cfg(test)]
 mod standing_tests;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 #[cfg(test)]
 mod transition_tests;

@@ -4,6 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use omni_config::check_replaceable;
+
 use crate::LogError;
 
 /// Times that another program may be faster between two looks at the same name; each of them has it then.
@@ -58,12 +60,9 @@ impl PartFile {
         let mut part = path.as_os_str().to_owned();
         part.push(".part");
         let (part, path) = (PathBuf::from(part), path.to_owned());
-        if path.is_dir() {
-            // Found now, not when the finished log is to take its name.
-            return Err(LogError::Create {
-                path,
-                source: ErrorKind::IsADirectory.into(),
-            });
+        // Found now, not when the finished log is to take its name; a device would be replaced then.
+        if let Err(source) = check_replaceable(&path) {
+            return Err(LogError::Create { path, source });
         }
         let failed = |source| LogError::Create {
             path: part.clone(),

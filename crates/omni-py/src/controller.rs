@@ -9,12 +9,14 @@ use pyo3::types::PyMapping;
 
 use crate::arrays::{Rows, STEPS_PER_LOOK, array, together};
 use crate::error::{Stop, exception};
+use crate::in_turn::InTurn;
 use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 
 /// The controller of a scenario, as firmware runs it.
 ///
 /// It limits the command, maps it to the wheels, runs a PID loop a wheel within the motors' limits, and coordinates
-/// them. It has a state; a call with T rows is the same as T calls with one.
+/// them. It has a state; a call with T rows is the same as T calls with one. Several threads may use one: their calls
+/// wait for each other.
 ///
 /// Args:
 ///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
@@ -37,10 +39,10 @@ use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 ///     >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
 ///     >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
 ///     True
-#[pyclass(module = "omnistep")]
+#[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Controller {
     scenario: config::Scenario,
-    inner: AnyController,
+    inner: InTurn<AnyController>,
 }
 
 fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
@@ -62,7 +64,8 @@ impl Controller {
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
         let scenario = load(scenario, policy, overrides, None)?;
-        let inner = started(&scenario)?;
+        let own = "a signal handler used the controller that it interrupted, allowed: another one";
+        let inner = InTurn::new(started(&scenario)?, own);
         warn_of(py, &scenario, 1)?;
         Ok(Self { scenario, inner })
     }
@@ -82,7 +85,7 @@ impl Controller {
     ///     ConfigError: a shape is wrong, the lengths differ, or a command is not finite.
     ///     TypeError: not numbers.
     fn step(
-        &mut self,
+        &self,
         py: Python<'_>,
         commands: &Bound<'_, PyAny>,
         measured_rad_s: &Bound<'_, PyAny>,
@@ -93,7 +96,7 @@ impl Controller {
         let (a, b) = (commands.count(), measured.count());
         let count = together("row", ("commands", a), ("measured_rad_s", b))?;
         let mut columns = Columns::default();
-        py.detach(|| -> Result<(), Stop> {
+        let stepped = self.inner.with(py, |controller| -> Result<(), Stop> {
             let mut step = Step::default();
             for i in 0..count.unwrap_or(1) {
                 if i % STEPS_PER_LOOK == STEPS_PER_LOOK - 1 {
@@ -104,19 +107,19 @@ impl Controller {
                 let (c, m) = (3 * pick(&commands), wheels * pick(&measured));
                 let c = &commands.values[c..c + 3];
                 let command = BodyTwist::from_array([c[0], c[1], c[2]]);
-                self.inner
-                    .step(&command, &measured.values[m..m + wheels], &mut step)?;
+                controller.step(&command, &measured.values[m..m + wheels], &mut step)?;
                 columns.push(&step);
             }
             Ok(())
         })?;
+        stepped?;
         columns.finish(py, count, wheels)
     }
 
     /// Return to the initial state.
-    fn reset(&mut self) -> PyResult<()> {
-        self.inner = started(&self.scenario)?;
-        Ok(())
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        let fresh = started(&self.scenario)?;
+        self.inner.with(py, |controller| *controller = fresh)
     }
 
     /// The scenario of the controller.

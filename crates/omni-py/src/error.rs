@@ -5,6 +5,8 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::nested::nested;
+
 /// The Python exception for an error.
 pub(crate) fn exception(error: impl Into<Error>) -> PyErr {
     let error = error.into();
@@ -109,7 +111,7 @@ fn raised(
 /// Ctrl-C, and whoever wants to know how far a long call is: the part done, 0 to 1.
 pub(crate) fn looked(py: Python<'_>, on_progress: Option<&Py<PyAny>>, part: f64) -> PyResult<()> {
     py.check_signals()?;
-    on_progress.map_or(Ok(()), |told| told.call1(py, (part,)).map(drop))
+    on_progress.map_or(Ok(()), |told| nested(|| told.call1(py, (part,)).map(drop)))
 }
 
 /// What ends a run early: its own error, or a signal such as Ctrl-C.

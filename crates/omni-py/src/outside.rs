@@ -12,6 +12,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 
 use crate::error::{Stop, looked};
+use crate::nested::nested;
 use crate::policy::{PolicyArg, controller, load_with};
 use crate::scenario::{ScenarioArg, warn_of};
 use crate::trace::Trace;
@@ -84,7 +85,7 @@ impl Stepped {
     /// Does something with the object; what that raises is kept.
     fn with(&self, work: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<()>) -> Result<(), OutsideFailure> {
         Python::attach(|py| {
-            work(self.object.bind(py)).map_err(|error| {
+            nested(|| work(self.object.bind(py))).map_err(|error| {
                 if error.is_instance_of::<PyFloatingPointError>(py) {
                     return OutsideFailure::Diverged;
                 }

@@ -12,9 +12,10 @@ use parking_lot::Mutex;
 use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyMapping, PySequence, PyString, PyType};
+use pyo3::types::{PyByteArray, PyBytes, PyMapping, PySequence, PyString, PyType};
 
 use crate::error::{exception, refused};
+use crate::nested::nested;
 use crate::policy_observation::Observation;
 use crate::scenario::{Scenario, ScenarioArg, load};
 
@@ -153,7 +154,7 @@ impl OwnPolicy {
     fn reset(&self, py: Python<'_>, scenario: &config::Scenario) -> PyResult<()> {
         if self.is_object {
             let info = info(py, scenario)?;
-            let reset = self.object.bind(py).call_method1(intern!(py, "reset"), (info,));
+            let reset = nested(|| self.object.bind(py).call_method1(intern!(py, "reset"), (info,)));
             reset.inspect_err(|error| noted(py, error, &format!("in reset of policy {}", self.name)))?;
         }
         Ok(())
@@ -305,7 +306,7 @@ impl Running {
         observation
             .get()
             .set(py, period, period as f64 * self.period_s, readings)?;
-        let given = self.step.bind(py).call1((observation,))?;
+        let given = nested(|| self.step.bind(py).call1((observation,)))?;
         read_torques(&given, torques_n_m).map_err(|found| {
             let wheels = torques_n_m.len();
             Failure::Gave(format!(
@@ -405,9 +406,11 @@ fn read_torques(given: &Bound<'_, PyAny>, torques_n_m: &mut [f64]) -> Result<(),
             return Err("an array of complex numbers".into());
         }
     }
-    if given.is_instance_of::<PyString>()
-        || given.cast::<PySequence>().is_err() && !given.hasattr("__array__").unwrap_or_default()
-    {
+    // Sequences too, of numbers even.
+    let is_text = given.is_instance_of::<PyString>()
+        || given.is_instance_of::<PyBytes>()
+        || given.is_instance_of::<PyByteArray>();
+    if is_text || given.cast::<PySequence>().is_err() && !given.hasattr("__array__").unwrap_or_default() {
         return Err(format!("a value of type {}", class()));
     }
     let found: Vec<f64> = given

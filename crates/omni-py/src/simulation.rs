@@ -2,30 +2,25 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread::{self, ThreadId};
-use std::time::Duration;
 
 use omni_core::BodyTwist;
 use omni_log::RunLog;
 use omni_sim::config::{Scenario, Source};
 use omni_sim::controller::ControlSample;
 use omni_sim::{Error, outcome_of, trace_of};
-use parking_lot::{Mutex, MutexGuard};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
 
 use crate::arrays::numbers;
 use crate::error::{exception, refused};
+use crate::in_turn::InTurn;
 use crate::outcome::Outcome;
 use crate::policy::{OwnPolicy, PolicyArg, Raised, controller, load_with};
 use crate::sample::{Period, Sample};
 use crate::scenario::{Scenario as PyScenario, ScenarioArg, warn_of};
 use crate::trace::Trace;
 use crate::values::Pickled;
-
-/// Time between two looks at Ctrl-C while another thread steps the simulation.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A scenario being simulated, one control period at a time.
 ///
@@ -62,10 +57,7 @@ pub(crate) struct Simulation {
     own: Option<OwnPolicy>,
     /// What the policy raises in a step.
     raised: Raised,
-    /// Whoever waits for it does not have the interpreter's lock, which a policy of one's own asks for: nobody waits for both.
-    inner: Mutex<Inner>,
-    /// Who has it: a policy that asks for its own simulation would wait for itself.
-    user: Mutex<Option<ThreadId>>,
+    inner: InTurn<Inner>,
 }
 
 struct Inner {
@@ -371,8 +363,10 @@ impl Simulation {
             scenario,
             own,
             raised,
-            inner: Mutex::new(Inner { simulation, kept }),
-            user: Mutex::new(None),
+            inner: InTurn::new(
+                Inner { simulation, kept },
+                "a policy used the simulation that it controls, allowed: its observation",
+            ),
         }
     }
 
@@ -389,30 +383,8 @@ impl Simulation {
         Ok(Self::of(scenario, own, raised, resumed.map_err(exception)?, kept))
     }
 
-    /// Does something with the simulation as soon as no other thread has it, outside the interpreter's lock; Ctrl-C ends the waiting.
     fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Inner) -> T + Send) -> PyResult<T> {
-        let here = thread::current().id();
-        if *self.user.lock() == Some(here) {
-            return Err(PyRuntimeError::new_err(
-                "a policy used the simulation that it controls, allowed: its observation",
-            ));
-        }
-        let mut work = Some(work);
-        loop {
-            let done = py.detach(|| {
-                let mut inner = self.inner.try_lock_for(LOOK_EVERY)?;
-                *self.user.lock() = Some(here);
-                let done = work.take().map(|work| work(&mut inner));
-                *self.user.lock() = None;
-                // To whoever has waited longest: a thread in a loop would take it again and again.
-                MutexGuard::unlock_fair(inner);
-                done
-            });
-            if let Some(done) = done {
-                return Ok(done);
-            }
-            py.check_signals()?;
-        }
+        self.inner.with(py, work)
     }
 
     /// The sample of a control period.

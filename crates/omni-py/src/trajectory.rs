@@ -18,19 +18,22 @@ use crate::waypoint::waypoints;
 ///
 /// Args:
 ///     kinematics: the wheels.
-///     velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, as the three that follow.
-///     acceleration: change of it while it grows [m/s^2, rad/s^2], above 0 and finite.
+///     velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, as the three that follow:
+///         0, or 0.001 or more.
+///     acceleration: change of it while it grows [m/s^2, rad/s^2], 0.001 or more, finite.
 ///     deceleration: the same while it shrinks; as ``acceleration`` if left out.
-///     jerk: change of the acceleration [m/s^3, rad/s^3], above 0; no limit if left out.
+///     jerk: change of the acceleration [m/s^3, rad/s^3], 0.001 or more; no limit if left out.
 ///     mass_kg: mass of the whole vehicle [kg], above 0.
 ///     yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
 ///     centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
-///     speeds_rad_s: fastest that actuators turn [rad/s], above 0: a number, or one a wheel, as the three that follow.
+///     speeds_rad_s: fastest that actuators turn [rad/s], 0.001 or more: a number, or one a wheel, as the three that
+///         follow.
 ///     stall_torque_n_m: torque of actuators at rest [N.m], above 0.
 ///     slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more; 0 if left out.
 ///     wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
-///     fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way; no limit if left out.
-///     quickest: largest change of each [m/s^2, m/s^2, rad/s^2], above 0; no limit if left out.
+///     fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way, 0, or 0.001 or more; no limit if left
+///         out.
+///     quickest: largest change of each [m/s^2, m/s^2, rad/s^2], 0.001 or more; no limit if left out.
 ///     share: part of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the rest is a reserve for
 ///         the follower.
 ///

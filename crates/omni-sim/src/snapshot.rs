@@ -9,7 +9,7 @@ use crate::odometry;
 use crate::{Error, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -95,7 +95,11 @@ impl Simulation {
             sensed: &self.sensed,
             odometry: self.odometer.state(),
         };
-        postcard::to_allocvec(&(Header::of(scenario)?, saved)).map_err(|error| refuse(error.to_string()))
+        let mut bytes = postcard::to_allocvec(&(Header::of(scenario)?, saved))
+            .map_err(|error| refuse(error.to_string()))?;
+        let checksum = crc32fast::hash(&bytes);
+        bytes.extend(checksum.to_le_bytes());
+        Ok(bytes)
     }
 
     /// A simulation of the same scenario as it was when `bytes` were saved.
@@ -140,14 +144,22 @@ impl Simulation {
         controller: AnyController,
         bytes: &[u8],
     ) -> Result<Self, Error> {
+        // The checksum comes last: of another version there may be none.
+        let (whole, checksum) = bytes
+            .split_last_chunk()
+            .ok_or_else(|| refuse("it is not a snapshot"))?;
         let (header, rest): (Header, _) =
-            postcard::take_from_bytes(bytes).map_err(|_| refuse("it is not a snapshot"))?;
+            postcard::take_from_bytes(whole).map_err(|_| refuse("it is not a snapshot"))?;
         let own = Header::of(scenario)?;
         if header.format != own.format || header.program != own.program {
             let (theirs, ours) = (header.program, own.program);
             return Err(refuse(format!(
                 "it has version {theirs}, this program reads version {ours}"
             )));
+        }
+        // Physics that go on from numbers of no run end in a panic, or in a run that nobody asked for.
+        if u32::from_le_bytes(*checksum) != crc32fast::hash(whole) {
+            return Err(refuse("it is damaged: its checksum is wrong"));
         }
         if header.scenario != own.scenario {
             return Err(refuse("it belongs to another scenario"));

@@ -8,7 +8,7 @@ use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicl
 
 use crate::Error;
 use crate::args::{CommandInterface, Format, parse_overrides};
-use crate::output::print;
+use crate::output::{print, write_file};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
 /// Writes a vehicle, or a scenario, into a file or to standard output.
@@ -26,10 +26,7 @@ pub(super) fn export(
     };
     match file {
         None => print(out, &text),
-        Some(path) => std::fs::write(path, text).map_err(|source| Error::Io {
-            path: path.into(),
-            source,
-        }),
+        Some(path) => write_file(path, &text, name),
     }
 }
 

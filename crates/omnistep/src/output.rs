@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Row, Table, presets};
-use omni_config::shortened_line;
+use omni_config::{check_replaceable, shortened_line};
 
 use crate::Error;
 
@@ -64,6 +64,40 @@ pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
 /// A file's name as the system has it, also where it is no UTF-8, on a line of its own.
 pub(crate) fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> {
     print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
+}
+
+/// Writes a file, complete or not at all, and not in place of the `input` that it is made of; into a pipe or a terminal as it is.
+pub(crate) fn write_file(path: &Path, text: &str, input: &str) -> Result<(), Error> {
+    let failed = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
+    let place = std::fs::canonicalize(path).ok();
+    if place.is_some() && place == std::fs::canonicalize(input).ok() {
+        let kept = "this command reads this file, allowed: another name";
+        return Err(failed(std::io::Error::other(kept)));
+    }
+    if place
+        .as_ref()
+        .is_some_and(|place| !place.is_file() && !place.is_dir())
+    {
+        return std::fs::write(path, text).map_err(failed);
+    }
+    check_replaceable(path).map_err(failed)?;
+    // Where a link leads to.
+    let place = place.unwrap_or_else(|| path.into());
+    let mut aside = place.clone().into_os_string();
+    aside.push(format!(".{}.part", std::process::id()));
+    let mut file = std::fs::File::create_new(&aside).map_err(failed)?;
+    let written = file
+        .write_all(text.as_bytes())
+        .and_then(|()| file.sync_all())
+        .and_then(|()| std::fs::rename(&aside, &place));
+    written.map_err(|source| {
+        // The error that led here matters more.
+        let _ = std::fs::remove_file(&aside);
+        failed(source)
+    })
 }
 
 pub(crate) fn print_bytes(out: &mut dyn Write, bytes: &[u8]) -> Result<(), Error> {

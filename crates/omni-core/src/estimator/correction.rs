@@ -40,8 +40,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let ([vx, vy], [sx, sy, sw]) = (state.velocity, state.slip);
             let innovation = reading - (a * (vx + sx) + b * (vy + sy) + c * (rate + sw));
             let seen = state.covariance.seen_by(row);
-            let whole =
-                a * (seen[VX] + seen[SLIP]) + b * (seen[VY] + seen[SLIP + 1]) + c * seen[SLIP + 2] + variance;
+            let known = a * (seen[VX] + seen[SLIP]) + b * (seen[VY] + seen[SLIP + 1]) + c * seen[SLIP + 2];
+            // Below 0 by rounding alone; a reading is never better than its noise.
+            let whole = above_zero(known) + variance;
             let gain = state.covariance.take(&seen, whole);
             state.add(&gain, innovation, moved);
             nis += innovation * innovation / whole;

@@ -1,6 +1,6 @@
 //! A vehicle that stands.
 
-use super::step::{Heard, least, part};
+use super::step::{Heard, above_zero, least, part};
 use super::{
     BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, VX, VY,
 };
@@ -119,7 +119,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     /// Takes in a reading of one component with this variance.
     pub(super) fn take<const I: usize>(&mut self, innovation: R, variance: R, moved: &mut [R; SIZE]) {
         let seen = self.covariance.0.map(|row| row[I]);
-        let gain = self.covariance.take(&seen, seen[I] + variance);
+        let gain = self.covariance.take(&seen, above_zero(seen[I]) + variance);
         self.add(&gain, innovation, moved);
     }
 }

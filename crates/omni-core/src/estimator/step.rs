@@ -151,9 +151,16 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             next.yaw = next.yaw.plus(turn * R::two_pi()).plus(turn * R::TURN_REST);
         }
         let taken = next.is_finite();
-        if taken {
-            *state = next;
+        if !taken {
+            return EstimatorStep {
+                nis: R::zero(),
+                readings: 0,
+                standing,
+                taken,
+            };
         }
+        next.covariance.keep_positive();
+        *state = next;
         EstimatorStep {
             nis,
             readings: if standing { 0 } else { heard.count },

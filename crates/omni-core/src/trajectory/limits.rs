@@ -1,7 +1,6 @@
 //! What the wheels can turn and push, of a motion along a path.
 
 use crate::error::{ConfigError, each_within, finite, not_negative, positive, within};
-use crate::limits::{limit, speed_limit};
 use crate::{
     BodyTwist, Kinematics, MotionLimits, PlanarPose, Real, TorqueLimit, WheelTorques, WheelVelocities,
     WorldTwist,
@@ -42,16 +41,16 @@ pub struct PlanarInertia<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PathLimits<R, const N: usize> {
-    /// Speed, acceleration, deceleration and jerk along the path; the acceleration also of what a bend takes across it. Acceleration and
-    /// deceleration are finite.
+    /// Speed, acceleration, deceleration and jerk along the path, 0.001 or more (a speed may be 0); the acceleration also of what a bend takes
+    /// across it. Acceleration and deceleration are finite.
     pub linear: MotionLimits<R>,
     /// The same of the heading.
     pub yaw: MotionLimits<R>,
-    /// Largest components of the body twist, either way, >= 0; infinite by default.
+    /// Largest components of the body twist, either way, 0, or 0.001 or more; infinite by default.
     pub fastest: BodyTwist<R>,
-    /// Largest change of each component \[m/s^2, m/s^2, rad/s^2\], > 0; infinite by default.
+    /// Largest change of each component \[m/s^2, m/s^2, rad/s^2\], 0.001 or more; infinite by default.
     pub quickest: BodyTwist<R>,
-    /// Fastest that actuators turn \[rad/s\], > 0.
+    /// Fastest that actuators turn \[rad/s\], 0.001 or more, finite.
     pub speeds_rad_s: [R; N],
     /// What actuators push at a speed.
     pub torques: [TorqueLimit<R>; N],
@@ -104,13 +103,13 @@ impl<R: Real, const N: usize> PathLimits<R, N> {
             ("linear.deceleration", self.linear.deceleration),
             ("yaw.acceleration", self.yaw.acceleration),
             ("yaw.deceleration", self.yaw.deceleration),
-            ("mass_kg", self.body.mass_kg),
-            ("yaw_kg_m2", self.body.yaw_kg_m2),
         ] {
-            positive(name, value)?;
+            within(name, value, LEAST..=f64::MAX, "0.001 or more, finite")?;
         }
-        limit("linear.jerk", self.linear.jerk)?;
-        limit("yaw.jerk", self.yaw.jerk)?;
+        positive("mass_kg", self.body.mass_kg)?;
+        positive("yaw_kg_m2", self.body.yaw_kg_m2)?;
+        change_limit("linear.jerk", self.linear.jerk)?;
+        change_limit("yaw.jerk", self.yaw.jerk)?;
         each_within(
             &self.body.centre_m.map(|c| ("centre_m", c)),
             &(-100.0..=100.0),
@@ -118,14 +117,33 @@ impl<R: Real, const N: usize> PathLimits<R, N> {
         )?;
         for (speed, change) in self.fastest.to_array().into_iter().zip(self.quickest.to_array()) {
             speed_limit("fastest", speed)?;
-            limit("quickest", change)?;
+            change_limit("quickest", change)?;
         }
         for (index, (&speed, &inertia)) in self.speeds_rad_s.iter().zip(&self.wheel_kg_m2).enumerate() {
-            positive("speeds_rad_s", speed).map_err(|error| error.at(index))?;
+            within("speeds_rad_s", speed, LEAST..=f64::MAX, "0.001 or more, finite")
+                .map_err(|error| error.at(index))?;
             not_negative("wheel_kg_m2", inertia).map_err(|error| error.at(index))?;
         }
         within("share", self.share, 0.05..=1.0, "0.05 to 1").map(|_| ())
     }
+}
+
+/// The smallest limit that a way can be planned within [m, rad and s]: far below it times overflow. A speed may be 0, which nothing moves at.
+const LEAST: f64 = 1e-3;
+
+/// `value` if it is 0, or enough to get anywhere; infinity means no limit.
+fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
+    if value == R::ZERO {
+        return Ok(());
+    }
+    let allowed = "0, or 0.001 or more (infinity: no limit)";
+    within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
+}
+
+/// `value` if it is enough to get anywhere; infinity means no limit.
+fn change_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
+    let allowed = "0.001 or more (infinity: no limit)";
+    within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
 /// The part of every limit on accelerations that bends may take, so that the rest is left for speeding up and slowing down.

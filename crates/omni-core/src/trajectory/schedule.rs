@@ -1,6 +1,6 @@
 //! When a path is where: speeds at its waypoints, and what meets their times.
 
-use crate::error::ConfigError;
+use crate::error::{ConfigError, within};
 use crate::{MotionLimits, Real};
 
 use super::PathSegment;
@@ -10,6 +10,9 @@ use super::time_law::{Profile, Ramp, bisected};
 /// Where the direction of travel changes by more than this \[rad\] from one segment to the next, the vehicle stops between them. So does
 /// it where the heading turns by more than this per metre more.
 const CORNER: f64 = 2e-3;
+
+/// The longest trajectory \[s\], which is twelve days.
+const MOST_S: f64 = 1e6;
 
 /// Gives the segments their times.
 pub(super) fn schedule<R: Real>(
@@ -65,12 +68,24 @@ pub(super) fn schedule<R: Real>(
         (start, start_s) = (last + 1, time_s);
     }
     let mut now = R::ZERO;
-    for segment in segments {
+    for (i, segment) in segments.iter_mut().enumerate() {
         segment.start_s = now;
         if !segment.waits() {
             (segment.phases, segment.duration_s) = segment.profile(segment.allowed.velocity).phases();
+            if segment.duration_s == R::ZERO {
+                // At a speed that rounds to 0 it never gets there.
+                segment.duration_s = R::of(f64::INFINITY);
+            }
         }
         now += segment.duration_s;
+        // What takes longer has a limit that is next to nothing, a mass that no motor moves, or a speed of 0.
+        within(
+            "waypoint.time_s",
+            now,
+            0.0..=MOST_S,
+            "up to 1000000: the limits are too small for the way there",
+        )
+        .map_err(|error| error.at(i + 1))?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
+mod extremes;
 mod times;
 
 const STALL_N_M: f64 = 3.0;

@@ -42,9 +42,14 @@ pub(super) async fn serve(socket: Socket, id: ClientId, hub: Arc<Hub>) {
         wants,
     };
     let (to, from) = socket.split();
-    tokio::select! {
-        () = viewer.write(to, inbox, events) => {}
-        () = viewer.read(from) => {}
+    let gone = tokio::select! {
+        gone = viewer.write(to, inbox, events) => gone,
+        gone = viewer.read(from) => gone,
+    };
+    if let Err(TooSlow(why)) = gone {
+        viewer
+            .hub
+            .warn(&format!("client {id} was disconnected: it did not read {why}"));
     }
     if viewer.hub.requests.leave(id) {
         viewer.hub.rests("the commanding client disconnected");
@@ -70,8 +75,8 @@ struct Wants {
     parameters: Vec<String>,
 }
 
-/// It does not read its answers.
-struct TooSlow;
+/// It does not read what it is sent: what of it.
+struct TooSlow(String);
 
 impl Viewer {
     /// Nobody panics while writing; if somebody did, what is there is still whole.
@@ -84,7 +89,7 @@ impl Viewer {
         mut to: SplitSink<Socket, Message>,
         mut inbox: mpsc::Receiver<Message>,
         mut events: broadcast::Receiver<Event>,
-    ) {
+    ) -> Result<(), TooSlow> {
         let mut greeting = self.hub.greeting.iter().cloned();
         loop {
             let message = if let Some(greeting) = greeting.next() {
@@ -105,9 +110,10 @@ impl Viewer {
                 }
             };
             let last = matches!(message, Message::Close(_));
-            let sent = timeout(SLOWEST, to.send(message)).await;
-            if last || !matches!(sent, Ok(Ok(()))) {
-                return;
+            match timeout(SLOWEST, to.send(message)).await {
+                Ok(Ok(())) if !last => {}
+                Ok(_) => return Ok(()),
+                Err(_) => return Err(TooSlow(format!("anything for {} s", SLOWEST.as_secs()))),
             }
         }
     }
@@ -136,21 +142,19 @@ impl Viewer {
         }
     }
 
-    async fn read(&self, mut from: SplitStream<Socket>) {
+    async fn read(&self, mut from: SplitStream<Socket>) -> Result<(), TooSlow> {
         let mut announced = HashMap::new();
         while let Some(Ok(message)) = from.next().await {
-            let taken = match message {
+            match message {
                 Message::Text(_) | Message::Binary(_) => match ClientMessage::try_from(&message) {
                     Ok(message) => self.take(message, &mut announced),
                     Err(error) => self.refuse(&format!("not a message of the protocol: {error}")),
                 },
                 // The library answers pings and closing.
                 _ => Ok(()),
-            };
-            if taken.is_err() {
-                return;
-            }
+            }?;
         }
+        Ok(())
     }
 
     fn take(&self, message: ClientMessage<'_>, announced: &mut Announced) -> Result<(), TooSlow> {
@@ -281,7 +285,8 @@ impl Viewer {
     where
         Message: From<&'a M>,
     {
-        self.answers.try_send(message.into()).map_err(|_| TooSlow)
+        let waiting = |_| TooSlow(format!("the {MOST_ANSWERS} answers to what it sent"));
+        self.answers.try_send(message.into()).map_err(waiting)
     }
 }
 

@@ -51,10 +51,10 @@ impl Guard {
     /// Nothing, or in one line why a request is refused.
     pub(super) fn check(&self, headers: &HeaderMap) -> Result<(), String> {
         let host = only(headers, header::HOST)?.ok_or("no Host, allowed: localhost, 127.0.0.1 or [::1]")?;
-        if !is_here(host) {
+        let Some(port) = here(host) else {
             let host = shown(host);
             return Err(format!("Host {host}, allowed: localhost, 127.0.0.1 or [::1]"));
-        }
+        };
         let Some(origin) = only(headers, header::ORIGIN)? else {
             return Ok(());
         };
@@ -62,8 +62,8 @@ impl Guard {
         let local = ["http://", "https://"]
             .iter()
             .find_map(|scheme| lower.strip_prefix(scheme));
-        let is_own = |page: &str| is_here(page) && (!self.own_page || port(page) == port(host));
-        if local.is_some_and(is_own) || self.origins.contains(&lower) {
+        let is_own = |page: Option<u16>| !self.own_page || page == port;
+        if local.and_then(here).is_some_and(is_own) || self.origins.contains(&lower) {
             return Ok(());
         }
         let origin = shown(origin);
@@ -86,22 +86,22 @@ fn only(headers: &HeaderMap, name: header::HeaderName) -> Result<Option<&str>, S
     }
 }
 
-/// Is it this machine's name, with or without a port?
-fn is_here(authority: &str) -> bool {
-    !authority.contains('@')
-        && authority.parse::<Authority>().is_ok_and(|authority| {
-            THIS_MACHINE
-                .iter()
-                .any(|name| authority.host().eq_ignore_ascii_case(name))
-        })
-}
-
-/// The port in an authority that was looked at before.
-fn port(authority: &str) -> Option<u16> {
-    authority
-        .parse::<Authority>()
-        .ok()
-        .and_then(|authority| authority.port_u16())
+/// The port, or none, of a name of this machine; nothing where it is another name, or more than name and port.
+fn here(authority: &str) -> Option<Option<u16>> {
+    let rest = THIS_MACHINE.iter().find_map(|name| {
+        let (start, rest) = authority.split_at_checked(name.len())?;
+        start.eq_ignore_ascii_case(name).then_some(rest)
+    })?;
+    if rest.is_empty() {
+        return Some(None);
+    }
+    let digits = rest.strip_prefix(':')?;
+    // A number for Rust may have a sign.
+    let port = digits
+        .bytes()
+        .all(|byte| byte.is_ascii_digit())
+        .then_some(digits)?;
+    port.parse().ok().map(Some)
 }
 
 /// Is it what a browser may call a page's origin: a scheme, a name and perhaps a port, nothing after it?
@@ -157,6 +157,12 @@ mod tests {
             "evil@localhost",
             "[::2]",
             "127.0.0.2",
+            "localhost:",
+            "localhost:+80",
+            "localhost:65536",
+            "localhost:8765.evil.example",
+            "127.0.0.1:8765/",
+            "[::1]8765",
             "",
         ] {
             assert!(check(&guard, &[("host", host)]).is_err(), "{host}");
@@ -185,6 +191,9 @@ mod tests {
             "https://viewer.example",
             "http://localhost.evil.example",
             "http://localhost@evil.example",
+            "http://127.0.0.1:8765.evil.example",
+            "http://localhost:8765:1",
+            "http://localhost:8765/path",
             "localhost",
             "null",
             "",

@@ -69,6 +69,17 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
         said,
         "error: new my robot: name: \"my robot\", allowed: 1 to 40 letters, digits, '_' or '-'\n"
     );
+    // No file of these names can be made on Windows, whatever their extension and case.
+    for device in ["con", "Nul", "COM1", "lpt9", "aux", "prn"] {
+        let said = refused(folder.path(), &["new", "vehicle", device]);
+        assert_eq!(
+            said,
+            format!("error: new {device}: name: \"{device}\", allowed: another name: on Windows this is a device\n")
+        );
+    }
+    for (name, kind) in [("console", "vehicle"), ("com10", "scenario"), ("con_1", "study")] {
+        assert!(omnistep(folder.path(), &["new", kind, name]).status.success(), "{name}");
+    }
     let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
     assert_eq!(
         said,
