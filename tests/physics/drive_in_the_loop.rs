@@ -207,7 +207,7 @@ fn a_campaign_of_random_faults_breaks_no_law() {
         let found = drive_campaign::judge(&scenario, &trace);
         assert_eq!(
             found.broken,
-            [false; 5],
+            [false; 6],
             "seed {seed}: {:?}",
             drive_campaign::LAWS
         );
@@ -221,7 +221,7 @@ fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_
         let mut scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");
         scenario.physics.engine = Engine::Rapier;
         let found = drive_campaign::judge(&scenario, &run(&scenario).expect("runs"));
-        assert!(!found.broken[4], "seed {seed}: {found:?}");
+        assert!(!found.broken[5], "seed {seed}: {found:?}");
     }
 }
 

@@ -9,7 +9,7 @@ mod rust;
 mod tests;
 
 use omni_core::constants::Constant;
-use omni_core::{EncoderCounter, TwistLimiter, VelocityConfig, VelocityEstimator, VelocityMethod};
+use omni_core::{EncoderCounter, TwistLimiter, VelocityEstimator};
 
 use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
 
@@ -137,16 +137,8 @@ impl Scenario {
             message: error.to_string(),
         };
         let counter = EncoderCounter::<f32>::new(counts as f32, COUNTER_BITS).map_err(refuse)?;
-        let velocity = match self.velocity_estimator()? {
-            Some(velocity) => velocity,
-            None => VelocityEstimator::new(VelocityConfig {
-                method: VelocityMethod::default(),
-                count_rad: counter.count_rad(),
-                period_s: self.period_s() as f32,
-            })
-            .map_err(refuse)?,
-        };
-        Ok(Some(EncoderValues { counter, velocity }))
+        let velocity = self.velocity_estimator()?;
+        Ok(velocity.map(|velocity| EncoderValues { counter, velocity }))
     }
 }
 

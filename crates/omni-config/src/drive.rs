@@ -134,7 +134,8 @@ impl Default for DriveSlip {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct DriveFaults {
-    /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6; not checked if left out.
+    /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6. Left out: twice the motor's no-load speed and three encoder
+    /// counts; not checked where a motor has no no-load speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
@@ -311,6 +312,14 @@ impl Scenario {
                 key: format!("drive.{}", error.parameter),
                 message: error.to_string(),
             })?;
+        if let Some(faults) = &mut config.faults
+            && faults.jump_rad_s == R::of(f64::INFINITY)
+            && let Some(no_load_rad_s) = self.vehicle().no_load_rad_s()
+        {
+            // From one way to the other at full speed in a period, and what single counts add to a reading.
+            let counts_rad_s = 3.0 * self.encoder_step_rad_s().unwrap_or(0.0);
+            faults.jump_rad_s = R::of(2.0 * no_load_rad_s + counts_rad_s);
+        }
         Ok(Some(config))
     }
 

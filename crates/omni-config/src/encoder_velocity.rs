@@ -113,8 +113,8 @@ impl fmt::Display for EncoderReading {
 }
 
 impl Scenario {
-    /// What makes velocities of the counts of the scenario's encoders; none where these are the counts of a control period, or where there
-    /// are no counts.
+    /// What makes velocities of the counts of the scenario's encoders, those of one control period where `sensors.encoder_velocity` is left
+    /// out; none where there are no counts.
     ///
     /// # Errors
     /// [`Error::Key`] where the method does not go with the control period; a loaded scenario has been checked.
@@ -131,11 +131,12 @@ impl Scenario {
     /// ```
     pub fn velocity_estimator<R: omni_core::Real>(&self) -> Result<Option<VelocityEstimator<R>>, Error> {
         let counts = self.sensors.encoder_counts;
-        let Some(velocity) = self.sensors.encoder_velocity.filter(|_| counts > 0) else {
+        if counts == 0 {
             return Ok(None);
-        };
+        }
+        let method = self.sensors.encoder_velocity.map(|velocity| velocity.method());
         let config = VelocityConfig {
-            method: velocity.method(),
+            method: method.unwrap_or_default(),
             count_rad: R::of(std::f64::consts::TAU / f64::from(counts)),
             period_s: R::of(self.period_s()),
         };

@@ -19,7 +19,8 @@ use crate::ranges::{
 #[non_exhaustive]
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
-    /// counts of the last control period over the period, unless `encoder_velocity` says otherwise.
+    /// counts of the last control period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed within
+    /// two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
     #[serde(deserialize_with = "crate::integers::encoder_counts")]
     #[garde(custom(within(ENCODER_COUNTS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max)))]

@@ -51,21 +51,18 @@ impl Default for Rest {
     }
 }
 
-/// From a reference of 0 on, a vehicle may be braked for so long before its torque falls \[s\].
-const BRAKES_S: f64 = 0.5;
-
 impl Rest {
-    /// How long a torque may last at most once every reference is 0 \[s\]: braking, `hold_s` and `bleed_s`.
+    /// How long a torque lasts at most once every reference is 0 \[s\]: `hold_s` and `bleed_s`.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let rest = Scenario::load("flat", &[Override::parse("control.rest.bleed_s=0.3")?])?.control.rest;
-    /// assert_eq!(rest.torque_ends_s(), 0.8);
+    /// assert_eq!(rest.torque_ends_s(), 0.3);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
     pub fn torque_ends_s(&self) -> f64 {
-        BRAKES_S + self.hold_s + self.bleed_s
+        self.hold_s + self.bleed_s
     }
 
     /// As omni-core has it.

@@ -179,7 +179,7 @@ impl Encoder {
 /// The sensors of a vehicle.
 pub(crate) struct Sensing {
     sensors: Sensors,
-    /// What makes velocities of counts, where that is not the counts of a period.
+    /// What makes velocities of counts, where there are counts.
     estimator: Option<VelocityEstimator<f64>>,
     gravity_m_s2: f64,
     period_s: f64,
@@ -340,14 +340,11 @@ impl Sensing {
                 encoder.turn(angles_rad[i], part, per_rad, phase[i]);
                 let moved = encoder.place - before;
                 let (counted, edge) = encoder.count(has, moved > 0.0);
-                *velocity = match (&*estimator, state.velocities.get_mut(i)) {
-                    (Some(estimator), Some(remembered)) => {
-                        // When the last edge passed, the wheel turning evenly over the period.
-                        let part = (encoder.place - edge) / moved;
-                        estimator.step(remembered, counted as i32, Some(part * *period_s))
-                    }
-                    _ => counted / per_rad / *period_s,
-                };
+                if let (Some(estimator), Some(remembered)) = (&*estimator, state.velocities.get_mut(i)) {
+                    // When the last edge passed, the wheel turning evenly over the period.
+                    let part = (encoder.place - edge) / moved;
+                    *velocity = estimator.step(remembered, counted as i32, Some(part * *period_s));
+                }
             } else {
                 *velocity *= part;
             }
@@ -357,7 +354,7 @@ impl Sensing {
             } else {
                 0.0
             };
-            let (stuck, dead) = (has(Trouble::Stuck), has(Trouble::Dead));
+            let (stuck, dead) = (has(Trouble::Stuck), has(Trouble::Dead) || has(Trouble::Toggles));
             if stuck && !counts {
                 *velocity = state.read[i];
             } else if dead && !counts {
