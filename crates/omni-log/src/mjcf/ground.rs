@@ -72,11 +72,8 @@ fn refuse(scenario: &Scenario, key: &str, message: &str) -> Error {
 /// Level boxes cut along the borders of the patches of friction.
 fn patched(scenario: &Scenario, all: &[Shape]) -> Result<Vec<Part>, Error> {
     let patches = &scenario.friction_patch;
-    let changing = patches.iter().enumerate();
-    if let Some((k, key)) = changing
-        .filter_map(|(k, patch)| Some((k, patch.changes_by()?)))
-        .next()
-    {
+    let mut changing = patches.iter().enumerate();
+    if let Some((k, key)) = changing.find_map(|(k, patch)| Some((k, patch.changes_by()?))) {
         let message = "set, allowed in MJCF: only patches that never change";
         return Err(refuse(scenario, &format!("friction_patch[{k}].{key}"), message));
     }

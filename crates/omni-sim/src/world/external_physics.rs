@@ -62,11 +62,8 @@ impl Outside {
                 format!("\"load_added\", allowed with physics.engine {engine:?}: every other fault");
             return Err(refused(format!("fault[{k}].kind"), message).into());
         }
-        let changing = scenario.friction_patch.iter().enumerate();
-        if let Some((k, key)) = changing
-            .filter_map(|(k, patch)| Some((k, patch.changes_by()?)))
-            .next()
-        {
+        let mut changing = scenario.friction_patch.iter().enumerate();
+        if let Some((k, key)) = changing.find_map(|(k, patch)| Some((k, patch.changes_by()?))) {
             let message =
                 format!("set, allowed with physics.engine {engine:?}: only patches that never change");
             return Err(refused(format!("friction_patch[{k}].{key}"), message).into());
