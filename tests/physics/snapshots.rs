@@ -83,7 +83,12 @@ fn no_damaged_snapshot_is_resumed() {
     let mut simulation = Simulation::new(&scenario).expect("valid");
     (0..20).for_each(|_| _ = step(&mut simulation));
     let bytes = simulation.save(&scenario).expect("saved");
-    let refused = |damaged: &[u8]| matches!(Simulation::resume(&scenario, damaged), Err(Error::Snapshot { .. }));
+    let refused = |damaged: &[u8]| {
+        matches!(
+            Simulation::resume(&scenario, damaged),
+            Err(Error::Snapshot { .. })
+        )
+    };
     let bits = 8 * bytes.len();
     for k in 0..3000 {
         let bit = k * bits / 3000 + k % 8;

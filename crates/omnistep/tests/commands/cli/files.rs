@@ -74,11 +74,16 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
         let said = refused(folder.path(), &["new", "vehicle", device]);
         assert_eq!(
             said,
-            format!("error: new {device}: name: \"{device}\", allowed: another name: on Windows this is a device\n")
+            format!(
+                "error: new {device}: name: \"{device}\", allowed: another name: on Windows this is a device\n"
+            )
         );
     }
     for (name, kind) in [("console", "vehicle"), ("com10", "scenario"), ("con_1", "study")] {
-        assert!(omnistep(folder.path(), &["new", kind, name]).status.success(), "{name}");
+        assert!(
+            omnistep(folder.path(), &["new", kind, name]).status.success(),
+            "{name}"
+        );
     }
     let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
     assert_eq!(
