@@ -103,16 +103,31 @@ class _Zstd:
 
     @contextmanager
     def open(self, file: Any, mode: str) -> Iterator[Any]:
-        unpacking = self._unpacking
-
-        class Counted:
-            def read(self, size: int = -1) -> bytes:
-                part: bytes = packed.read(min(size, _PIECE) if size > 0 else _PIECE)
-                unpacking.take(len(part))
-                return part
-
         with self._zstd.open(file, mode) as packed:
-            yield Counted()
+            yield _Counted(packed, self._unpacking)
+
+
+class _Counted:
+    """A compressed file, read in pieces that are counted."""
+
+    def __init__(self, packed: Any, unpacking: Unpacking) -> None:
+        self._packed, self._unpacking = packed, unpacking
+
+    def read(self, size: int = -1) -> bytes:
+        part: bytes = self._packed.read(min(size, _PIECE) if size > 0 else _PIECE)
+        self._unpacking.take(len(part))
+        return part
+
+
+class _Yaml:
+    """A reader of YAML that looks at a text before it reads it."""
+
+    def __init__(self, of: Any, path: Path) -> None:
+        self._of, self._path = of, path
+
+    def load(self, text: str) -> Any:
+        check_yaml(self._path, text)
+        return self._of.load(text)
 
 
 def check_yaml(path: Path, text: str) -> None:
@@ -176,13 +191,8 @@ def bounded(path: Path) -> Iterator[Unpacking]:
 
         return of
 
-    class Checked:
-        def __init__(self, *, typ: str, of: Any = metadata.YAML) -> None:
-            self.yaml = of(typ=typ)
-
-        def load(self, text: str) -> Any:
-            check_yaml(path, text)
-            return self.yaml.load(text)
+    def yaml(*, typ: str, of: Any = metadata.YAML) -> _Yaml:
+        return _Yaml(of(typ=typ), path)
 
     def opened(self: Any, of: Any = database.Sqlite3Reader._open) -> None:
         _check_database(self.path)
@@ -197,7 +207,7 @@ def bounded(path: Path) -> Iterator[Unpacking]:
         for place, name, value in (
             (storage, "DECOMPRESSORS", chunks),
             (reader, "zstd", _Zstd(reader.zstd, unpacking)),
-            (metadata, "YAML", Checked),
+            (metadata, "YAML", yaml),
             (database.Sqlite3Reader, "_open", opened),
         ):
             stack.callback(setattr, place, name, getattr(place, name))

@@ -55,15 +55,14 @@ def replaced(out: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
         OSError: the file cannot be written.
     """
     check_output(out, inputs)
-    place = Path(os.path.realpath(out))  # where a link leads to
-    aside = place.with_name(f"{place.stem}.{secrets.token_hex(8)}.part{place.suffix}")
+    aside = out.with_name(f"{out.stem}.{secrets.token_hex(8)}.part{out.suffix}")
     try:
         with _named(out):
             aside.open("x").close()  # follows no link
             yield aside
             with aside.open("rb+") as file:
                 os.fsync(file.fileno())
-            aside.replace(place)
+            aside.replace(out)  # a link is replaced, not followed
     finally:
         aside.unlink(missing_ok=True)
 

@@ -115,10 +115,12 @@ def test_a_file_that_cannot_be_written_to_its_end_is_not_there_at_all(drawn, com
     (drawn / f"{out}.part").unlink(missing_ok=True)
     code, _, err = _command(drawn, *COMMANDS[command], "-o", out)
     assert code == 0 and (drawn / out).stat().st_size > 100, err
-    # Again, in place of it, and through a link, which stays one.
+    # Again, in place of it, and of a link, which is not followed.
+    before = (drawn / out).stat().st_mtime_ns
     link = drawn / f"again{READS[command][1]}"
     link.symlink_to(out)
     assert _command(drawn, *COMMANDS[command], "-o", link.name)[0] == 0
+    assert not link.is_symlink() and (drawn / out).stat().st_mtime_ns == before
     (drawn / out).unlink()
     link.unlink()
 

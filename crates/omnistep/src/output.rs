@@ -84,15 +84,14 @@ pub(crate) fn write_file(path: &Path, text: &str, input: &str) -> Result<(), Err
         return std::fs::write(path, text).map_err(failed);
     }
     check_replaceable(path).map_err(failed)?;
-    // Where a link leads to.
-    let place = place.unwrap_or_else(|| path.into());
-    let mut aside = place.clone().into_os_string();
+    let mut aside = path.as_os_str().to_owned();
     aside.push(format!(".{}.part", std::process::id()));
     let mut file = std::fs::File::create_new(&aside).map_err(failed)?;
     let written = file
         .write_all(text.as_bytes())
         .and_then(|()| file.sync_all())
-        .and_then(|()| std::fs::rename(&aside, &place));
+        // A link is replaced, not followed.
+        .and_then(|()| std::fs::rename(&aside, path));
     written.map_err(|source| {
         // The error that led here matters more.
         let _ = std::fs::remove_file(&aside);

@@ -23,7 +23,7 @@ fn keeps_its_variances<R: Real>(wild: f64) {
                 &mut config.wander_m_s_per_sqrt_s,
                 &mut config.bias_rad_s,
             ] {
-                *deviation = *deviation * ten_to(&mut random, 3.0);
+                *deviation *= ten_to(&mut random, 3.0);
             }
         }
         let estimator = Estimator::<R, 4>::new(config, &mecanum()).expect("in range");
