@@ -360,7 +360,7 @@ impl Meter {
                 .map(|row| row + 1),
             retries: self.retries,
             stall_s: self.standstill.longest_s(),
-            stall_from_s: self.standstill.from_s(),
+            stall_from_s: self.standstill.began_s(),
             pitch_peak_deg: c.nose_up_rad.to_degrees() * measured,
             nose_down_peak_deg: c.nose_down_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,

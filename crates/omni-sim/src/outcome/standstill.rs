@@ -71,7 +71,7 @@ impl Standstill {
     }
 
     /// When that began, from the start of the run \[s\]; none where there was none.
-    pub(super) fn from_s(&self) -> Option<f64> {
+    pub(super) fn began_s(&self) -> Option<f64> {
         (self.longest.time_us > 0).then_some(self.longest.from_us as f64 / 1e6)
     }
 }
