@@ -177,6 +177,10 @@ impl Actuation {
             let [lower, upper] = self.line(i, voltage);
             let within = |torque: f64| torque.max(strength * lower).min(strength * upper);
             let lagged = &mut self.state.lagged_n_m[i];
+            // What is left of a current after twenty time constants is none.
+            if *commanded == 0.0 && lagged.abs() < 1e-9 * self.stall_n_m {
+                *lagged = 0.0;
+            }
             let gap = strength * commanded - *lagged;
             self.state.torque_n_m[i] = within(*lagged + self.follow_mean * gap);
             *lagged = within(*lagged + self.follow * gap);
