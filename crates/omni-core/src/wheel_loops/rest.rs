@@ -9,9 +9,9 @@ use crate::{Real, WheelVelocities};
 /// How torque ends while every reference is 0: in a stop, after a time-out, at a command of rest.
 ///
 /// Loops go by what they measure. A wheel that cannot turn, an encoder that is stuck at its last reading or a slope would keep a
-/// torque for ever. So the range that each torque may have shrinks along a straight line from the motor's limits to nothing within
-/// `bleed_s`, and the integrals fall with it. From then on every torque is exactly 0 until a reference is not 0 again, and what is
-/// measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves
+/// torque for ever. So in the first half of `bleed_s` the integrals fall to 0, after which loops only brake, and in the second half the
+/// range that each torque may have shrinks from the motor's limits to nothing, both along a straight line. From then on every torque is
+/// exactly 0 until a reference is not 0 again, and what is measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves
 /// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::Drive) does so in a
 /// safe stop and in an emergency stop by itself.
 ///
@@ -31,7 +31,7 @@ use crate::{Real, WheelVelocities};
 /// // The first wheel's encoder is stuck at 9 rad/s. The motors have 2 N.m, and the period is 0.25 s.
 /// let (mut state, measured) = (ControlState::default(), [9.0, 0.0].into());
 /// let torques = [(); 6].map(|()| wheels.step(&mut state, &WheelVelocities::zero(), &measured).applied.n_m[0]);
-/// assert_eq!(torques, [-2.0, -1.5, -1.0, -0.5, 0.0, 0.0]);
+/// assert_eq!(torques, [-2.0, -2.0, -2.0, -1.0, 0.0, 0.0]);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,7 +198,10 @@ impl<R: Real> RestRule<R> {
         if state.held < self.hold {
             return;
         }
-        let left = (self.bleed_periods - state.bled_periods) / self.bleed_periods;
+        let left = R::of(2.0) * (self.bleed_periods - state.bled_periods) / self.bleed_periods;
+        if left >= R::one() {
+            return;
+        }
         for i in 0..N {
             range.lower_n_m[i] *= left;
             range.upper_n_m[i] *= left;
@@ -224,10 +227,14 @@ impl<R: Real> RestRule<R> {
             // Hot: as if the time were over.
             state.held = self.hold;
         }
-        let left = self.bleed_periods - state.bled_periods;
+        let left = R::of(0.5) * self.bleed_periods - state.bled_periods;
         state.bled_periods += R::one();
         // One part of those that are left: a straight line to exactly 0.
-        let kept = (left - R::one()) / left;
+        let kept = if left > R::one() {
+            (left - R::one()) / left
+        } else {
+            R::zero()
+        };
         *integral_n_m = integral_n_m.map(|integral| integral * kept);
     }
 
