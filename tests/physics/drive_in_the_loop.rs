@@ -189,6 +189,84 @@ fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
     assert_eq!(simulation.sample().own[2], 3.0); // the command timed out on the way
 }
 
+/// Drives ahead, then turns too; in between one wheel's encoder fails. The wheels that were called faulty, and when \[s\].
+fn faulty(vehicle: &str, wheel: &str, keys: &[&str]) -> Vec<(String, f64)> {
+    let vehicle = format!("vehicle={vehicle}");
+    let then = "command.then=[{at_s=1.6,vx_m_s=0.25,vy_m_s=0.1,wz_rad_s=0.3}]";
+    let trace = run(&scenario(&[&[&*vehicle, then], keys].concat())).expect("runs");
+    let found = trace.wheel_names().iter().filter_map(|name| {
+        let fault = column(&trace, &format!("drive_fault_{name}"));
+        let row = fault.iter().position(|fault| *fault != 0.0)?;
+        Some((name.clone(), column(&trace, "time_s")[row]))
+    });
+    let found: Vec<_> = found.collect();
+    for (name, _) in &found {
+        assert_eq!(name, wheel, "{vehicle} {keys:?}: {found:?}");
+    }
+    found
+}
+
+fn dead_and_toggling_encoders_are_found_on_every_vehicle() {
+    for (vehicle, wheel) in [
+        ("chugo7", "5"),
+        ("omni3", "2"),
+        ("mecanum4", "front_left"),
+        ("rocker_bogie6", "middle_right"),
+    ] {
+        for (i, kind) in ["encoder_dead", "encoder_toggles"].into_iter().enumerate() {
+            let fault = format!("fault=[{{kind='{kind}',wheel='{wheel}',from_s=1.5}}]");
+            let precision = ["control.precision=f32", "control.precision=f64"][i];
+            // Counts of a period, and an observer whose reading dies away without ever repeating a bit.
+            for velocity in [
+                "sensors.encoder_velocity={ kind = 'window', periods = 1 }",
+                "sensors.encoder_velocity={ kind = 'observer', bandwidth_rad_s = 100.0 }",
+            ] {
+                let keys = [
+                    "sensors.encoder_counts=4096",
+                    velocity,
+                    precision,
+                    &*fault,
+                    "duration_s=4",
+                ];
+                let found = faulty(vehicle, wheel, &keys);
+                // 0.1 s of standing, 0.1 s of evidence, and what the vehicle needs to get so far off its course, or the loop to half its torque.
+                assert!(
+                    found.iter().any(|(_, time_s)| (1.5..2.3).contains(time_s)),
+                    "{vehicle} {kind} {velocity}: {found:?}"
+                );
+                let healthy = faulty(vehicle, "none", &keys[..3]);
+                assert!(healthy.is_empty(), "{vehicle} {velocity}: {healthy:?}");
+            }
+        }
+    }
+}
+
+/// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
+fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
+    let wall = "terrain={kind='step',at_m=0.35,height_m=0.2,friction=0.7}";
+    let keys = [
+        "vehicle=omni3",
+        "sensors.encoder_counts=4096",
+        wall,
+        "duration_s=6",
+    ];
+    let trace = run(&scenario(&keys)).expect("runs");
+    let mode = column(&trace, "drive_mode");
+    let stopped = first(&trace, "drive_mode", 2.0);
+    assert!(
+        mode[..stopped].iter().all(|mode| *mode == 0.0),
+        "nothing was called faulty before"
+    );
+    let torques = |row: usize| -> f64 {
+        (0..3)
+            .map(|wheel| trace.wheel("applied_n_m", wheel).expect("a signal")[row].abs())
+            .sum()
+    };
+    // It pushed with half of what the motors have for 0.1 s at least, and all of it has ended 0.65 s after the stop.
+    assert!(torques(stopped - 50) > 0.5, "{}", torques(stopped - 50));
+    assert!((stopped + 700..trace.rows()).all(|row| torques(row) == 0.0));
+}
+
 on_both_engines! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
     nobody_commands_and_the_vehicle_rests_half_a_second_later,
@@ -196,6 +274,8 @@ on_both_engines! {
     too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
     an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,
+    dead_and_toggling_encoders_are_found_on_every_vehicle,
+    a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same,
 }
 
 /// Three hundred of them are in `make test-full`, and their table in docs/drive.md.

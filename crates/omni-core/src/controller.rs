@@ -271,6 +271,11 @@ impl<R: Real, const N: usize> Controller<R, N> {
         );
     }
 
+    /// [`WheelController::end_hold`].
+    pub(crate) fn end_hold(&self, state: &mut ControlState<R, N>) {
+        self.wheels.end_hold(state);
+    }
+
     /// The loops, an integral shared by the wheels that `observed` trusts, each on its own path.
     pub(crate) fn run(
         &self,

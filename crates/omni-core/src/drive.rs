@@ -193,6 +193,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         state.stopping |= state.blind > self.blind_periods;
         if state.stopping || state.emergency {
             state.shaper.emergency_stop();
+            self.controller.end_hold(&mut state.control);
         } else {
             state.shaper.release();
         }

@@ -124,6 +124,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         })
     }
 
+    /// Ends a hold at rest, as if its time were over.
+    pub(crate) fn end_hold(&self, state: &mut ControlState<R, N>) {
+        self.rest.end_hold(&mut state.rest);
+    }
+
     pub(crate) fn shares_integral(&self) -> bool {
         self.coordination.integral == Integral::Shared
     }

@@ -15,7 +15,8 @@ use crate::{Real, WheelVelocities};
 /// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::Drive) does so in a
 /// safe stop and in an emergency stop by itself.
 ///
-/// To stand on a slope, hold for a time first: bounded by that time and by heat, because a motor that stands cools badly. While
+/// To stand on a slope, hold for a time first: bounded by that time and by heat, because a motor that stands cools badly. A
+/// [`Drive`](crate::Drive) does not hold in a safe stop or an emergency stop, because loops that hold trust their encoders. While
 /// references are not 0, time and heat come back ten times slower than holding uses them up: a command that flickers does not hold
 /// for ever.
 ///
@@ -236,6 +237,12 @@ impl<R: Real> RestRule<R> {
             R::zero()
         };
         *integral_n_m = integral_n_m.map(|integral| integral * kept);
+    }
+
+    /// Nothing is held any more, as if the time were over.
+    #[inline]
+    pub(crate) fn end_hold(&self, state: &mut RestState<R>) {
+        state.held = self.hold;
     }
 
     /// After a step with a reference that is not 0.

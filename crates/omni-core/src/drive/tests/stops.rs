@@ -100,6 +100,24 @@ fn holding_is_a_choice_and_ends_with_its_time_and_with_its_heat() {
 }
 
 #[test]
+fn nothing_is_held_in_a_safe_stop_or_an_emergency_stop() {
+    for (name, stop) in &STOPS[2..] {
+        let torques = blocked(Rest::hold(30.0, 1e9), 1500, stop);
+        // As without holding, above.
+        assert!(
+            torques[800..].iter().all(|torque| largest(torque) == 0.0),
+            "{name}"
+        );
+    }
+    let torques = blocked(Rest::hold(30.0, 1e9), 1500, STOPS[0].1);
+    assert!(
+        largest(&torques[1499]) > 0.5,
+        "a time-out is held: {:?}",
+        torques[1499]
+    );
+}
+
+#[test]
 fn a_wheel_that_is_turned_at_rest_is_braked_until_the_stop_is_over() {
     let short_windings = Rest {
         short_windings: true,
