@@ -81,7 +81,8 @@ pub struct FaultConfig<R> {
     /// against jumps one by one. 1 to 65535.
     pub jump_periods: u16,
     /// A reading that stays exactly the same while what the other wheels say of it moves by more than this \[rad/s\] is
-    /// stuck, 1e-9 or more. Also how well a faulty wheel must agree with the others to be believed again.
+    /// stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
+    /// than this and its loop pulls in vain towards a reference beyond this. Also how well a faulty wheel must agree with the others to be believed again.
     pub stuck_rad_s: R,
     /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
     /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, whose other wheels cannot tell. A wheel that is blocked while
@@ -431,10 +432,16 @@ impl<R: Real> FaultMonitor<R> {
             let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
             let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m
                 && away.abs() > self.config.stuck_rad_s;
+            // Not a count, although the others say that it turns and its loop pulls towards the reference.
+            let strains = wheel.last == Some(R::zero())
+                && expected.torque_n_m[i] * away > R::zero()
+                && away.abs() > self.config.stuck_rad_s
+                && by_others.is_some_and(|said| said.abs() > self.config.stuck_rad_s);
             let pulls = match (pulls, others_turn) {
-                (false, _) => 0,
-                (true, false) => FAINT,
                 (true, true) => FULL,
+                (true, false) => FAINT,
+                (false, _) if strains => FAINT,
+                (false, _) => 0,
             };
             let trusted = self.judge(wheel, readings[i], by_others, pulls);
             if !state.lost[i] && wheel.fault.is_none() {

@@ -135,6 +135,24 @@ fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encod
 }
 
 #[test]
+fn a_reading_that_the_others_contradict_is_stuck_after_long_only_while_the_loop_pulls_in_vain() {
+    let mut bench = Bench::new();
+    bench.by_others = Some(9.0);
+    for torque in [0.0, -0.3] {
+        // At a limit the other way, or let go: the wheel may well slip as it is.
+        bench.torque = torque;
+        for _ in 0..1000 {
+            assert_eq!(bench.read(Some(0.0)), (0.0, None));
+        }
+    }
+    bench.torque = 0.3; // towards its reference of 5 rad/s
+    for _ in 0..499 {
+        assert_eq!(bench.read(Some(0.0)), (0.0, None));
+    }
+    assert_eq!(bench.read(Some(0.0)).1, Some(Fault::Stuck));
+}
+
+#[test]
 fn a_vehicle_that_stands_before_an_obstacle_is_no_dead_encoder_for_ten_times_as_long() {
     // Neither moves: after that time either every encoder is dead or every motor pushes in vain, and both should end.
     assert_eq!(stuck_after(|_| 0.0, |_| 0.0), [Some(500); 3]);

@@ -272,7 +272,7 @@ proptest! {
     }
 
     #[test]
-    fn integrals_are_zero_once_the_command_has_been_rest_for_the_time_of_bleeding(
+    fn torques_and_integrals_are_zero_once_the_command_has_been_rest_for_the_time_of_bleeding(
         before in prop::collection::vec(prop::array::uniform3(-20.0..20.0_f32), 1..40), bleed_s in 0.0..0.05_f32,
         during in prop::array::uniform3(-20.0..20.0_f32), which in 0..3_usize, law in 0..4_usize,
     ) {
@@ -290,9 +290,11 @@ proptest! {
         }
         // The time in whole periods, rounded; whatever is read meanwhile.
         let periods = (bleed_s * 1e3).round().max(1.0) as usize;
-        for _ in 0..periods + 1 {
-            wheels.step(&mut state, &WheelVelocities::zero(), &during.into());
+        for k in 0..periods + 20 {
+            let sample = wheels.step(&mut state, &WheelVelocities::zero(), &during.into());
             prop_assert!(state.integral_n_m.iter().all(|i| i.is_finite()));
+            prop_assert_eq!(sample.ended, k >= periods, "{}", k);
+            prop_assert!(!sample.ended || sample.applied.n_m == [0.0; 3], "{:?}", sample.applied);
         }
         prop_assert_eq!(state.integral_n_m, [0.0; 3]);
         // And they are there again as soon as something is asked for.

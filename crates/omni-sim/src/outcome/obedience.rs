@@ -388,12 +388,12 @@ mod tests {
             ..stage(periods, REST, REST)
         };
         let stages = |periods| [stage(1000, AHEAD, AHEAD), push(periods)];
-        // 0.6 s to slow down, 1 s until the torque has ended, a few periods for 0.05 J at 9 W.
-        assert!(!found(&stages(1595)).drove_on && found(&stages(1610)).drove_on);
+        // 0.6 s to slow down, 0.5 s until the torque has ended, a few periods for 0.05 J at 9 W.
+        assert!(!found(&stages(1095)).drove_on && found(&stages(1110)).drove_on);
         let later = ["control.rest.bleed_s=1.5"];
-        assert!(!found_with(&later, &stages(2595)).drove_on && found_with(&later, &stages(2610)).drove_on);
+        assert!(!found_with(&later, &stages(2095)).drove_on && found_with(&later, &stages(2110)).drove_on);
         let held = ["control.rest={ hold_s = 5.0, hold_heat_n2m2s = 9.0 }"];
-        assert!(!found_with(&held, &stages(6595)).drove_on && found_with(&held, &stages(6610)).drove_on);
+        assert!(!found_with(&held, &stages(6095)).drove_on && found_with(&held, &stages(6110)).drove_on);
         assert!(
             !found(&[
                 stage(1000, AHEAD, AHEAD),
