@@ -71,7 +71,7 @@ workflows:      ## lints of what only GitHub reads, and CITATION.cff; says what 
 semver:         ## what the crates show, compared with the last release or the commit in BASELINE
 	scripts/semver.sh
 
-attack:         ## mutants, random bits, lies, live clients, loss, leaks: under three minutes after `make test`
+attack:         ## mutants, bombs, random bits, lies, live clients, loss, leaks, stops: under four minutes after `make test`
 	scripts/attack.sh
 
 attack-long:    ## the same ten to twenty times from another seed, then the fuzzer, five minutes a target

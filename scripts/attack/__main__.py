@@ -13,6 +13,8 @@ import sys
 import time
 from pathlib import Path
 
+import bombs
+import closed_loop
 import files
 import firmware
 import leaks
@@ -21,6 +23,7 @@ import loss
 import mcap_mutants
 import measured
 import pickles
+import snapshots
 from campaign import Campaign, Setting, faults, run
 
 TOP = Path(__file__).resolve().parents[2]
@@ -81,6 +84,10 @@ def main() -> int:
         "parquet": lambda: files.parquet(setting),
         "measured": lambda: measured.campaigns(setting),
         "pickles": lambda: pickles.campaigns(setting),
+        "bombs": lambda: bombs.campaigns(setting),
+        "snapshots": lambda: snapshots.campaigns(setting),
+        "sensors": lambda: closed_loop.sensors(setting),
+        "stops": lambda: closed_loop.stops(setting),
         "firmware": lambda: firmware.campaigns(setting, attack),
         "live": lambda: live.campaigns(setting),
         "loss": lambda: loss.campaigns(setting),
