@@ -231,8 +231,11 @@ def test_velocities_of_edges_with_their_times_are_exact():
     edges = omnistep.VelocityEstimator(count_rad=count_rad, period_s=period_s, method="edges")
     read = edges.step(np.diff(counted, prepend=0.0), since_edge_s=times - counted * count_rad / 5.0)
     assert read[-1] == pytest.approx(5.0, abs=1e-9)
-    # Then the wheel stands: at most a count in the second since.
-    assert 0.0 < edges.step(np.zeros(1000))[-1] <= count_rad / 1.0
+    # Then the wheel stands: at most a count in the time since, and 0 from the time of three counts at 0.25 rad/s on.
+    stands = edges.step(np.zeros(1000))
+    periods = math.ceil(3.0 * count_rad / 0.25 / period_s)
+    assert 0.0 < stands[periods - 20] <= count_rad / ((periods - 20) * period_s)
+    assert (stands[periods:] == 0.0).all()
     # Without times the counts of a period: off by up to a period over the time between edges.
     edges.reset()
     blind = edges.step(np.diff(counted, prepend=0.0))

@@ -108,7 +108,8 @@ def test_nobody_is_warned_of_it_under_another_controller():
 
 
 def test_its_torque_ends_at_rest_too():
-    shorter = {"control.rest.bleed_s": 0.1, "command.then": [{"at_s": 1.0, "vx_m_s": 0.0}], "duration_s": 1.5}
+    shorter = {"control.rest.bleed_s": 0.1, "duration_s": 1.5}
+    shorter["command.then"] = [{"at_s": 1.0, "vx_m_s": 0.0, "vy_m_s": 0.0, "wz_rad_s": 0.0}]
     trace = omnistep.run("flat", policy="steady", overrides=shorter)
     torques = trace.wheels("applied_n_m")
     at_rest = trace["command_vx_m_s"] == 0.0
