@@ -142,7 +142,7 @@ def findings(path: Path, text: str) -> list[str]:
             if code.split("/")[0] in PLACES and "/" in code and "*" not in code and "target" not in code.split("/"):
                 check((ROOT / code).exists(), number, f"no file {code}")
             # A long name in snake case, in a table of tests, is a test's.
-            if path.name == "paper.md" and re.fullmatch(r"[a-z0-9]+(?:_[a-z0-9]+){4,}", code):
+            if path.name in ("failures.md", "paper.md") and re.fullmatch(r"[a-z0-9]+(?:_[a-z0-9]+){4,}", code):
                 check(code in functions, number, f"no test {code}")
         for target in re.findall(r"\bmake ([a-z][\w-]*)", line):
             if re.search(rf"(?:^|`)make {target}\b", line.strip()):

@@ -4,8 +4,8 @@ mod stops;
 use super::*;
 use crate::{
     CommandStatus, Coordination, Desaturation, EmergencyDeceleration, MotionLimits, OdometryNoise,
-    PathFactors, PidConfig, PidGains, PlanarPose, Rest, ShapingConfig, TorqueLimit, TorqueRanges,
-    TwistLimits, WheelControlConfig, WheelLayout,
+    PathFactors, PidConfig, PidGains, PlanarPose, Rest, ShapingConfig, TorqueLimit, TorqueRange,
+    TorqueRanges, TwistLimits, WheelControlConfig, WheelLayout,
 };
 use proptest::prelude::*;
 
@@ -403,6 +403,48 @@ fn speed_limits_hold_for_a_wheel_on_an_edge_too() {
     let sample = vehicle.run(2000, fast, |input| input.path = path);
     assert_eq!(sample.desaturated.limiting, Some(4));
     assert!((sample.wheels.reference.rad_s[4].abs() - 9.0).abs() < 1e-9);
+}
+
+#[test]
+fn hot_motors_and_a_low_battery_are_limits_of_single_periods() {
+    let control = loops(Coordination::independent());
+    let drive = Drive::new(DriveConfig::new(layout(), control)).expect("valid");
+    let ahead = BodyTwist {
+        vx_m_s: 0.3,
+        ..BodyTwist::ZERO
+    };
+    let free = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    // One motor, or all of them.
+    for wheels in [3..4, 0..7] {
+        let mut limited = free;
+        for wheel in wheels.clone() {
+            let range = TorqueRange {
+                lower_n_m: -0.25,
+                upper_n_m: 0.25,
+            };
+            limited.torque_ranges.set(wheel, &range);
+        }
+        let mut state = DriveState::new(&drive);
+        for _ in 0..10 {
+            drive.step(&mut state, &free);
+        }
+        let mut other = state;
+        let without = drive.step(&mut other, &free).wheels.applied.n_m;
+        let with = drive.step(&mut state, &limited).wheels.applied.n_m;
+        let after = drive.step(&mut state, &free).wheels.applied.n_m;
+        // Wheels that stand: 0.3 N.m s/rad of 0.3 m/s over 66 mm, 1.4 N.m, for those that the motion turns.
+        assert!(without[3].abs() > 1.0, "{without:?}");
+        for wheel in 0..7 {
+            let most = if wheels.contains(&wheel) {
+                0.25
+            } else {
+                f64::INFINITY
+            };
+            assert_eq!(with[wheel], without[wheel].clamp(-most, most), "wheel {wheel}");
+            // The integral of one period more or less: ki * 4.5 rad/s * 1 ms, 0.009 N.m.
+            assert!((after[wheel] - without[wheel]).abs() < 0.02, "wheel {wheel}");
+        }
+    }
 }
 
 proptest! {
