@@ -142,8 +142,12 @@ def findings(path: Path, text: str) -> list[str]:
             if code.split("/")[0] in PLACES and "/" in code and "*" not in code and "target" not in code.split("/"):
                 check((ROOT / code).exists(), number, f"no file {code}")
             # A long name in snake case, in a table of tests, is a test's.
-            if path.name in ("failures.md", "paper.md") and re.fullmatch(r"[a-z0-9]+(?:_[a-z0-9]+){4,}", code):
+            if path.name in ("paper.md", "failures.md") and re.fullmatch(r"[a-z0-9]+(?:_[a-z0-9]+){4,}", code):
                 check(code in functions, number, f"no test {code}")
+        # A failure that is detected is driven by a test.
+        cells = [cell.strip() for cell in line.strip("|").split("|")] if path.name == "failures.md" else []
+        if len(cells) == 4 and "not detected" not in cells[2]:
+            check(cells[3] != "", number, "no test of this failure")
         for target in re.findall(r"\bmake ([a-z][\w-]*)", line):
             if re.search(rf"(?:^|`)make {target}\b", line.strip()):
                 check(target in targets, number, f"no make target {target}")
@@ -165,6 +169,7 @@ def self_test() -> None:
     shell = f"```sh\nomnistep fly\n{shell}\n```\n"
     found = findings(ROOT / "README.md", shell)
     assert len(found) == 9, found  # `make nothing` counts as text too
+    assert len(findings(ROOT / "docs" / "failures.md", "| a | b | it stops | |\n| a | b | not detected | |\n")) == 1
     parts = "```sh\nmake \\\n    nothing\nomnistep run \\\n    --set a=1\n```\n"
     assert len(findings(ROOT / "README.md", parts)) == 1
     assert findings(ROOT / "README.md", "```sh\ncd firmware && cargo build -p omni-c && cd ..\n```\n") == []

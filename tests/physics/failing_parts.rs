@@ -8,7 +8,11 @@ use crate::engines::{load, on_both_engines};
 const WHEELS: usize = 7;
 /// Torques that turn every wheel of `chugo7` that rolls, now one way and now the other \[N.m\].
 fn torques_n_m(period: usize) -> [f64; WHEELS] {
-    let sign = if (period / 300) % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if (period / 300).is_multiple_of(2) {
+        1.0
+    } else {
+        -1.0
+    };
     [0.3, 0.0, 0.3, 0.3, 0.3, 0.0, 0.3].map(|torque| sign * torque)
 }
 

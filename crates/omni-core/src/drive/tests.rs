@@ -329,8 +329,10 @@ fn lifted_wheels_are_no_emergency() {
 #[test]
 fn an_operator_s_stop_is_the_operator_s_to_end() {
     // This vehicle has hardly any friction, and its loops take most of a second to bring it to rest by themselves.
-    let mut rest = Rest::default();
-    rest.bleed_s = 0.8;
+    let rest = Rest {
+        bleed_s: 0.8,
+        ..Rest::default()
+    };
     let mut vehicle = Vehicle::new(DriveConfig { rest, ..config() });
     vehicle.run(500, COMMAND, |_| {});
     vehicle.state.emergency_stop();
