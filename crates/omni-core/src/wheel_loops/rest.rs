@@ -47,7 +47,7 @@ pub struct Rest<R> {
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
     /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
     pub hold_heat_n2m2s: R,
-    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::shorted`](crate::WheelSample::short).
+    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::shorted`](crate::WheelSample::shorted).
     pub short_windings: bool,
 }
 
