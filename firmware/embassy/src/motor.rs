@@ -56,9 +56,7 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
     /// # Errors
     /// A pin or the PWM failed.
     pub fn short(&mut self) -> Result<(), MotorFailed> {
-        self.pwm
-            .set_duty_cycle_fully_off()
-            .map_err(|_| MotorFailed)?;
+        self.pwm.set_duty_cycle_fully_off().map_err(|_| MotorFailed)?;
         self.enable.set_high().map_err(|_| MotorFailed)
     }
 

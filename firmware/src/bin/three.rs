@@ -101,7 +101,11 @@ impl Bench {
     /// Is it so after this period? A hash alone would not say that the wheels turned.
     fn as_expected(&mut self, sample: &DriveSample<f32, 3>) -> bool {
         let references = sample.wheels.reference.rad_s;
-        self.rested = if references == [0.0; 3] { self.rested + 1 } else { 0 };
+        self.rested = if references == [0.0; 3] {
+            self.rested + 1
+        } else {
+            0
+        };
         // Whatever the dead encoder reads: torque ends when it is said to end, and wheels that are believed are driven until then.
         let over = self.rested > BLEED;
         let wheels = &sample.wheels;
