@@ -28,7 +28,7 @@ PROCESSORS = (
 # Arithmetic in double precision: on these processors in software, slow and large.
 DOUBLE = re.compile(r"__(aeabi_(d[a-z0-9]+|cdcmp\w*|\w+2d)|\w*df\w*)$")
 # Those that are looked at for what they must not contain.
-IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "three", "loop"}
+IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "three", "stops", "loop"}
 PANIC = re.compile(r"panicking|panic_fmt|panic_bounds_check|omnistep_a_panic_is_reachable")
 
 

@@ -273,8 +273,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if let Some(within) = inputs.within {
             out.range.restrict(within);
         }
-        let resting = is_rest(inputs.reference);
-        if resting {
+        if self.rest.shrinks(&state.rest) && is_rest(inputs.reference) {
             if self.rest.is_over(&state.rest) {
                 stand(state, self.rest.shorts(), out);
                 return;
@@ -363,7 +362,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
         }
         self.hold_integrals(state);
-        if resting {
+        if is_rest(inputs.reference) {
             self.rest
                 .step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
         } else {
@@ -411,10 +410,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 /// No torque, whatever is measured, and loops that start afresh when a reference is not 0 again.
 #[inline(never)]
 fn stand<R: Real, const N: usize>(state: &mut ControlState<R, N>, short: bool, out: &mut WheelSample<R, N>) {
-    *state = ControlState {
-        rest: state.rest,
-        ..ControlState::new()
-    };
+    let zero = R::zero();
+    // Number by number: whole structures are copied by a function that is larger than all of this.
+    for i in 0..N {
+        (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
+        (state.last_reference_rad_s[i], state.last_measured_rad_s[i]) = (zero, zero);
+    }
+    state.overload = Overload::new();
     out.end(short);
 }
 

@@ -13,6 +13,9 @@ extern "C" void every_period() {
     output.status = static_cast<omni_command_status>(told.status());
     for (int i = 0; i < 3; i++) {
         output.references.rad_s[i] = told.references_rad_s()[i];
+        output.torques.n_m[i] = told.torques_n_m()[i];
+        output.active[i] = told.active()[i];
         output.brake[i] = told.brake()[i];
+        output.faults[i] = static_cast<std::uint8_t>(told.faults()[i]);
     }
 }

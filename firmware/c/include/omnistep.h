@@ -111,7 +111,8 @@ enum omni_fault
   OMNI_FAULT_NOT_A_NUMBER = 1,
   // Its reading jumps further in one period than a wheel can.
   OMNI_FAULT_JUMP = 2,
-  // Its reading never changes although the vehicle moves, or although the motor pulls with all it has.
+  // Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
+  // blocked.
   OMNI_FAULT_STUCK = 3,
   // It has not been heard from for too long.
   OMNI_FAULT_SILENT = 4,
@@ -145,6 +146,16 @@ typedef struct {
   float rest;
 } omni_sum;
 
+// What a `RestRule` remembers.
+typedef struct {
+  // Tenths of the periods in which wheels were held while every reference was 0, less those that have come back.
+  uint32_t held;
+  // Heat of that [N^2.m^2.s].
+  omni_sum held_heat_n2m2s;
+  // Periods in which the torques fell since then.
+  float bled_periods;
+} omni_rest_state;
+
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
@@ -159,12 +170,8 @@ typedef struct {
   bool started[3];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
-  uint32_t held;
-  // Heat of that [N^2.m^2.s].
-  omni_sum held_heat_n2m2s;
-  // Periods that they fell since then.
-  float bled_periods;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
 } omni3_state;
 
 // Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
@@ -202,9 +209,10 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni3_velocities reference;
-  // Measurement y; 0 for a wheel that is not `active`.
+  // Measurement y; 0 for a wheel that is let go.
   omni3_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReference`.
@@ -227,6 +235,11 @@ typedef struct {
   // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
 } omni3_wheel_sample;
 
 // Every signal of one step of a `Controller`.
@@ -404,6 +417,7 @@ typedef struct {
   // What comes back in a period.
   float heat_back;
   float period_s;
+  bool short_windings;
 } omni_rest_rule;
 
 // PID loops of `N` wheels with a coordination policy, without a vehicle around them.
@@ -436,12 +450,8 @@ typedef struct {
   bool started[4];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
-  uint32_t held;
-  // Heat of that [N^2.m^2.s].
-  omni_sum held_heat_n2m2s;
-  // Periods that they fell since then.
-  float bled_periods;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
 } omni4_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -469,9 +479,10 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni4_velocities reference;
-  // Measurement y; 0 for a wheel that is not `active`.
+  // Measurement y; 0 for a wheel that is let go.
   omni4_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
   bool active[4];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReference`.
@@ -494,6 +505,11 @@ typedef struct {
   // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
 } omni4_wheel_sample;
 
 // Every signal of one step of a `Controller`.
@@ -550,12 +566,8 @@ typedef struct {
   bool started[6];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
-  uint32_t held;
-  // Heat of that [N^2.m^2.s].
-  omni_sum held_heat_n2m2s;
-  // Periods that they fell since then.
-  float bled_periods;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
 } omni6_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -583,9 +595,10 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni6_velocities reference;
-  // Measurement y; 0 for a wheel that is not `active`.
+  // Measurement y; 0 for a wheel that is let go.
   omni6_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
   bool active[6];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReference`.
@@ -608,6 +621,11 @@ typedef struct {
   // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
 } omni6_wheel_sample;
 
 // Every signal of one step of a `Controller`.
@@ -664,12 +682,8 @@ typedef struct {
   bool started[7];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
-  // Tenths of the periods that integrals were held while every reference was 0, less those that have come back.
-  uint32_t held;
-  // Heat of that [N^2.m^2.s].
-  omni_sum held_heat_n2m2s;
-  // Periods that they fell since then.
-  float bled_periods;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
 } omni7_state;
 
 // Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
@@ -697,9 +711,10 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni7_velocities reference;
-  // Measurement y; 0 for a wheel that is not `active`.
+  // Measurement y; 0 for a wheel that is let go.
   omni7_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh.
+  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
   bool active[7];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReference`.
@@ -722,6 +737,11 @@ typedef struct {
   // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
 } omni7_wheel_sample;
 
 // Every signal of one step of a `Controller`.
@@ -904,11 +924,13 @@ typedef struct {
   // against jumps one by one. 1 to 65535.
   uint16_t jump_periods;
   // A reading that stays exactly the same while what the other wheels say of it moves by more than this [rad/s] is
-  // stuck, 1e-9 or more. Also how well a faulty wheel must agree with the others to be believed again.
+  // stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
+  // than this and its loop pulls in vain towards a reference beyond this. Also how well a faulty wheel must agree with the others to be believed again.
   float stuck_rad_s;
   // A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
-  // [N.m] is stuck, 1e-9 or more: for layouts without redundancy, and at the price of mistaking a wheel blocked at rest for
-  // a dead encoder.
+  // [N.m] is stuck, 1e-9 or more: for layouts without redundancy, whose other wheels cannot tell. A wheel that is blocked while
+  // others turn looks the same. Where no other wheel turns faster than `stuck_rad_s`, the vehicle more probably stands before an
+  // obstacle, and the evidence must last ten times as long: then either all encoders are dead or all motors push in vain.
   float stuck_torque_n_m;
   // Periods of evidence in a row that make a reading stuck, 2 to 65535.
   uint16_t stuck_periods;
@@ -1036,14 +1058,15 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[3];
-  // The wheel was controlled. One that is not has no torque.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
   bool active[3];
   // The requested torque is outside the limits.
   bool saturated[3];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[3];
-  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
-  // not believed, and a vehicle of three wheels rolls on past it.
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[3];
 } omni3_drive_output;
 
@@ -1151,14 +1174,15 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[4];
-  // The wheel was controlled. One that is not has no torque.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
   bool active[4];
   // The requested torque is outside the limits.
   bool saturated[4];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[4];
-  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
-  // not believed, and a vehicle of three wheels rolls on past it.
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[4];
 } omni4_drive_output;
 
@@ -1256,14 +1280,15 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[6];
-  // The wheel was controlled. One that is not has no torque.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
   bool active[6];
   // The requested torque is outside the limits.
   bool saturated[6];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[6];
-  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
-  // not believed, and a vehicle of three wheels rolls on past it.
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[6];
 } omni6_drive_output;
 
@@ -1361,14 +1386,15 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[7];
-  // The wheel was controlled. One that is not has no torque.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
   bool active[7];
   // The requested torque is outside the limits.
   bool saturated[7];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[7];
-  // The motor's windings shall be shorted: the wheel has a fault and the vehicle is stopped. No torque can be asked of a wheel that is
-  // not believed, and a vehicle of three wheels rolls on past it.
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[7];
 } omni7_drive_output;
 
@@ -1406,6 +1432,10 @@ typedef struct {
   // Age of the last edge when its period ended [s], and periods since without one.
   float aged_s;
   uint32_t quiet;
+  // Lowest and highest count since the counter last left two counts, from the present one, and the periods since.
+  int32_t lowest;
+  int32_t highest;
+  uint32_t stood;
   // Angle estimated beyond the counted one [rad].
   float beyond_rad;
   float rate_rad_s;
@@ -1470,11 +1500,17 @@ typedef struct {
 // Velocity out of counts, by the method that its configuration chooses.
 //
 // Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method it is at most one count
-// over the time without. Nothing divides by a time or by counts that can be zero, and every reading is finite.
+// over the time without. A counter that has stayed within two counts for `VelocityEstimator::standing_s` stands, or toggles about an
+// edge: the velocity is exactly 0 by every method until it has left them. So an encoder whose wire is cut, which is a counter that stands
+// or toggles, repeats one reading, and a `FaultMonitor` finds it. A wheel slower than three counts in that time
+// reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+//
+// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 typedef struct {
   omni_velocity_law law;
   float count_rad;
   float period_s;
+  uint32_t standing_periods;
 } omni_velocity_estimator;
 
 // From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.

@@ -51,6 +51,15 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
         self.enable.set_high().map_err(|_| MotorFailed)
     }
 
+    /// Shorts the motor, which brakes by itself, whatever its encoder says.
+    ///
+    /// # Errors
+    /// A pin or the PWM failed.
+    pub fn short(&mut self) -> Result<(), MotorFailed> {
+        self.pwm.set_duty_cycle_fully_off().map_err(|_| MotorFailed)?;
+        self.enable.set_high().map_err(|_| MotorFailed)
+    }
+
     /// No torque: opens the bridge. All that can be done is tried, whatever fails.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ const FRAMES_PER_PERIOD: usize = 8;
 pub struct Status {
     /// What the vehicle does.
     pub mode: Mode,
-    /// Wheels that are driven; one without a velocity is let go.
+    /// Wheels that are driven; one without a velocity is let go, and at rest every one when the torque has ended.
     pub driven: [bool; WHEELS],
     /// Commands ignored since the start: malformed, not a number, or repeated. Stops at 65535.
     pub ignored: u16,
@@ -153,10 +153,13 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
         let wheels = CONTROLLER.step(&mut self.loops, &shaped.twist, &measured).wheels;
         let mut obeyed = true;
         for (i, motor) in self.motors.iter_mut().enumerate() {
-            // The controller has let go of a wheel whose velocity is NaN.
             let done = if wheels.active[i] {
                 motor.apply(wheels.applied.n_m[i], wheels.measured.rad_s[i])
+            } else if wheels.shorted {
+                motor.short()
             } else {
+                // A wheel whose velocity is NaN, and every wheel when the torque has ended: the duty for no torque follows from a
+                // velocity, and behind a stuck encoder it would turn the wheel.
                 motor.let_go()
             };
             obeyed &= done.is_ok();

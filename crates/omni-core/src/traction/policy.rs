@@ -332,9 +332,11 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
             wheels.end(self.rest.shorts());
             return;
         }
-        self.rest.narrow(&self.state.rest, &mut wheels.range);
-        for i in 0..N {
-            wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+        if self.rest.shrinks(&self.state.rest) {
+            self.rest.narrow(&self.state.rest, &mut wheels.range);
+            for i in 0..N {
+                wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+            }
         }
         self.rest
             .step(&mut self.state.rest, &mut [R::zero(); N], &wheels.applied.n_m);

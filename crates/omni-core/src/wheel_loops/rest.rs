@@ -179,6 +179,14 @@ impl<R: Real> RestRule<R> {
         self.period_s
     }
 
+    /// The integrals have fallen: the ranges of the torques shrink, or the torque has ended.
+    #[inline]
+    pub(crate) fn shrinks(&self, state: &RestState<R>) -> bool {
+        // So does what a state set from outside has for a number.
+        let before = state.bled_periods <= R::of(0.5) * self.bleed_periods;
+        !before
+    }
+
     /// The torque has ended: every wheel's is 0 for as long as the references are.
     #[inline]
     pub(crate) fn is_over(&self, state: &RestState<R>) -> bool {
@@ -193,16 +201,13 @@ impl<R: Real> RestRule<R> {
         self.short_windings
     }
 
-    /// Before a step with every reference at 0: what is left of the range of each torque.
+    /// Before a step with every reference at 0, where it `shrinks`: what is left of the range of each torque.
     #[inline(never)]
     pub(crate) fn narrow<const N: usize>(&self, state: &RestState<R>, range: &mut TorqueRanges<R, N>) {
         if state.held < self.hold {
             return;
         }
         let left = R::of(2.0) * (self.bleed_periods - state.bled_periods) / self.bleed_periods;
-        if left >= R::one() {
-            return;
-        }
         for i in 0..N {
             range.lower_n_m[i] *= left;
             range.upper_n_m[i] *= left;
@@ -230,13 +235,13 @@ impl<R: Real> RestRule<R> {
         }
         let left = R::of(0.5) * self.bleed_periods - state.bled_periods;
         state.bled_periods += R::one();
-        // One part of those that are left: a straight line to exactly 0.
-        let kept = if left > R::one() {
-            (left - R::one()) / left
+        if left > R::one() {
+            // One part of those that are left: a straight line to exactly 0.
+            let kept = (left - R::one()) / left;
+            *integral_n_m = integral_n_m.map(|integral| integral * kept);
         } else {
-            R::zero()
-        };
-        *integral_n_m = integral_n_m.map(|integral| integral * kept);
+            *integral_n_m = [R::zero(); N];
+        }
     }
 
     /// Nothing is held any more, as if the time were over.

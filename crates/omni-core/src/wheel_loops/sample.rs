@@ -217,12 +217,14 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
 
     /// All torque has ended.
     pub(crate) fn end(&mut self, shorted: bool) {
-        *self = Self {
-            reference: self.reference,
-            measured: self.measured,
-            ended: true,
-            shorted,
-            ..Self::zero()
-        };
+        let zero = R::zero();
+        for i in 0..N {
+            (self.active[i], self.saturated[i]) = (false, false);
+            (self.p_n_m[i], self.i_n_m[i], self.d_n_m[i], self.ff_n_m[i]) = (zero, zero, zero, zero);
+            (self.requested.n_m[i], self.applied.n_m[i]) = (zero, zero);
+            (self.range.lower_n_m[i], self.range.upper_n_m[i]) = (zero, zero);
+        }
+        self.common_factor = R::one();
+        (self.ended, self.shorted) = (true, shorted);
     }
 }

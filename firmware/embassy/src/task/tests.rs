@@ -32,6 +32,9 @@ struct Wheel {
     velocity_rad_s: f64,
     blocked: bool,
     encoder_fails: bool,
+    /// Turns a period that the encoder tells, whatever the wheel does.
+    stuck_at_turns: Option<f64>,
+    told_turns: f64,
     motor_fails: bool,
 }
 
@@ -48,7 +51,9 @@ impl Wheel {
         if self.blocked {
             self.velocity_rad_s = 0.0;
         }
-        self.turns += self.velocity_rad_s * f64::from(PERIOD_S) / core::f64::consts::TAU;
+        let turned = self.velocity_rad_s * f64::from(PERIOD_S) / core::f64::consts::TAU;
+        self.turns += turned;
+        self.told_turns += self.stuck_at_turns.unwrap_or(turned);
     }
 }
 
@@ -127,7 +132,7 @@ impl Encoder for Counter {
         if wheel.encoder_fails {
             return Err(Failure);
         }
-        Ok((wheel.turns * f64::from(COUNTS_PER_TURN))
+        Ok((wheel.told_turns * f64::from(COUNTS_PER_TURN))
             .floor()
             .rem_euclid(65_536.0) as u16)
     }
@@ -463,6 +468,34 @@ fn a_wheel_whose_encoder_fails_is_let_go_and_the_others_drive_on() {
     vehicle.wheels[0].borrow_mut().encoder_fails = false;
     assert!(!vehicle.period(None).driven[0]); // one count tells no velocity
     assert!(vehicle.period(None).driven[0]);
+}
+
+#[test]
+fn torque_ends_and_bridges_open_although_an_encoder_is_stuck_at_speed() {
+    let mut vehicle = Vehicle::ready();
+    vehicle.drive(AHEAD, 1000);
+    let turning = vehicle.velocities()[0] * f64::from(PERIOD_S) / core::f64::consts::TAU;
+    vehicle.wheels[0].borrow_mut().stuck_at_turns = Some(turning);
+    // 0.5 m/s at 1.5 m/s^2, and then the half second in which torques fall to 0.
+    let stop_periods = 334 + 500;
+    let last_driven = (0..2 * stop_periods)
+        .filter(|k| {
+            let command = (k % 10 == 0).then_some(BodyTwist::zero());
+            vehicle.period(command).driven != [false; 4]
+        })
+        .last();
+    // The last of as many, but for a period that the ramp may be shorter or longer by its rounding.
+    assert!(
+        last_driven.is_some_and(|last| (stop_periods - 2..=stop_periods).contains(&last)),
+        "{last_driven:?}"
+    );
+    assert!(vehicle.no_torque());
+    // The bridge is open, and not at the duty for no torque at the stuck velocity.
+    assert_eq!(vehicle.task.status.torque_n_m, [0.0; 4]);
+    assert!(vehicle.task.status.velocity_rad_s[0].abs() > 5.0);
+    // A command drives again.
+    vehicle.wheels[0].borrow_mut().stuck_at_turns = None;
+    assert_eq!(vehicle.drive(AHEAD, 10).driven, [true; 4]);
 }
 
 #[test]
