@@ -227,7 +227,7 @@ impl<R: Real> RestRule<R> {
                 state.held_heat_n2m2s = state.held_heat_n2m2s.plus(*torque * *torque * self.period_s);
             }
             if state.held_heat_n2m2s.total < self.hold_heat {
-                state.held += RECOVERY;
+                state.held = state.held.saturating_add(RECOVERY);
                 return;
             }
             // Hot: as if the time were over.
@@ -350,6 +350,17 @@ mod tests {
             held.rule.drive(&mut held.state);
         }
         assert!(held.integral_n_m[0] < 1e-6, "{:?}", held.integral_n_m);
+    }
+
+    #[test]
+    fn a_time_to_hold_beyond_every_counter_overflows_none() {
+        // 1e6 s of 0.1 ms are 1e10 periods: more than a counter has.
+        let mut held = holding(1e6, 1e9, 1e-4);
+        held.rule.end_hold(&mut held.state);
+        held.rule.drive(&mut held.state);
+        held.step();
+        assert_eq!(held.state.held, u32::MAX);
+        assert_eq!(held.integral_n_m, TORQUES);
     }
 
     #[test]
