@@ -354,8 +354,8 @@ mod tests {
 
     #[test]
     fn a_time_to_hold_beyond_every_counter_overflows_none() {
-        // 1e6 s of 0.1 ms are 1e10 periods: more than a counter has.
-        let mut held = holding(1e6, 1e9, 1e-4);
+        // Tenths of 3600 s of 1 us: 3.6e10, more than a counter has.
+        let mut held = holding(3600.0, 1e9, 1e-6);
         held.rule.end_hold(&mut held.state);
         held.rule.drive(&mut held.state);
         held.step();
