@@ -261,6 +261,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
             measured,
             dropped: None,
             within: None,
+            holds: true,
         };
         let share = |errors: &[R; N]| self.kinematics.project(&(*errors).into()).rad_s;
         self.wheels.run(
@@ -269,11 +270,6 @@ impl<R: Real, const N: usize> Controller<R, N> {
             self.wheels.shares_integral().then_some(share),
             &mut sample.wheels,
         );
-    }
-
-    /// [`WheelController::end_hold`].
-    pub(crate) fn end_hold(&self, state: &mut ControlState<R, N>) {
-        self.wheels.end_hold(state);
     }
 
     /// The loops, an integral shared by the wheels that `observed` trusts, each on its own path.

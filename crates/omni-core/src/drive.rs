@@ -193,7 +193,6 @@ impl<R: Real, const N: usize> Drive<R, N> {
         state.stopping |= state.blind > self.blind_periods;
         if state.stopping || state.emergency {
             state.shaper.emergency_stop();
-            self.controller.end_hold(&mut state.control);
         } else {
             state.shaper.release();
         }
@@ -218,6 +217,8 @@ impl<R: Real, const N: usize> Drive<R, N> {
             measured: &measured,
             dropped: Some(&dropped),
             within: Some(&input.torque_ranges),
+            // Loops that hold trust their encoders.
+            holds: !(state.stopping || state.emergency),
         };
         let observed = *state.slip.observed();
         let wheels = self

@@ -430,13 +430,14 @@ impl<R: Real> FaultMonitor<R> {
             let wheel = &mut state.wheel[i];
             let by_others = expected.checked[i].then_some(expected.by_others.rad_s[i]);
             let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
-            let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m
-                && away.abs() > self.config.stuck_rad_s;
+            // From a wheel without a count any reference is away.
+            let no_count = wheel.last == Some(R::zero());
+            let towards = expected.torque_n_m[i] * away > R::zero();
+            let is_away = away.abs() > self.config.stuck_rad_s || (no_count && towards);
+            let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m && is_away;
             // Not a count, although the others say that it turns and its loop pulls towards the reference.
-            let strains = wheel.last == Some(R::zero())
-                && expected.torque_n_m[i] * away > R::zero()
-                && away.abs() > self.config.stuck_rad_s
-                && by_others.is_some_and(|said| said.abs() > self.config.stuck_rad_s);
+            let strains =
+                no_count && towards && by_others.is_some_and(|said| said.abs() > self.config.stuck_rad_s);
             let pulls = match (pulls, others_turn) {
                 (true, true) => FULL,
                 (true, false) => FAINT,

@@ -62,6 +62,8 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) dropped: Option<&'a [bool; N]>,
     /// Ranges that hold besides the actuators' own limits.
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
+    /// Rest may be held.
+    pub(crate) holds: bool,
 }
 
 impl<R: Real, const N: usize> WheelController<R, N> {
@@ -122,11 +124,6 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             rest: RestRule::new(rest, self.rest.period_s())?,
             ..self
         })
-    }
-
-    /// Ends a hold at rest, as if its time were over.
-    pub(crate) fn end_hold(&self, state: &mut ControlState<R, N>) {
-        self.rest.end_hold(&mut state.rest);
     }
 
     pub(crate) fn shares_integral(&self) -> bool {
@@ -243,6 +240,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             measured,
             dropped: None,
             within,
+            holds: true,
         };
         self.run(state, &inputs, None::<fn(&[R; N]) -> [R; N]>, sample);
     }
@@ -274,11 +272,12 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             out.range.restrict(within);
         }
         if self.rest.shrinks(&state.rest) && is_rest(inputs.reference) {
-            if self.rest.is_over(&state.rest) {
-                stand(state, self.rest.shorts(), out);
+            let rest = self.rest.where_held(inputs.holds);
+            if rest.is_over(&state.rest) {
+                stand(state, rest.shorts(), out);
                 return;
             }
-            self.rest.narrow(&state.rest, &mut out.range);
+            rest.narrow(&state.rest, &mut out.range);
         }
 
         let mut taken_in = [R::zero(); N];
@@ -363,8 +362,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         self.hold_integrals(state);
         if is_rest(inputs.reference) {
-            self.rest
-                .step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
+            let rest = self.rest.where_held(inputs.holds);
+            rest.step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
         } else {
             self.rest.drive(&mut state.rest);
         }

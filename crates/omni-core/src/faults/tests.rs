@@ -101,6 +101,11 @@ fn a_reading_that_never_changes_is_stuck_only_while_it_should_have_moved() {
 
 /// Periods until each of three wheels is stuck, up to 1000, where the first reads `first` and gets 1.6 N.m in vain and the others read `others`.
 fn stuck_after(first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Option<u32>; 3] {
+    stuck_at(5.0, first, others)
+}
+
+/// The same at a reference \[rad/s\].
+fn stuck_at(reference: f64, first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Option<u32>; 3] {
     let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
     let nobody_tells = WheelVelocities::zero();
     let mut after = [None; 3];
@@ -108,7 +113,7 @@ fn stuck_after(first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Opti
         let expected = Expectation {
             by_others: &nobody_tells,
             checked: &[false; 3],
-            reference: &[5.0; 3].into(),
+            reference: &[reference; 3].into(),
             torque_n_m: &[1.6; 3],
         };
         monitor.step(
@@ -132,6 +137,9 @@ fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encod
     // Stuck at a velocity is the same, and a wheel that moves ever so little is none.
     assert_eq!(stuck_after(|_| 3.0, turns), [Some(50), None, None]);
     assert_eq!(stuck_after(|k| 1e-3 * f64::from(k % 2), turns), [None; 3]);
+    // However slowly it shall turn: a reading of 0 is no wheel near its reference, one that is stuck there may be.
+    assert_eq!(stuck_at(0.5, |_| 0.0, turns), [Some(50), None, None]);
+    assert_eq!(stuck_at(0.5, |_| 0.4, turns), [None; 3]);
 }
 
 #[test]

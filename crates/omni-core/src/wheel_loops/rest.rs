@@ -244,10 +244,13 @@ impl<R: Real> RestRule<R> {
         }
     }
 
-    /// Nothing is held any more, as if the time were over.
+    /// The rule, or, where nothing may be held, the rule without holding.
     #[inline]
-    pub(crate) fn end_hold(&self, state: &mut RestState<R>) {
-        state.held = self.hold;
+    pub(crate) fn where_held(&self, holds: bool) -> Self {
+        Self {
+            hold: if holds { self.hold } else { 0 },
+            ..*self
+        }
     }
 
     /// After a step with a reference that is not 0.
@@ -356,7 +359,7 @@ mod tests {
     fn a_time_to_hold_beyond_every_counter_overflows_none() {
         // Tenths of 3600 s of 1 us: 3.6e10, more than a counter has.
         let mut held = holding(3600.0, 1e9, 1e-6);
-        held.rule.end_hold(&mut held.state);
+        held.state.held = held.rule.hold;
         held.rule.drive(&mut held.state);
         held.step();
         assert_eq!(held.state.held, u32::MAX);

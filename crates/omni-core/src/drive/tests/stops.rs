@@ -109,6 +109,34 @@ fn nothing_is_held_in_a_safe_stop_or_an_emergency_stop() {
             "{name}"
         );
     }
+    // Nor does a stop use up what a slope is held with later.
+    let drive = Drive::new(DriveConfig {
+        rest: Rest::hold(30.0, 1e9),
+        ..config()
+    })
+    .expect("valid");
+    let (mut state, mut last) = (DriveState::new(&drive), None);
+    let ahead = BodyTwist {
+        vx_m_s: 0.3,
+        ..BodyTwist::ZERO
+    };
+    for k in 0..4000 {
+        let command = if k < 3000 { ahead } else { BodyTwist::ZERO };
+        if k == 500 {
+            state.emergency_stop();
+        } else if k == 2000 {
+            state.release_emergency_stop();
+        }
+        let standing = DriveInput::measured(&WheelVelocities::zero());
+        last = Some(
+            drive
+                .step(&mut state, &standing.with_command(command))
+                .wheels
+                .applied
+                .n_m,
+        );
+    }
+    assert!(last.is_some_and(|torques| largest(&torques) > 0.5), "{last:?}");
     let torques = blocked(Rest::hold(30.0, 1e9), 1500, STOPS[0].1);
     assert!(
         largest(&torques[1499]) > 0.5,
