@@ -24,7 +24,7 @@ pub const fn request_frame(wheels: usize) -> usize {
 /// from.
 ///
 /// ```
-/// assert_eq!(omni_link::answer_frame(7), 403);
+/// assert_eq!(omni_link::answer_frame(7), 405);
 /// ```
 #[must_use]
 pub const fn answer_frame(wheels: usize) -> usize {
