@@ -46,7 +46,7 @@ aarch64:        ## the simulation on 64-bit Arm in QEMU: in every bit what it is
 wasm:           ## the simulation in WebAssembly: in every bit what it is natively; needs node
 	scripts/wasm.sh
 
-instructions:   ## instructions of a control step, at most 3 times those of as many bare PID loops; of a physics step
+instructions:   ## instructions of a control step, at most 3.1 times those of as many bare PID loops; of a physics step
 	scripts/instructions.sh
 	scripts/physics_instructions.sh
 

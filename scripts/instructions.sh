@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Processor instructions of one whole control step next to as many loops of the `pid` crate as there are wheels, counted
-# by valgrind: the same on a busy machine as on an idle one. Exit code 1 where a ratio is above INSTRUCTIONS_MAX (3).
+# by valgrind: the same on a busy machine as on an idle one. Exit code 1 where a ratio is above INSTRUCTIONS_MAX (3.1: of three
+# and four wheels at their limits it was 3.0 before every step looked whether torque is to end at rest, which that crate does not).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v valgrind >/dev/null || { echo "valgrind is needed; on Debian or Ubuntu: apt install valgrind" >&2; exit 1; }
@@ -23,7 +24,7 @@ counts=$(
     done; done; done; done | xargs -P "$(nproc)" -I{} bash -c 'count {}'
 )
 # Twice as many steps, so the difference is the steps' own: start and end of the program cancel.
-awk -v few="$few" -v many="$many" -v limit="${INSTRUCTIONS_MAX:-3}" '
+awk -v few="$few" -v many="$many" -v limit="${INSTRUCTIONS_MAX:-3.1}" '
     NF == 6 { count[$1, $2, $3, $4, $5] = $6 }
     function step(side, n, scalar, kind) {
         if (!((side, n, scalar, kind, few) in count && (side, n, scalar, kind, many) in count)) { missing = 1; return 1 }
