@@ -271,8 +271,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if let Some(within) = inputs.within {
             out.range.restrict(within);
         }
-        if self.rest.remembers(&state.rest) && self.ends(state, inputs, out) {
-            return;
+        if self.rest.shrinks(&state.rest) && is_rest(inputs.reference) {
+            let rest = self.rest.where_held(inputs.holds);
+            if rest.is_over(&state.rest) {
+                stand(state, rest.shorts(), out);
+                return;
+            }
+            rest.narrow(&state.rest, &mut out.range);
         }
 
         let mut taken_in = [R::zero(); N];
@@ -357,37 +362,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         self.hold_integrals(state);
         if is_rest(inputs.reference) {
-            self.rest(state, inputs, out);
-        }
-    }
-
-    /// At rest: ranges narrowed, or no torque at all; then this period is done. Driving again: rest is forgotten.
-    #[cold]
-    #[inline(never)]
-    fn ends(
-        &self,
-        state: &mut ControlState<R, N>,
-        inputs: &LoopInputs<'_, R, N>,
-        out: &mut WheelSample<R, N>,
-    ) -> bool {
-        let rest = self.rest.where_held(inputs.holds);
-        let (rests, over) = (is_rest(inputs.reference), rest.is_over(&state.rest));
-        if rests && over {
-            stand(state, rest.shorts(), out);
-        } else if rests {
-            rest.narrow(&state.rest, &mut out.range);
+            let rest = self.rest.where_held(inputs.holds);
+            rest.step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
         } else {
             self.rest.drive(&mut state.rest);
         }
-        rests && over
-    }
-
-    /// After a period of rest.
-    #[cold]
-    #[inline(never)]
-    fn rest(&self, state: &mut ControlState<R, N>, inputs: &LoopInputs<'_, R, N>, out: &WheelSample<R, N>) {
-        let rest = self.rest.where_held(inputs.holds);
-        rest.step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
     }
 
     /// Writes the terms of every wheel for its reference and measurement.

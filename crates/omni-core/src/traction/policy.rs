@@ -332,7 +332,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
             wheels.end(self.rest.shorts());
             return;
         }
-        if self.rest.remembers(&self.state.rest) {
+        if self.rest.shrinks(&self.state.rest) {
             self.rest.narrow(&self.state.rest, &mut wheels.range);
             for i in 0..N {
                 wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);

@@ -179,10 +179,12 @@ impl<R: Real> RestRule<R> {
         self.period_s
     }
 
-    /// There was rest: torques are ending or have ended, or a hold has still to come back.
+    /// The integrals have fallen: the ranges of the torques shrink, or the torque has ended.
     #[inline]
-    pub(crate) fn remembers(&self, state: &RestState<R>) -> bool {
-        state.held != 0 || state.bled_periods != R::zero()
+    pub(crate) fn shrinks(&self, state: &RestState<R>) -> bool {
+        // So does what a state set from outside has for a number.
+        let before = state.bled_periods <= R::of(0.5) * self.bleed_periods;
+        !before
     }
 
     /// The torque has ended: every wheel's is 0 for as long as the references are.
@@ -199,16 +201,13 @@ impl<R: Real> RestRule<R> {
         self.short_windings
     }
 
-    /// Before a step with every reference at 0, where it `remembers`: what is left of the range of each torque.
+    /// Before a step with every reference at 0, where it `shrinks`: what is left of the range of each torque.
     #[inline(never)]
     pub(crate) fn narrow<const N: usize>(&self, state: &RestState<R>, range: &mut TorqueRanges<R, N>) {
         if state.held < self.hold {
             return;
         }
         let left = R::of(2.0) * (self.bleed_periods - state.bled_periods) / self.bleed_periods;
-        if left >= R::one() {
-            return;
-        }
         for i in 0..N {
             range.lower_n_m[i] *= left;
             range.upper_n_m[i] *= left;
@@ -254,7 +253,7 @@ impl<R: Real> RestRule<R> {
         }
     }
 
-    /// In a period with a reference that is not 0.
+    /// After a step with a reference that is not 0.
     #[inline]
     pub(crate) fn drive(&self, state: &mut RestState<R>) {
         state.bled_periods = R::zero();
