@@ -2,8 +2,8 @@
 
 use garde::Validate;
 use omni_core::{
-    ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, Kinematics, OdometryNoise,
-    Real, SlipConfig, SpeedLimits,
+    ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, Kinematics, LEAST_REDUNDANCY,
+    OdometryNoise, Real, SlipConfig, SpeedLimits,
 };
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -13,7 +13,7 @@ use crate::ranges::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M, RESIDUAL_GAIN,
     STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE, within,
 };
-use crate::{Error, Scenario, for_wheel_count, wheel_count_refused};
+use crate::{Error, Scenario, Vehicle, for_wheel_count};
 
 /// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
 ///
@@ -63,8 +63,8 @@ pub struct Drive {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub slip: Option<DriveSlip>,
-    /// When an encoder counts as faulty; left out: only if it is silent or its reading is not a number. Where a wheel's motion cannot be told
-    /// from the others', as with three wheels, a table that is left out has every default.
+    /// When an encoder counts as faulty; left out: only if it is silent or its reading is not a number. Where the other
+    /// wheels do not show the motion of a wheel, as with three wheels, a table that is left out has every default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub faults: Option<DriveFaults>,
@@ -150,8 +150,8 @@ pub struct DriveFaults {
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
     pub stuck_rad_s: f64,
     /// A constant reading away from its reference is stuck if the commanded torque is at least this \[N.m\], 1e-6 to 1e6: after
-    /// `stuck_periods` if another wheel turns, after ten times as many if none does. Left out: half the stall torque where a wheel's motion
-    /// cannot be told from the others', and not checked elsewhere.
+    /// `stuck_periods` if another wheel turns, after ten times as many if none does. Left out: half the stall torque where the other wheels do
+    /// not show the motion of a wheel, and not checked elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
@@ -212,26 +212,32 @@ impl Default for DriveNoise {
     }
 }
 
-/// Wheels whose motion cannot be told from the others', in the layout's order: their redundancy is what [`omni_core::SlipDetector`] takes for none.
-fn wheels_that_nobody_tells_of<R: Real, const N: usize>(
-    config: &DriveConfig<R, N>,
-) -> Result<Vec<usize>, ConfigError> {
-    let redundancy = Kinematics::new(&config.layout)?.redundancy();
-    Ok((0..N).filter(|i| redundancy[*i].as_f64() < 0.05).collect())
-}
-
 /// A count that was checked to be no more than 65535.
 fn whole(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
+impl DriveFaults {
+    fn config<R: Real>(&self) -> FaultConfig<R> {
+        let mut config = FaultConfig::unchecked();
+        if let Some(jump) = self.jump_rad_s {
+            config.jump_rad_s = R::of(jump);
+        }
+        if let Some(torque) = self.stuck_torque_n_m {
+            config.stuck_torque_n_m = R::of(torque);
+        }
+        config.jump_periods = whole(self.jump_periods);
+        config.stuck_rad_s = R::of(self.stuck_rad_s);
+        config.stuck_periods = whole(self.stuck_periods);
+        config.silent_periods = whole(self.silent_periods);
+        config.recovery_periods = whole(self.recovery_periods);
+        config
+    }
+}
+
 impl Drive {
-    /// Puts everything but the loops and the vehicle's own limits into a configuration for motors of `stall_n_m`.
-    fn put_into<R: Real, const N: usize>(
-        &self,
-        stall_n_m: f64,
-        config: &mut DriveConfig<R, N>,
-    ) -> Result<(), ConfigError> {
+    /// Puts everything but the loops, the detection of faults and the vehicle's own limits into a configuration.
+    fn put_into<R: Real, const N: usize>(&self, config: &mut DriveConfig<R, N>) -> Result<(), ConfigError> {
         config.shaping.timeout_s = Some(R::of(self.timeout_s));
         config.shaping.emergency_deceleration = Some(EmergencyDeceleration {
             linear_m_s2: R::of(self.stop_m_s2),
@@ -248,25 +254,6 @@ impl Drive {
             leave_rad_s: R::of(slip.leave_rad_s),
             enter_periods: whole(slip.enter_periods),
             leave_periods: whole(slip.leave_periods),
-        });
-        // Nobody else tells of a wheel: then that its motor pulls in vain is all there is to go by.
-        let blind = !wheels_that_nobody_tells_of(config)?.is_empty();
-        let faults = self.faults.or_else(|| blind.then(DriveFaults::default));
-        config.faults = faults.map(|faults| {
-            let mut config = FaultConfig::unchecked();
-            if let Some(jump) = faults.jump_rad_s {
-                config.jump_rad_s = R::of(jump);
-            }
-            let pulls_in_vain = blind.then_some(0.5 * stall_n_m);
-            if let Some(torque) = faults.stuck_torque_n_m.or(pulls_in_vain) {
-                config.stuck_torque_n_m = R::of(torque);
-            }
-            config.jump_periods = whole(faults.jump_periods);
-            config.stuck_rad_s = R::of(faults.stuck_rad_s);
-            config.stuck_periods = whole(faults.stuck_periods);
-            config.silent_periods = whole(faults.silent_periods);
-            config.recovery_periods = whole(faults.recovery_periods);
-            config
         });
         config.noise = self.noise.map(|noise| OdometryNoise {
             wheel_rad_per_sqrt_rad: R::of(noise.wheel_rad_per_sqrt_rad),
@@ -304,46 +291,69 @@ impl Scenario {
         if let Some(limits) = self.vehicle().limits {
             config.shaping.limits = limits.of_twist();
         }
-        let stall_n_m = self.vehicle().motor.stall_torque_n_m;
-        drive
-            .put_into(stall_n_m, &mut config)
-            .map_err(|error| Error::Key {
-                file: format!("scenario {}", self.name),
-                key: format!("drive.{}", error.parameter),
-                message: error.to_string(),
-            })?;
-        if let Some(faults) = &mut config.faults
-            && faults.jump_rad_s == R::of(f64::INFINITY)
-            && let Some(no_load_rad_s) = self.vehicle().no_load_rad_s()
-        {
-            // From one way to the other at full speed in a period, and what single counts add to a reading.
-            let counts_rad_s = 3.0 * self.encoder_step_rad_s().unwrap_or(0.0);
-            faults.jump_rad_s = R::of(2.0 * no_load_rad_s + counts_rad_s);
-        }
+        config.faults = self.drive_faults().map(|faults| faults.config());
+        drive.put_into(&mut config).map_err(|error| Error::Key {
+            file: format!("scenario {}", self.name),
+            key: format!("drive.{}", error.parameter),
+            message: error.to_string(),
+        })?;
         Ok(Some(config))
     }
 
-    /// That a dead encoder of some wheel is never noticed, where it is so: nobody else tells of the wheel, and the torque that would make its reading
-    /// stuck is more than its motor has.
-    ///
-    /// # Errors
-    /// As [`Scenario::controller`].
+    /// `[drive.faults]` with everything that follows from the vehicle where it is left out; none where nothing is looked for.
+    pub(crate) fn drive_faults(&self) -> Option<DriveFaults> {
+        // Where no other wheel shows the motion of a wheel, all there is to go by is that its motor pulls in vain.
+        let blind = !self.unchecked_wheels().is_empty();
+        let left_out = || blind.then(DriveFaults::default);
+        let mut faults = self.drive?.faults.or_else(left_out)?;
+        let motor = &self.vehicle().motor;
+        faults.stuck_torque_n_m = faults
+            .stuck_torque_n_m
+            .or_else(|| blind.then_some(0.5 * motor.stall_torque_n_m));
+        // From one way to the other at full speed in a period, and what single counts add to a reading.
+        let counts_rad_s = 3.0 * self.encoder_step_rad_s().unwrap_or(0.0);
+        let no_load_rad_s = self.vehicle().no_load_rad_s();
+        faults.jump_rad_s = faults
+            .jump_rad_s
+            .or_else(|| no_load_rad_s.map(|no_load| 2.0 * no_load + counts_rad_s));
+        Some(faults)
+    }
+
+    /// Places of the wheels whose motion the other wheels do not show.
+    fn unchecked_wheels(&self) -> Vec<usize> {
+        let vehicle = self.vehicle();
+        for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
+    }
+
+    /// That a dead encoder of some wheel is never noticed, where it is so: no other wheel shows its motion, and the torque that would make its
+    /// reading stuck is more than its motor has.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let said = |torque| {
     ///     let keys = [Override::parse("vehicle=omni3")?, Override::new("drive.faults.stuck_torque_n_m", torque)];
-    ///     Scenario::load("flat", &keys)?.unseen_encoders()
+    ///     Scenario::load("flat", &keys).map(|scenario| scenario.unseen_encoders())
     /// };
     /// assert_eq!(said(0.5)?, None);
     /// assert_eq!(said(100.0)?.as_deref(), Some("wheels 1, 2, 3: a dead encoder is never noticed, because no other wheel tells of \
     ///     it and drive.faults.stuck_torque_n_m = 100; use less than the motor's 1 N.m"));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
-    pub fn unseen_encoders(&self) -> Result<Option<String>, Error> {
-        for_wheel_count!(self.vehicle().wheel.len(), unseen[](self), |count| {
-            Err(self.vehicle().refuse(&wheel_count_refused(count)))
-        })
+    #[must_use]
+    pub fn unseen_encoders(&self) -> Option<String> {
+        let (vehicle, wheels) = (self.vehicle(), self.unchecked_wheels());
+        let least_n_m = self.drive_faults()?.stuck_torque_n_m.unwrap_or(f64::INFINITY);
+        let stall_n_m = vehicle.motor.stall_torque_n_m;
+        if wheels.is_empty() || least_n_m < stall_n_m {
+            return None;
+        }
+        let names: Vec<_> = wheels.iter().map(|i| vehicle.wheel[*i].name.as_str()).collect();
+        let plural = if names.len() > 1 { "s" } else { "" };
+        Some(format!(
+            "wheel{plural} {}: a dead encoder is never noticed, because no other wheel tells of it and drive.faults.stuck_torque_n_m = \
+             {least_n_m}; use less than the motor's {stall_n_m} N.m",
+            names.join(", ")
+        ))
     }
 
     /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.
@@ -374,24 +384,16 @@ impl Scenario {
     }
 }
 
-fn unseen<const N: usize>(scenario: &Scenario) -> Result<Option<String>, Error> {
-    let Some(config) = scenario.drive_config::<f64, N>()? else {
-        return Ok(None);
-    };
-    let vehicle = scenario.vehicle();
-    let wheels = wheels_that_nobody_tells_of(&config).map_err(|error| vehicle.refuse(&error))?;
-    let least_n_m = config
-        .faults
-        .map_or(f64::INFINITY, |faults| faults.stuck_torque_n_m);
-    let stall_n_m = vehicle.motor.stall_torque_n_m;
-    if wheels.is_empty() || least_n_m < stall_n_m {
-        return Ok(None);
-    }
-    let names: Vec<_> = wheels.iter().map(|i| vehicle.wheel[*i].name.as_str()).collect();
-    let plural = if names.len() > 1 { "s" } else { "" };
-    Ok(Some(format!(
-        "wheel{plural} {}: a dead encoder is never noticed, because no other wheel tells of it and drive.faults.stuck_torque_n_m = \
-         {least_n_m}; use less than the motor's {stall_n_m} N.m",
-        names.join(", ")
-    )))
+fn unchecked<const N: usize>(vehicle: &Vehicle) -> Vec<usize> {
+    let kinematics = vehicle
+        .layout()
+        .and_then(|layout| Kinematics::<f64, N>::new(&layout));
+    // A loaded vehicle's layout is one.
+    kinematics.map_or_else(
+        |_| Vec::new(),
+        |kinematics| {
+            let redundancy = kinematics.redundancy();
+            (0..N).filter(|i| redundancy[*i] < LEAST_REDUNDANCY).collect()
+        },
+    )
 }

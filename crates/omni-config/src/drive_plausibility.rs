@@ -2,7 +2,6 @@
 
 use crate::Scenario;
 use crate::derived_gains::digits;
-use crate::drive::DriveFaults;
 
 /// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with 1.2 counts a standing wheel of chugo7
 /// was called stuck in each of four drives, with 1.5 counts in none.
@@ -28,10 +27,7 @@ impl Scenario {
     /// ```
     #[must_use]
     pub fn drive_doubts(&self) -> Vec<String> {
-        // Three wheels, of which none tells of another, have a table that is left out.
-        let left_out = (self.vehicle().wheel.len() == 3).then(DriveFaults::default);
-        let faults = self.drive.and_then(|drive| drive.faults.or(left_out));
-        let (Some(faults), Some(count_rad_s)) = (faults, self.encoder_step_rad_s()) else {
+        let (Some(faults), Some(count_rad_s)) = (self.drive_faults(), self.encoder_step_rad_s()) else {
             return Vec::new();
         };
         let thresholds = [

@@ -216,6 +216,24 @@ impl Validate for Fault {
 }
 
 impl Fault {
+    /// Its wheel, and from when and until when it lasts \[s\].
+    fn parts(&self) -> (Option<&str>, f64, Option<f64>) {
+        match self {
+            Self::WheelLost(fault)
+            | Self::EncoderStuck(fault)
+            | Self::EncoderDead(fault)
+            | Self::EncoderToggles(fault)
+            | Self::EncoderSilent(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
+            Self::WheelDrag(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
+            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
+                (Some(&fault.wheel), fault.from_s, fault.until_s)
+            }
+            Self::SupplySag(fault) => (None, fault.from_s, fault.until_s),
+            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (None, fault.from_s, fault.until_s),
+            Self::LoadAdded(fault) => (None, fault.from_s, None),
+        }
+    }
+
     /// From when up to when \[s\]; without an end up to infinity.
     ///
     /// ```
@@ -225,18 +243,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn span_s(&self) -> Range<f64> {
-        let (from_s, until_s) = match self {
-            Self::WheelLost(fault)
-            | Self::EncoderStuck(fault)
-            | Self::EncoderDead(fault)
-            | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => (fault.from_s, fault.until_s),
-            Self::WheelDrag(fault) => (fault.from_s, fault.until_s),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => (fault.from_s, fault.until_s),
-            Self::SupplySag(fault) => (fault.from_s, fault.until_s),
-            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (fault.from_s, fault.until_s),
-            Self::LoadAdded(fault) => (fault.from_s, None),
-        };
+        let (_, from_s, until_s) = self.parts();
         from_s..until_s.unwrap_or(f64::INFINITY)
     }
 
@@ -249,16 +256,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn wheel(&self) -> Option<&str> {
-        match self {
-            Self::WheelLost(fault)
-            | Self::EncoderStuck(fault)
-            | Self::EncoderDead(fault)
-            | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => Some(&fault.wheel),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => Some(&fault.wheel),
-            Self::WheelDrag(fault) => Some(&fault.wheel),
-            Self::SupplySag(_) | Self::CommandLost(_) | Self::EmergencyStop(_) | Self::LoadAdded(_) => None,
-        }
+        self.parts().0
     }
 
     /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.

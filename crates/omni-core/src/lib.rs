@@ -66,6 +66,8 @@ pub use scalar::Real;
 pub use shaping::{
     CommandShaper, CommandStatus, EmergencyDeceleration, ShapedCommand, ShaperState, ShapingConfig,
 };
+#[doc(hidden)]
+pub use slip::LEAST_REDUNDANCY;
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use traction::{
     Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, Traction, TractionConfig,

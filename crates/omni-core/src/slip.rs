@@ -279,7 +279,8 @@ impl<R: Real, const N: usize> SlipState<R, N> {
 const MARGIN: f64 = 1.25;
 
 /// Redundancy below which the others say too little about a wheel to accuse it.
-const LEAST_REDUNDANCY: f64 = 0.05;
+#[doc(hidden)]
+pub const LEAST_REDUNDANCY: f64 = 0.05;
 
 impl<R: Real> SlipDetector<R> {
     /// A detector as configured.

@@ -142,7 +142,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 scenario.period_s(),
                 scenario.derived_gains(),
             );
-            if let Some(text) = scenario.unseen_encoders()? {
+            if let Some(text) = scenario.unseen_encoders() {
                 warn(&format!("{}: {text}", scenario.name));
             }
             print(out, &scenario.constants(language)?)

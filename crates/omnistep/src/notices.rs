@@ -13,7 +13,7 @@ pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
         .chain(of_command)
         .chain(scenario.drive_doubts())
         .chain(scenario.traction_notes())
-        .chain(scenario.unseen_encoders().ok().flatten())
+        .chain(scenario.unseen_encoders())
         .collect()
 }
 
