@@ -6,6 +6,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -142,6 +143,21 @@ def faults(ended: Ended, allowed: Iterable[int] = (0, 1, 2)) -> list[str]:
         wrong.append(f"a message of {longest} characters: {max(lines, key=len)[:100]}...")
     if ended.code in (1, 2) and not lines:
         wrong.append(f"exit code {ended.code} without a word")
+    return wrong
+
+
+def in_python(setting: Setting, name: str, program: str, call: str, count: int) -> list[str]:
+    """What fails of a program of Python in `scripts/attack/NAME.py`: it prints FAILED for each, and TRIED at its end.
+
+    It is given the seed, the count, and the folder for what made it fail.
+    """
+    command = [sys.executable, "-c", program, setting.seed, count, setting.keep]
+    ended = run(command, setting.folder(name), seconds=60 + count // 10)
+    lines = ended.out.splitlines()
+    wrong = [f"{call}: {line.removeprefix('FAILED ')}" for line in lines if line.startswith("FAILED")]
+    if f"TRIED {count}" not in ended.out:
+        why = "; ".join(faults(ended)) or ended.err[-200:]
+        wrong.append(f"scripts/attack/{name}.py, seed {setting.seed}: {why}")
     return wrong
 
 

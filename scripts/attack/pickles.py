@@ -1,8 +1,6 @@
 """Pickles of others, as far as they name only this package's types."""
 
-import sys
-
-from campaign import Campaign, Setting, faults, run
+from campaign import Campaign, Setting, in_python
 
 # An unpickler that finds nothing but omnistep: what pickle itself allows is no fault of ours.
 MUTATE = """
@@ -77,11 +75,6 @@ print("TRIED", count)
 
 def campaigns(setting: Setting) -> list[Campaign]:
     """Scenario, vehicle, run and outcome with changed bytes: an exception of a usual kind, or something that works."""
-    folder, count = setting.folder("pickles"), setting.count(3000)
-    ended = run([sys.executable, "-c", MUTATE, setting.seed, count, setting.keep], folder, seconds=60 + count // 10)
-    wrong = [
-        f"pickle.load: {line.removeprefix('FAILED ')}" for line in ended.out.splitlines() if line.startswith("FAILED")
-    ]
-    if f"TRIED {count}" not in ended.out:
-        wrong.append(f"scripts/attack/pickles.py, seed {setting.seed}: {'; '.join(faults(ended)) or ended.err[-200:]}")
+    count = setting.count(3000)
+    wrong = in_python(setting, "pickles", MUTATE, "pickle.load", count)
     return [Campaign("pickles of Scenario, Trace and others", count, "pickles", wrong)]

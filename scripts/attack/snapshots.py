@@ -1,8 +1,6 @@
 """States of `Simulation.save` with flipped bits, cut or turned: each is refused, and none panics."""
 
-import sys
-
-from campaign import Campaign, Setting, faults, run
+from campaign import Campaign, Setting, in_python
 
 FLIP = """
 import random, sys
@@ -52,15 +50,6 @@ print("TRIED", count)
 
 def campaigns(setting: Setting) -> list[Campaign]:
     """Both engines, balls and rollers."""
-    folder, count = setting.folder("snapshots"), setting.count(500)
-    ended = run([sys.executable, "-c", FLIP, setting.seed, count, setting.keep], folder, seconds=60 + count // 10)
-    wrong = [
-        f"Simulation.resume: {line.removeprefix('FAILED ')}"
-        for line in ended.out.splitlines()
-        if line.startswith("FAILED")
-    ]
-    if f"TRIED {count}" not in ended.out:
-        wrong.append(
-            f"scripts/attack/snapshots.py, seed {setting.seed}: {'; '.join(faults(ended)) or ended.err[-200:]}"
-        )
+    count = setting.count(500)
+    wrong = in_python(setting, "snapshots", FLIP, "Simulation.resume", count)
     return [Campaign("damaged states of a simulation", count, "states", wrong)]

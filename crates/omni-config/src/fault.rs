@@ -151,9 +151,9 @@ pub enum Fault {
     WheelLost(WheelFault),
     /// A wheel drags, as in section 3.3 of the paper: a torque against its turning.
     WheelDrag(WheelDrag),
-    /// A motor gives only a part of its torque at every speed, also shorted. The controller is not told.
+    /// A motor gives only a part of its torque at every speed, also shorted. The controller does not know.
     MotorWeak(WheelPart),
-    /// The supply has only a part of its voltage: stall torque and no-load speed of all motors fall with it. The controller is not told.
+    /// The supply has only a part of its voltage: stall torque and no-load speed of all motors fall with it. The controller does not know.
     SupplySag(SupplyPart),
     /// The electronics of an encoder repeat its last reading: with encoder counts the count, which jumps to the shaft's at the end of the fault, without counts the velocity.
     EncoderStuck(WheelFault),

@@ -88,7 +88,7 @@ pub struct DriveSample<R, const N: usize> {
     /// The loops.
     pub wheels: WheelSample<R, N>,
     /// Motors whose windings shall be shorted. In a safe stop and an emergency stop those of wheels with a fault, because no torque can be
-    /// asked of a wheel that is not believed, and a vehicle of three wheels rolls on past it; and all when the torque has ended.
+    /// controlled without a reading, and a vehicle of three wheels would roll on; and all when the torque has ended.
     /// At rest otherwise all when the torque has ended, if [`Rest::short_windings`](crate::Rest::short_windings) asks for it.
     pub brake: [bool; N],
     /// Enough wheels tell the motion: `slip` means something, and the pose was carried on.

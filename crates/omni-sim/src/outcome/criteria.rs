@@ -53,17 +53,18 @@ impl Runaway {
             self.told_m_s[k] = slowed_m_s.max(told[k]);
             over |= moving[k] > FASTER * self.told_m_s[k] + allowed_m_s;
         }
-        if over {
-            self.over_s += self.period_s;
-        } else {
-            self.over_s = 0.0;
-        }
+        self.over_s = lasts(self.over_s, over, self.period_s);
         self.found |= self.over_s >= SUSTAINED_S;
     }
 
     pub(super) fn found(&self) -> bool {
         self.found
     }
+}
+
+/// For how long something has lasted without a break, after another period \[s\].
+pub(super) fn lasts(time_s: f64, still: bool, period_s: f64) -> f64 {
+    if still { time_s + period_s } else { 0.0 }
 }
 
 /// From the origin to the farthest wheel \[m\].
@@ -124,11 +125,7 @@ impl Lean {
             .fold(self.most_rad, |most, lean| most.max(*lean));
         let mut hinges = seen.hinges.iter().zip(&self.stop_rad);
         let at_stop = hinges.any(|(hinge, stop)| hinge.angle_rad.abs() >= *stop);
-        self.at_stop_s = if at_stop {
-            self.at_stop_s + self.period_s
-        } else {
-            0.0
-        };
+        self.at_stop_s = lasts(self.at_stop_s, at_stop, self.period_s);
         self.fell |= self.at_stop_s >= SUSTAINED_S;
     }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use omni_core::BodyTwist;
 
-use super::criteria::{BRAKING_M_S2, SUSTAINED_S, farthest_wheel_m};
+use super::criteria::{BRAKING_M_S2, SUSTAINED_S, farthest_wheel_m, lasts};
 use crate::config::Scenario;
 use crate::controller::ControlSample;
 use crate::observation::Observation;
@@ -118,7 +118,7 @@ impl Obedience {
         self.judge_direction(&seen.twist);
 
         let rest = command.to_array() == [0.0; 3] && self.followed == Default::default();
-        self.rest_s = if rest { self.rest_s + self.period_s } else { 0.0 };
+        self.rest_s = lasts(self.rest_s, rest, self.period_s);
         if self.rest_s > self.torque_ends_s {
             self.judge_rest(seen);
         } else {
@@ -170,7 +170,7 @@ impl Obedience {
     fn judge_rest(&mut self, seen: &Observation) {
         let moves = libm::hypot(seen.twist.vx_m_s, seen.twist.vy_m_s) > STANDS[0]
             || seen.twist.wz_rad_s.abs() > STANDS[1];
-        self.moves_s = if moves { self.moves_s + self.period_s } else { 0.0 };
+        self.moves_s = lasts(self.moves_s, moves, self.period_s);
         self.found.rolled_on |= self.moves_s >= COASTS_S;
         // What a motor takes out of a wheel is no push.
         let pushes_w = |(wheel, way): (&crate::observation::WheelObservation, &f64)| {

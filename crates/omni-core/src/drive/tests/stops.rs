@@ -329,7 +329,7 @@ fn too_late<const N: usize>(
                     last_torque(double, stop, encoders, broken),
                     last_torque(single, stop, encoders, broken),
                 ] {
-                    // A time-out of 0.1 s. A command of rest, at once, but for a safe stop that wheels began which were no longer believed 0.09 s
+                    // A time-out of 0.1 s. A command of rest acts at once, unless unusable readings began a safe stop 0.09 s
                     // before. 0.316 m/s at 2 m/s^2 in an emergency stop or a safe stop. Times in f32 end in the next period.
                     let slowed = [101, 70, 159, 159][stop];
                     // Then 0.5 s of bleeding.
@@ -390,7 +390,7 @@ fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
     assert_eq!(after(&mut state, &[5], 1), (DriveMode::Degraded, none));
     let four = [0, 1, 3, 5];
     assert_eq!(after(&mut state, &four, 60), (DriveMode::SafeStop, only(&four)));
-    // Wheels that are believed again, 100 good readings later, are braked by their loops until the torque has ended; then all are shorted.
+    // After 100 good readings the loops brake these wheels again until the torque has ended; then all are shorted.
     assert_eq!(after(&mut state, &[], 150), (DriveMode::SafeStop, none));
     assert_eq!(after(&mut state, &[], 500), (DriveMode::SafeStop, [true; 7]));
 }
