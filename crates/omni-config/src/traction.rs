@@ -3,7 +3,7 @@
 use omni_core::linkage::MAX_HINGES;
 use omni_core::{
     CarriedWheel, ConfigError, Coordination, HingeGeometry, Kinematics, Linkage, Real, Supervisor,
-    SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionWheel,
+    SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionSensors, TractionWheel,
 };
 
 use crate::control::TractionPreset;
@@ -116,13 +116,7 @@ impl Scenario {
             TractionPreset::Steady => TractionConfig::steady(kp, ki, period),
             TractionPreset::Reach => TractionConfig::reach(kp, ki, period),
         };
-        let ways = vehicle.wheel.iter().map(|wheel| wheel.gear * wheel.radius_m);
-        // What is made of counts by something else is no multiple of them.
-        let counts = match self.sensors.encoder_velocity {
-            None => self.sensors.encoder_counts,
-            Some(_) => 0,
-        };
-        config = config.with_counts(counts, R::of(ways.fold(0.0, f64::max)));
+        config = config.with_sensors(self.traction_sensors());
         let supervisor = self.supervisor(preset.supervisor(self.period_s()));
         let limit = vehicle.motor.limit().map_err(refuse)?;
         let layout = vehicle.layout::<R, N>().map_err(refuse)?; // checks the count
@@ -143,6 +137,20 @@ impl Scenario {
         );
         let supervisor = Supervisor::new(&wheels.map(|wheel| wheel.place_m), supervisor).map_err(refuse)?;
         Ok(Some((supervisor, built.map_err(refuse)?)))
+    }
+
+    /// What the scenario knows of its sensors and motors.
+    fn traction_sensors<R: Real>(&self) -> TractionSensors<R> {
+        let (told, mut sensors) = (&self.sensors, TractionSensors::perfect());
+        // What is made of counts by something else is no multiple of them.
+        if told.encoder_velocity.is_none() {
+            sensors.encoder_counts = told.encoder_counts;
+        }
+        sensors.encoder_noise_rad_s = R::of(told.encoder_noise_rad_s);
+        sensors.gyro_noise_rad_s = R::of(told.gyro_noise_rad_s);
+        sensors.delay_s = R::of(told.delay_us as f64 * 1e-6);
+        sensors.lag_s = R::of(self.actuators.torque_lag_s);
+        sensors
     }
 
     fn supervisor<R: Real>(&self, preset: SupervisorConfig<R>) -> SupervisorConfig<R> {

@@ -71,8 +71,8 @@ pub use slip::LEAST_REDUNDANCY;
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use traction::{
     Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, Traction, TractionConfig,
-    TractionObservation, TractionPolicy, TractionPolicyState, TractionSample, TractionState, TractionTarget,
-    TractionWheel,
+    TractionLoops, TractionPolicy, TractionPolicyState, TractionSample, TractionSensors, TractionState,
+    TractionTarget, TractionWheel,
 };
 pub use trajectory::{
     PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory, TrajectoryPlanner, TrajectorySample,

@@ -13,7 +13,7 @@ use crate::pid::is_plausible;
 use crate::wheel_loops::all_plausible;
 use crate::{Imu, Real};
 pub use motion::LinkageMotion;
-pub(crate) use motion::{Bodies, WheelMotion, attitude};
+
 
 /// Hinges of a vehicle at most.
 pub const MAX_HINGES: usize = 8;

@@ -10,53 +10,43 @@
 //! - [`TractionPolicy`] is both behind the face of any controller.
 
 mod config;
+mod direction;
 mod encoder;
-mod observation;
-mod observe;
+mod heading;
+mod linkage;
 mod policy;
-mod record;
 mod sample;
-mod sensor_input;
+mod slip;
+mod speed;
 mod state;
 mod supervisor;
 #[cfg(test)]
 mod tests;
-mod torque_law;
-mod torques;
-mod travel_direction;
-mod wheels;
+mod thrust;
 
-use crate::constants::{constant_struct, each};
+use crate::constants::constant_struct;
 use crate::motor::TorqueLimits;
-use crate::{ConfigError, Kinematics, Linkage, Real};
-pub use config::{TractionConfig, TractionWheel};
-pub use observation::TractionObservation;
+use crate::pid::is_plausible;
+use crate::{BodyTwist, ConfigError, Kinematics, Linkage, Readings, Real};
+use slip::Asked;
+
+pub use config::{TractionConfig, TractionSensors, TractionTimes, TractionWheel};
 pub use policy::{TractionPolicy, TractionPolicyState};
 pub use sample::TractionSample;
 pub use state::TractionState;
 pub use supervisor::{Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, TractionTarget};
+pub use thrust::TractionLoops;
 
-/// Part of the largest way per turn from which on a direction of travel drives a wheel. The other wheels follow the measured speed.
-const DRIVEN_PART: f64 = 0.3;
-/// The same where wheels with that much push without turning the vehicle. Wheels across that push at an edge press the vehicle along it: with
-/// 0.3 `chugo7` stays at the built-in step at 18 degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
-const ENOUGH_PART: f64 = 0.6;
-/// Part of their levers by which pushes may turn the vehicle and count as balanced.
-const BALANCED_PART: f64 = 0.01;
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
 const BRAKING_PART: f64 = 0.025;
-/// Heading error that is kept at most \[rad\].
-const HEADING_RAD: f64 = 0.5;
-/// Time within which the thrust's integral falls where the vehicle is told to rest \[s\].
+/// Time within which integrals fall where the vehicle is told to rest \[s\].
 const REST_S: f64 = 0.25;
-/// The vehicle drives straight on level ground where nothing turns or rises faster \[m/s\], and nothing points up further \[rad\].
-const QUIET_M_S: f64 = 0.02;
-const LEVEL_RAD: f64 = 0.02;
-/// Largest correction of the gyro's zero in a period, and largest zero \[rad/s\].
-const ZERO_STEP_RAD_S: f64 = 0.1;
-const ZERO_MOST_RAD_S: f64 = 0.2;
-/// A measured speed has a direction above this \[m/s\].
-const SURE_M_S: f64 = 5e-3;
+/// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
+/// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is heard again after the last.
+const MUTE_PART: f64 = 0.5;
+const MUTE_STANDING_S: f64 = 1.0;
+const MUTE_TURNING_S: f64 = 0.25;
+const MUTE_AGAIN_S: f64 = 4.0;
 
 /// Traction control of one vehicle. Immutable; what it remembers is a [`TractionState`].
 ///
@@ -73,10 +63,8 @@ const SURE_M_S: f64 = 5e-3;
 /// let mut state = TractionState::new();
 /// // At rest, told to go ahead at 0.3 m/s: every wheel that points ahead gives the same, those across nothing.
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-/// let readings = Readings::new(ahead, &[0.0; 7]);
-/// let observed = traction.observe(&mut state, &readings);
-/// let sample = traction.act(&mut state, &readings, &observed, &TractionTarget::at(0.3));
-/// assert_eq!(observed.speed_m_s, 0.0);
+/// let sample = traction.step(&mut state, &Readings::new(ahead, &[0.0; 7]), &TractionTarget::at(0.3));
+/// assert_eq!(sample.speed_m_s, 0.0);
 /// assert_eq!(sample.wheels.applied.n_m.map(|torque| torque.signum() * f64::from(torque != 0.0)), [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0]);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
@@ -92,6 +80,7 @@ pub struct Traction<R, const N: usize> {
     way_m_rad: [R; N],
     place_m: [[R; 2]; N],
     config: TractionConfig<R>,
+    times: TractionTimes<R>,
     /// Largest rate of a wheel per yaw rate.
     per_yaw: R,
     /// Inverses of how far the outermost wheels are to the side, for travel along x and along y \[1/m\].
@@ -100,7 +89,7 @@ pub struct Traction<R, const N: usize> {
 
 constant_struct!(Traction<R, const N> {
     kinematics: Kinematics<R, N>, linkage: Linkage<R, N>, limits: TorqueLimits<R, N>, inertia_kg_m2: [R; N], carrier: [[R; 2]; N],
-    way_m_rad: [R; N], place_m: [[R; 2]; N], config: TractionConfig<R>, per_yaw: R,
+    way_m_rad: [R; N], place_m: [[R; 2]; N], config: TractionConfig<R>, times: TractionTimes<R>, per_yaw: R,
     per_side_m: [R; 2]
 });
 
@@ -108,8 +97,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// For a vehicle whose wheels are in the order of `kinematics`.
     ///
     /// # Errors
-    /// Whatever of the configuration is out of its range: [`TractionConfig`], [`TractionWheel`] with the wheel's index. In particular
-    /// `slip_s`: slip that is taken out within less than two control periods swings.
+    /// Whatever of the configuration is out of its range: [`TractionConfig`], [`TractionWheel`] with the wheel's index.
     ///
     /// ```
     /// use omni_core::{Traction, TractionConfig};
@@ -118,9 +106,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
     /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?)?;
     /// let mut config = TractionConfig::steady(0.3, 2.0, 1e-3);
-    /// config.slip_s = 0.5e-3; // half a period
+    /// config.sensors.delay_s = 0.1; // readings of a tenth of a second ago
     /// let error = Traction::new(kinematics, linkage, [wheel; 4], config).unwrap_err();
-    /// assert_eq!((error.parameter, error.allowed), ("slip_s", "2 control periods to 10"));
+    /// assert_eq!((error.parameter, error.allowed), ("delay_s", "0 to 0.03: later, and slip cannot be controlled"));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn new(
@@ -133,18 +121,22 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for (index, wheel) in wheels.iter().enumerate() {
             wheel.check().map_err(|error| error.at(index))?;
         }
-        let largest = |sizes: [R; N]| sizes.into_iter().fold(R::zero(), larger);
         let inverse = |x: R| if x > R::zero() { R::one() / x } else { R::zero() };
+        let rows = kinematics.inverse_matrix();
+        let way_m_rad = rows.map(|[x, y, _]| inverse((x * x + y * y).sqrt()));
+        let per_yaw = largest(rows.map(|row| row[2].abs()));
+        let way_m = largest(way_m_rad);
+        let torque_n_m = wheels.iter().fold(R::of(1e6), |least, wheel| self::least(least, wheel.limit.range(R::zero()).upper_n_m));
+        let inertia_kg_m2 = largest(wheels.map(|wheel| wheel.inertia_kg_m2));
         Ok(Self {
-            per_yaw: largest(kinematics.inverse_matrix().map(|row| row[2].abs())),
+            times: TractionTimes::new(&config, inertia_kg_m2, torque_n_m, way_m, per_yaw * way_m),
+            per_yaw,
             per_side_m: [1, 0]
                 .map(|axis: usize| inverse(largest(wheels.map(|wheel| wheel.place_m[axis].abs())))),
             limits: TorqueLimits::new(&wheels.map(|wheel| wheel.limit)),
             inertia_kg_m2: wheels.map(|wheel| wheel.inertia_kg_m2),
             carrier: wheels.map(|wheel| wheel.carrier),
-            way_m_rad: kinematics
-                .inverse_matrix()
-                .map(|[x, y, _]| inverse((x * x + y * y).sqrt())),
+            way_m_rad,
             place_m: wheels.map(|wheel| wheel.place_m),
             kinematics,
             linkage,
@@ -174,20 +166,96 @@ impl<R: Real, const N: usize> Traction<R, N> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rate of a wheel's actuator per yaw rate.
-    #[inline(always)]
-    fn turned_by(&self, wheel: usize) -> R {
-        self.kinematics.inverse_matrix()[wheel][2]
+    /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a [`Supervisor`] must know it before.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
+    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
+    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// let mut state = TractionState::new();
+    /// traction.command(&mut state, &BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO });
+    /// assert_eq!(state.speed_m_s(), 0.0); // along y from now on
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
+        self.take_command(state, command);
     }
 
-    /// What a yaw rate, or what is as one, makes of each wheel.
-    #[inline(always)]
-    fn turning(&self, yaw: R) -> [R; N] {
-        let mut turning = [yaw; N];
-        each!(i of N {
-            turning[i] = self.turned_by(i) * yaw;
-        });
-        turning
+    /// One control period: readings and a target speed in, torques and every signal out. Never NaN, never beyond a motor's limits, whatever
+    /// is read. O(N).
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Readings, TorqueLimit, Traction, TractionConfig, TractionState, TractionTarget};
+    /// # use omni_core::{TractionWheel, WheelLayout};
+    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
+    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// let (mut state, ahead) = (TractionState::new(), BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
+    /// let mut sample = traction.step(&mut state, &Readings::new(ahead, &[3.0; 4]), &TractionTarget::at(0.3));
+    /// for _ in 0..200 {
+    ///     sample = traction.step(&mut state, &Readings::new(ahead, &[3.0, 3.0, 3.0, 2.0]), &TractionTarget::at(0.3));
+    /// }
+    /// assert_eq!(sample.believed, Some(3)); // the slowest: the others slip
+    /// assert!((sample.speed_m_s - 0.2).abs() < 1e-3);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step(
+        &self,
+        state: &mut TractionState<R, N>,
+        readings: &Readings<'_, R>,
+        target: &TractionTarget<R, N>,
+    ) -> TractionSample<R, N> {
+        let mut sample = TractionSample::zero();
+        self.step_into(state, readings, target, &mut sample);
+        sample
+    }
+
+    fn step_into(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>, target: &TractionTarget<R, N>, sample: &mut TractionSample<R, N>) {
+        self.take_command(state, &readings.command);
+        if is_plausible(target.speed_m_s) {
+            state.target_m_s = target.speed_m_s;
+        }
+        // 1. How bodies and wheels move.
+        let rates_rad_s = self.hear(state, readings);
+        let motion = self.moves(state, readings);
+        let free_rad_s = self.free_of_carriers(&rates_rad_s, &motion);
+        (state.height_m, state.rise_m_s) = (motion.height_m, motion.rise_m_s);
+        // 2. One speed.
+        self.see_yaw(state, &readings.imu, &free_rad_s, &motion);
+        let believed = self.see_speed(state, &free_rad_s);
+        // 3. One thrust.
+        let wheels = &mut sample.wheels;
+        self.limits.ranges(&rates_rad_s, &mut wheels.range);
+        self.find_largest(state, &wheels.range);
+        self.choose_loops(state, target, &motion, &free_rad_s);
+        if state.loops == TractionLoops::Traction {
+            self.find_thrust(state);
+        } else {
+            state.thrust_n_m = self.mean_thrust(state);
+        }
+        // 4. and 5. Slip of each wheel; heading and level.
+        let turn = self.turn(state, target);
+        let asked = Asked { rates_rad_s: &rates_rad_s, free_rad_s: &free_rad_s, motion: &motion, target, turn };
+        wheels.measured.rad_s = rates_rad_s;
+        wheels.reference.rad_s = state.reference_rad_s;
+        self.find_torques(state, &asked, sample);
+        if state.is_resting() {
+            state.fade(R::one() - self.config.part(R::of(REST_S)));
+        }
+        sample.command = readings.command;
+        sample.loops = state.loops;
+        sample.factor = state.speed_part();
+        (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) = (state.speed_m_s, state.target_m_s, state.thrust_n_m);
+        sample.believed = believed;
+        (sample.yaw_rad_s, sample.heading_rad, sample.gyro_zero_rad_s) = (state.yaw_rad_s, state.heading_rad, state.gyro_zero_rad_s);
+    }
+
+    /// Rate of a wheel's actuator per yaw rate.
+    fn turned_by(&self, wheel: usize) -> R {
+        self.kinematics.inverse_matrix()[wheel][2]
     }
 }
 
@@ -197,4 +265,8 @@ fn larger<R: Real>(a: R, b: R) -> R {
 
 fn least<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
+}
+
+fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
+    sizes.into_iter().fold(R::zero(), larger)
 }

@@ -1,6 +1,7 @@
 //! What a traction control is configured with.
 
-use super::larger;
+use super::encoder::window_s;
+use super::{larger, least};
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real, TorqueLimit};
@@ -40,6 +41,33 @@ impl<R: Real> TractionWheel<R> {
     }
 }
 
+/// What is known of the sensors and motors that a traction control lives with: its times follow from it. Start from [`TractionSensors::perfect`].
+///
+/// ```
+/// use omni_core::TractionSensors;
+/// let mut sensors = TractionSensors::<f32>::perfect();
+/// (sensors.encoder_counts, sensors.delay_s) = (1024, 2e-3); // counts a turn of the actuator; readings are 2 ms old
+/// assert_eq!(sensors.encoder_noise_rad_s, 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct TractionSensors<R> {
+    /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period; 0: it is not.
+    pub encoder_counts: u32,
+    /// Standard deviation of a wheel's reading \[rad/s\], 0 to 100.
+    pub encoder_noise_rad_s: R,
+    /// Standard deviation of the gyro's reading \[rad/s\], 0 to 100.
+    pub gyro_noise_rad_s: R,
+    /// Age of the readings \[s\], 0 to 0.03.
+    pub delay_s: R,
+    /// Time constant of the motors' torque \[s\], 0 to 0.03.
+    pub lag_s: R,
+}
+
+constant_struct!(TractionSensors<R> { encoder_counts: u32, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
+
 /// Gains and times of a traction control. Start from [`TractionConfig::steady`] or [`TractionConfig::reach`].
 ///
 /// Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
@@ -56,9 +84,8 @@ impl<R: Real> TractionWheel<R> {
 pub struct TractionConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Angle of the actuator that one count of its encoder is \[rad\], 0 to 10: readings are whole counts over the period; 0: they are not.
-    /// [`TractionConfig::with_counts`] fits the times to it.
-    pub encoder_rad: R,
+    /// What is known of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with it.
+    pub sensors: TractionSensors<R>,
     /// Thrust of every driven wheel per lack of speed, as a rate of its actuator \[N.m.s/rad\], 0 to 1e6.
     pub thrust_gain_n_m_s_rad: R,
     /// The same per integral of it \[N.m/rad\], 0 to 1e6: what carries the vehicle up a ramp. It does not wind up at the limit.
@@ -77,7 +104,7 @@ pub struct TractionConfig<R> {
     pub acceleration_m_s2: R,
     /// Time constant of the rates of hinges and base \[s\], 0 to 10.
     pub rates_s: R,
-    /// Time in which a wheel's slip is taken out, by its own inertia \[s\], two control periods to 10.
+    /// Time in which a wheel's slip is taken out, by its own inertia \[s\], 1e-6 to 10.
     pub slip_s: R,
     /// Slip that is left alone, as a speed of the rim \[m/s\], 0 to 100.
     pub slip_free_m_s: R,
@@ -101,18 +128,32 @@ pub struct TractionConfig<R> {
     pub gyro_zero_s: R,
     /// It is found only below this part of the largest thrust, 0 to 1.
     pub gyro_zero_part: R,
+    /// Largest zero \[rad/s\], 0 to 100: what the gyro's datasheet says.
+    pub gyro_zero_most_rad_s: R,
 }
 
 constant_struct!(TractionConfig<R> {
-    period_s: R, encoder_rad: R, thrust_gain_n_m_s_rad: R, thrust_integral_n_m_rad: R, soft_part: R, soft_s_rad: R, free_gain_n_m_s_rad: R,
+    period_s: R, sensors: TractionSensors<R>, thrust_gain_n_m_s_rad: R, thrust_integral_n_m_rad: R, soft_part: R, soft_s_rad: R, free_gain_n_m_s_rad: R,
     free_integral_n_m_rad: R, speed_s: R, acceleration_m_s2: R, rates_s: R, slip_s: R, slip_free_m_s: R, slip_width_m_s: R,
     contact_s: R, heading_per_s: R, heading_thrust_per_s: R, yaw_damping: R, levelling_per_s: R, levelling_from: R, squaring_s: R,
-    gyro_zero_s: R, gyro_zero_part: R
+    gyro_zero_s: R, gyro_zero_part: R, gyro_zero_most_rad_s: R
 });
+
+impl<R: Real> TractionSensors<R> {
+    /// Nothing to reckon with.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::TractionSensors::<f64>::perfect().delay_s, 0.0);
+    /// ```
+    #[must_use]
+    pub const fn perfect() -> Self {
+        Self { encoder_counts: 0, encoder_noise_rad_s: R::ZERO, gyro_noise_rad_s: R::ZERO, delay_s: R::ZERO, lag_s: R::ZERO }
+    }
+}
 
 impl<R: Real> TractionConfig<R> {
     /// Keeps the wheels together: least slip, heat and force. From the gains of a wheel's velocity loop \[N.m.s/rad, N.m/rad\] and the
-    /// control period \[s\]. Slip is taken out within 7.5 ms, or five periods where they are longer: faster than that it swings.
+    /// control period \[s\].
     ///
     /// ```
     /// use omni_core::TractionConfig;
@@ -124,9 +165,9 @@ impl<R: Real> TractionConfig<R> {
         let of = R::of;
         Self {
             period_s,
-            encoder_rad: R::zero(),
+            sensors: TractionSensors::perfect(),
             thrust_gain_n_m_s_rad: of(2.47) * kp_n_m_s_rad,
-            thrust_integral_n_m_rad: of(0.5) * ki_n_m_rad,
+            thrust_integral_n_m_rad: of(2.0) * ki_n_m_rad,
             soft_part: of(0.25),
             soft_s_rad: of(1.0 / 1.26),
             free_gain_n_m_s_rad: kp_n_m_s_rad,
@@ -134,7 +175,7 @@ impl<R: Real> TractionConfig<R> {
             speed_s: of(8.4e-3),
             acceleration_m_s2: of(6.0),
             rates_s: of(17.3e-3),
-            slip_s: larger(of(7.5e-3), of(5.0) * period_s),
+            slip_s: of(7.5e-3),
             slip_free_m_s: of(4e-3),
             slip_width_m_s: of(22e-3),
             contact_s: of(2.7e-3),
@@ -146,6 +187,7 @@ impl<R: Real> TractionConfig<R> {
             squaring_s: of(45e-3),
             gyro_zero_s: of(2.0),
             gyro_zero_part: of(0.4),
+            gyro_zero_most_rad_s: R::one(),
         }
     }
 
@@ -171,31 +213,17 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// For encoders of so many counts a turn of the actuator, on wheels that go `way_m_rad` a radian of it \[m/rad\]. What is read from
-    /// coarse counts is late and rough: slip is taken out more slowly, and more of it is left alone. 4096 counts and more change little;
-    /// 0 counts stand for none.
+    /// The same with what is known of sensors and motors.
     ///
     /// ```
-    /// use omni_core::TractionConfig;
-    /// let fine = TractionConfig::steady(0.3_f64, 2.0, 1e-3);
-    /// let coarse = fine.with_counts(64, 0.066);
-    /// assert!(coarse.slip_s > 10.0 * fine.slip_s && coarse.slip_free_m_s < 0.1);
-    /// assert_eq!(fine.with_counts(0, 0.066), fine);
+    /// use omni_core::{TractionConfig, TractionSensors};
+    /// let mut late = TractionSensors::perfect();
+    /// late.delay_s = 5e-3;
+    /// assert_eq!(TractionConfig::steady(0.3, 2.0, 1e-3).with_sensors(late).sensors.delay_s, 5e-3);
     /// ```
     #[must_use]
-    pub fn with_counts(mut self, counts: u32, way_m_rad: R) -> Self {
-        if counts == 0 {
-            return self;
-        }
-        self.encoder_rad = R::two_pi() / R::of(f64::from(counts));
-        let window = super::encoder::window_s(self.encoder_rad);
-        let rough_m_s = self.encoder_rad / window * way_m_rad;
-        self.contact_s = larger(self.contact_s, window);
-        self.slip_s = larger(self.slip_s, R::of(4.0) * window);
-        self.speed_s = larger(self.speed_s, R::of(0.5) * window);
-        self.slip_free_m_s += R::of(0.2) * rough_m_s;
-        self.slip_width_m_s += rough_m_s;
-        self
+    pub fn with_sensors(self, sensors: TractionSensors<R>) -> Self {
+        Self { sensors, ..self }
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
@@ -213,7 +241,6 @@ impl<R: Real> TractionConfig<R> {
         )?;
         each_within(
             &[
-                ("encoder_rad", self.encoder_rad),
                 ("speed_s", self.speed_s),
                 ("rates_s", self.rates_s),
                 ("contact_s", self.contact_s),
@@ -244,12 +271,24 @@ impl<R: Real> TractionConfig<R> {
             1e-3..=1e6,
             "0.001 to 1e6",
         )?;
-        within(
-            "slip_s",
-            self.slip_s,
-            2.0 * self.period_s.as_f64()..=10.0,
-            "2 control periods to 10",
+        each_within(
+            &[
+                ("delay_s", self.sensors.delay_s),
+                ("lag_s", self.sensors.lag_s),
+            ],
+            &(0.0..=0.03),
+            "0 to 0.03: later, and slip cannot be controlled",
         )?;
+        each_within(
+            &[
+                ("encoder_noise_rad_s", self.sensors.encoder_noise_rad_s),
+                ("gyro_noise_rad_s", self.sensors.gyro_noise_rad_s),
+                ("gyro_zero_most_rad_s", self.gyro_zero_most_rad_s),
+            ],
+            &(0.0..=100.0),
+            "0 to 100",
+        )?;
+        within("slip_s", self.slip_s, 1e-6..=10.0, "1e-6 to 10")?;
         within("slip_free_m_s", self.slip_free_m_s, 0.0..=100.0, "0 to 100")?;
         within("slip_width_m_s", self.slip_width_m_s, 1e-6..=100.0, "1e-6 to 100")?;
         within("yaw_damping", self.yaw_damping, 0.0..=100.0, "0 to 100")?;
@@ -265,6 +304,81 @@ impl<R: Real> TractionConfig<R> {
             self.period_s / time_s
         } else {
             R::one()
+        }
+    }
+}
+
+/// Times and dead zones that fit sensors, motors and wheels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[doc(hidden)]
+pub struct TractionTimes<R> {
+    /// Angle of the actuator that one count of its encoder is \[rad\]; 0 where readings are not counts.
+    pub(super) count_rad: R,
+    pub(super) slip_s: R,
+    pub(super) contact_s: R,
+    pub(super) speed_s: R,
+    /// Slip that is left alone, and its inverse \[m/s, s/m\].
+    pub(super) free_m_s: R,
+    pub(super) per_free_s_m: R,
+    pub(super) width_m_s: R,
+    pub(super) integral_n_m_rad: R,
+}
+
+constant_struct!(TractionTimes<R> {
+    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, width_m_s: R, integral_n_m_rad: R
+});
+
+/// Slip is taken out no faster than in so many periods, delays, windows of counts: it would swing.
+const PERIODS: f64 = 5.0;
+const DELAYS: f64 = 6.0;
+const WINDOWS: f64 = 4.0;
+/// Noise makes no more than a tenth of the torque.
+const NOISE_PART: f64 = 10.0;
+/// Slip that noise makes is left alone up to so many standard deviations of a filtered wheel.
+const DEVIATIONS: f64 = 2.0;
+/// The thrust's integral is slower where counts are read over longer than this \[s\].
+const INTEGRAL_S: f64 = 0.01;
+
+impl<R: Real> TractionTimes<R> {
+    /// For actuators of this largest inertia, least torque, largest way a turn \[kg.m^2, N.m, m/rad\], and outermost lever \[m\].
+    pub(super) fn new(config: &TractionConfig<R>, inertia_kg_m2: R, torque_n_m: R, way_m: R, lever_m: R) -> Self {
+        let (sensors, zero) = (&config.sensors, R::zero());
+        let late_s = sensors.delay_s + sensors.lag_s;
+        let noise_s = R::of(NOISE_PART) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
+        let (mut count_rad, mut window) = (zero, zero);
+        let (mut rough_m_s, mut slower) = (zero, R::one());
+        if sensors.encoder_counts > 0 {
+            count_rad = R::two_pi() / R::of(f64::from(sensors.encoder_counts));
+            window = window_s(count_rad);
+            rough_m_s = count_rad / window * way_m;
+            slower = least(R::of(INTEGRAL_S) / window, R::one());
+        }
+        let most = |times: &[R]| times.iter().fold(zero, |most, time| larger(most, *time));
+        let of = R::of;
+        let speed_s = most(&[config.speed_s, of(0.5) * window, of(0.5) * noise_s]);
+        // White noise through a first order.
+        let part = config.part(speed_s);
+        let filtered = (part / (of(2.0) - part)).sqrt();
+        let rim_m_s = sensors.encoder_noise_rad_s * way_m;
+        let yaw_m_s = sensors.gyro_noise_rad_s * lever_m;
+        let noise_m_s = of(DEVIATIONS) * filtered * (rim_m_s * rim_m_s + yaw_m_s * yaw_m_s).sqrt();
+        let free_m_s = larger(config.slip_free_m_s + of(0.2) * rough_m_s + noise_m_s, of(1e-6));
+        Self {
+            count_rad,
+            slip_s: most(&[
+                config.slip_s,
+                of(PERIODS) * config.period_s,
+                of(WINDOWS) * window,
+                of(DELAYS) * late_s,
+                noise_s,
+            ]),
+            contact_s: most(&[config.contact_s, window, late_s, noise_s]),
+            speed_s,
+            free_m_s,
+            per_free_s_m: R::one() / free_m_s,
+            width_m_s: config.slip_width_m_s + rough_m_s,
+            integral_n_m_rad: config.thrust_integral_n_m_rad * slower,
         }
     }
 }

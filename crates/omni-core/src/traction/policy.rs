@@ -1,13 +1,13 @@
 //! Traction control behind the same face as any controller.
 
 use super::{
-    Supervisor, SupervisorState, Traction, TractionObservation, TractionSample, TractionState, TractionTarget,
+    Supervisor, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
 };
 use crate::wheel_loops::{RestRule, RestState};
 use crate::{BodyTwist, ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
 
 /// Names of the signals that [`TractionPolicy`] has of its own.
-const SIGNALS: [&str; 11] = [
+const SIGNALS: [&str; 12] = [
     "traction_factor",
     "traction_speed_m_s",
     "traction_target_m_s",
@@ -19,6 +19,7 @@ const SIGNALS: [&str; 11] = [
     "traction_retries",
     "traction_heading_rad",
     "traction_gyro_zero_rad_s",
+    "traction_loops",
 ];
 
 /// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
@@ -70,7 +71,6 @@ pub struct TractionPolicy<R, const N: usize> {
     traction: Traction<R, N>,
     rest: RestRule<R>,
     state: TractionPolicyState<R, N>,
-    observed: TractionObservation<R, N>,
     sample: TractionSample<R, N>,
 }
 
@@ -148,7 +148,6 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
             rest: RestRule::usual(traction.period_s()),
             traction,
             state: TractionPolicyState::new(),
-            observed: TractionObservation::zero(),
             sample: TractionSample::zero(),
         }
     }
@@ -346,22 +345,19 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
 impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     fn reset(&mut self) {
         self.state = TractionPolicyState::new();
-        (self.observed, self.sample) = (TractionObservation::zero(), TractionSample::zero());
+        self.sample = TractionSample::zero();
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
         let state = &mut self.state;
         let mut readings = *readings;
         readings.command = self.limiter.step(&mut state.limited, &readings.command);
-        let (observed, sample) = (&mut self.observed, &mut self.sample);
-        self.traction
-            .observe_into(&mut state.traction, &readings, observed);
+        self.traction.command(&mut state.traction, &readings.command);
         let target = match &self.supervisor {
-            Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction, observed),
+            Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction),
             None => TractionTarget::at(state.traction.commanded_m_s),
         };
-        self.traction
-            .act_into(&mut state.traction, &readings, observed, &target, sample);
+        self.sample = self.traction.step(&mut state.traction, &readings, &target);
         if readings.command == BodyTwist::ZERO {
             self.end_torque();
         } else {
@@ -399,6 +395,7 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
             number(supervisor.retries()),
             sample.heading_rad,
             sample.gyro_zero_rad_s,
+            number(u32::from(sample.loops.number())),
         ];
         for (value, told) in values.iter_mut().zip(told) {
             *value = told;

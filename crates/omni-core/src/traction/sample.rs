@@ -1,5 +1,6 @@
 //! Every signal of a period of traction control.
 
+use super::TractionLoops;
 use crate::{BodyTwist, Real, WheelSample};
 
 /// Every signal of a step of [`super::Traction`].
@@ -16,6 +17,8 @@ pub struct TractionSample<R, const N: usize> {
     /// The wheels' signals. Of driven wheels `p_n_m` is the common thrust, `d_n_m` what slip, heading and level make of it; of wheels
     /// across the way `p_n_m` and `i_n_m` are their own loops'. No reference is reduced: the common factor is 1.
     pub wheels: WheelSample<R, N>,
+    /// What drives the wheels.
+    pub loops: TractionLoops,
     /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
     pub factor: R,
     /// Measured speed along the direction of travel \[m/s\].
@@ -24,8 +27,10 @@ pub struct TractionSample<R, const N: usize> {
     pub target_m_s: R,
     /// Common thrust \[N.m\].
     pub thrust_n_m: R,
-    /// The wheel whose speed is believed.
+    /// The wheel that the measured speed hangs on: the slowest that pushes, or the fastest where all brake.
     pub believed: Option<usize>,
+    /// Yaw rate \[rad/s\].
+    pub yaw_rad_s: R,
     /// Heading error \[rad\], counter-clockwise positive.
     pub heading_rad: R,
     /// The gyro's zero \[rad/s\].
@@ -47,15 +52,26 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
         Self {
             command: BodyTwist::zero(),
             wheels: WheelSample::zero(),
+            loops: TractionLoops::Plain,
             factor: R::ONE,
             speed_m_s: R::ZERO,
             target_m_s: R::ZERO,
             thrust_n_m: R::ZERO,
             believed: None,
+            yaw_rad_s: R::ZERO,
             heading_rad: R::ZERO,
             gyro_zero_rad_s: R::ZERO,
             slip_rad_s: [R::ZERO; N],
             contact_n_m: [R::ZERO; N],
         }
+    }
+}
+
+impl<R: Real, const N: usize> TractionSample<R, N> {
+    /// No torque for a wheel that is not heard.
+    pub(super) fn let_go(&mut self, i: usize) {
+        let (zero, wheels) = (R::zero(), &mut self.wheels);
+        wheels.active[i] = false;
+        (wheels.requested.n_m[i], wheels.applied.n_m[i]) = (zero, zero);
     }
 }

@@ -3,7 +3,8 @@
 mod config;
 mod state;
 
-use super::{TractionObservation, TractionState, larger, least};
+use super::thrust::CLIMBS_M_S;
+use super::{TractionState, larger, least};
 use crate::constants::constant_struct;
 use crate::{ConfigError, Real};
 pub use config::{Ladder, SupervisorConfig};
@@ -11,8 +12,6 @@ pub use state::{SupervisorMode, SupervisorState};
 
 /// Wheels that stand no further apart along the way are of one row \[m\].
 const ROW_M: f64 = 0.02;
-/// A wheel that rises faster climbs \[m/s\].
-const CLIMBS_M_S: f64 = 0.02;
 /// The vehicle squares up below this speed \[m/s\], above this part of the largest thrust.
 const SQUARES_M_S: f64 = 0.1;
 const SQUARES_PART: f64 = 0.7;
@@ -28,17 +27,17 @@ const BACK_OFF_S: f64 = 2.0;
 ///
 /// ```
 /// use omni_core::TractionTarget;
-/// let target = TractionTarget::at(0.3);
-/// assert_eq!((target.speed_m_s, target.climbing, target.square_up), (0.3, 0, false));
+/// let target = TractionTarget::<f64, 4>::at(0.3);
+/// assert_eq!((target.speed_m_s, target.climbing, target.square_up), (0.3, [false; 4], false));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub struct TractionTarget<R> {
+pub struct TractionTarget<R, const N: usize> {
     /// Speed along the direction of travel \[m/s\]; below 0 back.
     pub speed_m_s: R,
-    /// Wheels of the row that climbs next: wheel i is bit i.
-    pub climbing: u32,
+    /// The wheels of the row that climbs next.
+    pub climbing: [bool; N],
     /// Slip that these may have beyond that of the others \[m/s\], 0 or more.
     pub allowance_m_s: R,
     /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit through an impact. 0 is none.
@@ -49,22 +48,27 @@ pub struct TractionTarget<R> {
     pub square_up: bool,
 }
 
-impl<R: Real> TractionTarget<R> {
+impl<R: Real, const N: usize> TractionTarget<R, N> {
     /// A speed along the direction of travel \[m/s\], and nothing else.
     ///
     /// ```
-    /// assert_eq!(omni_core::TractionTarget::at(-0.1).spin_m_s, 0.0);
+    /// assert_eq!(omni_core::TractionTarget::<f64, 4>::at(-0.1).spin_m_s, 0.0);
     /// ```
     #[must_use]
     pub fn at(speed_m_s: R) -> Self {
         Self {
             speed_m_s,
-            climbing: 0,
+            climbing: [false; N],
             allowance_m_s: R::zero(),
             spin_m_s: R::zero(),
             spin_gain: R::zero(),
             square_up: false,
         }
+    }
+
+    /// It is more than to drive on.
+    pub(super) fn is_special(&self) -> bool {
+        self.allowance_m_s > R::zero() || self.spin_m_s > R::zero() || self.square_up
     }
 }
 
@@ -127,12 +131,11 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         &self.config
     }
 
-    /// The target of a period: goes between [`super::Traction::observe`] and [`super::Traction::act`].
+    /// The target of a period, by how the vehicle moved in the last one. [`super::Traction::command`] goes before it.
     ///
     /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
+    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Supervisor, SupervisorConfig, SupervisorState};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
     /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
     /// # let limit = TorqueLimit::constant(2.0)?;
     /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
@@ -140,22 +143,14 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
     /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
     /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// let (mut state, mut memory) = (TractionState::new(), SupervisorState::new());
-    /// let observed = traction.observe(&mut state, &Readings::new(ahead, &[0.0; 4]));
-    /// let target = supervisor.step(&mut memory, &state, &observed);
+    /// traction.command(&mut state, &BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
+    /// let target = supervisor.step(&mut memory, &state);
     /// assert!((target.speed_m_s - 4.0 * 1e-3).abs() < 1e-12); // 4 m/s^2 for a period
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
-    pub fn step(
-        &self,
-        state: &mut SupervisorState<R>,
-        traction: &TractionState<R, N>,
-        observed: &TractionObservation<R, N>,
-    ) -> TractionTarget<R> {
+    pub fn step(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> TractionTarget<R, N> {
         let (config, ladder, zero) = (&self.config, &self.config.ladder, R::zero());
         let commanded = traction.commanded_m_s;
         if commanded == zero {
@@ -174,7 +169,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         state.since_start_s += config.period_s;
         let drop;
-        (state.row, drop) = self.next_row(order, observed);
+        (state.row, drop) = self.next_row(order, &traction.height_m);
         let boost = match state.row {
             0 => zero,
             1 => config.boost[0],
@@ -190,20 +185,20 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         self.progress(state, order);
         let most = self.most(traction.direction);
-        speed = self.tries(state, traction, observed, speed, most);
+        speed = self.tries(state, traction, speed, most);
         speed = speed.limited(-most, most);
         let mut target = TractionTarget::at(self.slewed(state, speed));
         let hard = R::of(f64::from(state.tries.saturating_sub(ladder.gentle)));
-        target.climbing = (0..N).fold(0, |mask, i| {
-            mask | u32::from(self.row_of(order, i) == state.row) << i
-        });
-        target.allowance_m_s = ladder.allowance_m_s * hard;
+        target.climbing = core::array::from_fn(|i| self.row_of(order, i) == state.row);
+        if state.mode != SupervisorMode::BackOff {
+            target.allowance_m_s = ladder.allowance_m_s * hard;
+        }
         target.spin_gain = ladder.spin_gain;
         let again = state.mode == SupervisorMode::Drive
             && state.remembered_m_s > zero
             && state.row > 0
-            && observed.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
-        let after_impact = state.begun && observed.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
+            && traction.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
+        let after_impact = state.begun && traction.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
         if ladder.spin_m_s > zero {
             if again {
                 target.spin_m_s = ladder.remembered_spin * ladder.spin_m_s;
@@ -215,7 +210,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             && state.mode == SupervisorMode::Drive
             && state.since_start_s > config.starting_s
             && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_n_m
-            && observed.speed_m_s < R::of(SQUARES_M_S);
+            && traction.speed_m_s < R::of(SQUARES_M_S);
         target
     }
 
@@ -248,15 +243,13 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         &self,
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
-        observed: &TractionObservation<R, N>,
         wanted_m_s: R,
         most_m_s: R,
     ) -> R {
         let (config, ladder) = (&self.config, &self.config.ladder);
-        let measured = observed.speed_m_s;
+        let measured = traction.speed_m_s;
         let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
-        let climbs = observed
-            .motion
+        let climbs = traction
             .rise_m_s
             .iter()
             .any(|rise| rise.abs() > R::of(CLIMBS_M_S));
@@ -347,7 +340,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows and more tell a step from a
     /// slope: what every row is below the one before it is the slope's.
-    fn next_row(&self, order: (usize, bool), observed: &TractionObservation<R, N>) -> (u16, R) {
+    fn next_row(&self, order: (usize, bool), height_m: &[R; N]) -> (u16, R) {
         let zero = R::zero();
         let (mut sums, mut wheels) = ([zero; N], [zero; N]);
         for i in 0..N {
@@ -355,7 +348,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                 let row = usize::from(self.row_of(order, i));
                 (sums.get_mut(row), wheels.get_mut(row))
             } {
-                *sum += observed.motion.height_m[i];
+                *sum += height_m[i];
                 *count += R::one();
             }
         }

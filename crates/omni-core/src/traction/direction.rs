@@ -1,0 +1,118 @@
+//! What depends on the direction of travel: which wheels drive, and how far each goes a turn.
+
+use super::{Traction, TractionState};
+use crate::pid::is_plausible;
+use crate::{BodyTwist, Real};
+
+/// Part of the largest way per turn from which on a direction of travel drives a wheel. The other wheels follow the measured speed.
+const DRIVEN_PART: f64 = 0.3;
+/// The same where wheels with that much push without turning the vehicle. Wheels across that push at an edge press the vehicle along it: with
+/// 0.3 `chugo7` stays at the built-in step at 18 degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
+const ENOUGH_PART: f64 = 0.6;
+/// Part of their levers by which pushes may turn the vehicle and count as balanced.
+const BALANCED_PART: f64 = 0.01;
+
+/// A wheel on a direction of travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct WheelOnWay<R> {
+    pub(super) driven: bool,
+    /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
+    pub(super) per_m: R,
+    pub(super) along: R,
+    /// Speed along the direction per rate of the actuator \[m/rad\]; 0 of a wheel that is not driven.
+    pub(super) way_m: R,
+    /// Its part of the common thrust.
+    pub(super) part: R,
+    /// How far it is to the left of the middle, as a part of how far the outermost wheel is, signed as its thrust.
+    pub(super) lever: R,
+    /// Square of the cosine of the angle between its push and the direction.
+    pub(super) cosine: R,
+    /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
+    pub(super) slip_gain: R,
+}
+
+impl<R: Real> WheelOnWay<R> {
+    pub(super) const NONE: Self = Self {
+        driven: false,
+        per_m: R::ZERO,
+        along: R::ONE,
+        way_m: R::ZERO,
+        part: R::ZERO,
+        lever: R::ZERO,
+        cosine: R::ZERO,
+        slip_gain: R::ZERO,
+    };
+}
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// Takes a command. What is known along the old direction is taken over as far as the new one points there. What is no command, as NaN,
+    /// is none: the last one goes on.
+    pub(super) fn take_command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
+        if state.has_direction && *command == state.command {
+            return;
+        }
+        if !command.to_array().into_iter().all(is_plausible) {
+            return;
+        }
+        let zero = R::zero();
+        let asked = [command.vx_m_s, command.vy_m_s];
+        let speed = (asked[0] * asked[0] + asked[1] * asked[1]).sqrt();
+        state.command = *command;
+        state.commanded_m_s = speed;
+        state.reference_rad_s = self.kinematics.inverse(command).rad_s;
+        let mut direction = state.direction;
+        if speed > zero {
+            direction = [asked[0] / speed, asked[1] / speed];
+        }
+        if state.has_direction && direction == state.direction {
+            return;
+        }
+        let kept = direction[0] * state.direction[0] + direction[1] * state.direction[1];
+        for along in [&mut state.speed_m_s, &mut state.target_m_s, &mut state.integral_n_m] {
+            *along *= kept;
+        }
+        (state.direction, state.has_direction) = (direction, true);
+        self.find_wheels(state);
+    }
+
+    fn find_wheels(&self, state: &mut TractionState<R, N>) {
+        let zero = R::zero();
+        let [dx, dy] = state.direction;
+        let rows = self.kinematics.inverse_matrix();
+        let per_m = rows.map(|[ax, ay, _]| ax * dx + ay * dy);
+        let largest = super::largest(per_m.map(|per_m| per_m.abs()));
+        // Do those that push most push without turning the vehicle?
+        let (mut moment, mut levers) = (zero, zero);
+        for (per_m, [_, _, turned]) in per_m.iter().zip(rows) {
+            if per_m.abs() >= R::of(ENOUGH_PART) * largest {
+                moment += *per_m * *turned;
+                levers += (*per_m * *turned).abs();
+            }
+        }
+        let balanced = moment.abs() <= R::of(BALANCED_PART) * levers;
+        let least = largest * R::of(if balanced { ENOUGH_PART } else { DRIVEN_PART });
+        state.largest_per_m = largest;
+        for i in 0..N {
+            let (old, [x, y]) = (state.way[i], self.place_m[i]);
+            let (size, along) = (per_m[i].abs(), per_m[i].signum());
+            let driven = largest > zero && size >= least;
+            let cosine = size * self.way_m_rad[i];
+            state.way[i] = WheelOnWay {
+                driven,
+                per_m: per_m[i],
+                along,
+                way_m: if driven { R::one() / per_m[i] } else { zero },
+                part: if driven { per_m[i] / largest } else { zero },
+                lever: along * (y * dx * self.per_side_m[0] - x * dy * self.per_side_m[1]),
+                cosine: cosine * cosine,
+                slip_gain: self.inertia_kg_m2[i] / self.times.slip_s * per_m[i],
+            };
+            let wheel = &mut state.wheels[i];
+            // What the ground takes along the thrust is so along another thrust too.
+            wheel.contact_n_m *= along * old.along;
+            wheel.speed_m_s = state.speed_m_s;
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
+
+use super::slip::Asked;
+use super::{Traction, TractionState, TractionTarget, least};
+use crate::pid::is_plausible;
+use crate::{Imu, LinkageMotion, Real, WheelVelocities};
+
+/// Heading error that is kept at most \[rad\].
+const HEADING_RAD: f64 = 0.5;
+/// Nothing rises faster \[m/s\], nothing points up further \[rad\]: the vehicle drives on the level.
+const QUIET_M_S: f64 = 0.02;
+const LEVEL_RAD: f64 = 0.02;
+/// A gyro is used once its zero was looked at for so long \[s\].
+const FOUND_S: f64 = 0.05;
+
+/// What turning asks of the wheels.
+#[derive(Clone, Copy)]
+pub(super) struct Turn<R> {
+    /// Yaw rate that the wheels are meant to have \[rad/s\].
+    pub(super) reference_rad_s: R,
+    /// Thrust per rate of a wheel by yaw rate.
+    pub(super) thrust_n_m: R,
+    /// Rows are levelled: torque by how far left side and nose of a wheel's carrier point up \[N.m/rad\].
+    pub(super) levels: bool,
+    pub(super) level_n_m_rad: [R; 2],
+}
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
+    pub(super) fn see_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N], motion: &LinkageMotion<R, N>) {
+        let config = &self.config;
+        let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
+        if let Some(rate) = gyro
+            && let Some(turns) = self.turns_by_wheels(state, free_rad_s, motion)
+        {
+            let most = R::of(config.gyro_zero_most_rad_s.as_f64());
+            state.gyro_found_s = least(state.gyro_found_s + config.period_s, config.gyro_zero_s);
+            let zero = state.gyro_zero_rad_s;
+            state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);
+            state.gyro_zero_rad_s = state.gyro_zero_rad_s.limited(-most, most);
+        }
+        let found = state.gyro_found_s >= R::of(FOUND_S) || config.gyro_zero_s == R::zero();
+        let rate = match gyro {
+            Some(rate) if found => rate - state.gyro_zero_rad_s,
+            _ => self.turned(state, free_rad_s),
+        };
+        state.yaw_rad_s += config.part(self.times.speed_s) * (rate - state.yaw_rad_s);
+    }
+
+    /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].
+    fn turned(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> R {
+        let mut rates = WheelVelocities::from(*free_rad_s);
+        for i in 0..N {
+            if !state.wheels[i].heard {
+                rates.rad_s[i] = state.way[i].per_m * state.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
+            }
+        }
+        self.kinematics.forward(&rates).wz_rad_s
+    }
+
+    /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
+    /// thrust and no wheel that disagrees with the others.
+    fn turns_by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], motion: &LinkageMotion<R, N>) -> Option<R> {
+        let (config, zero) = (&self.config, R::zero());
+        if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.heard) {
+            return None;
+        }
+        let quiet = state.thrust_n_m.abs() < config.gyro_zero_part * state.largest_n_m || state.is_resting();
+        let still = motion.rise_m_s.iter().all(|rise| rise.abs() < R::of(QUIET_M_S));
+        if !(quiet && still) {
+            return None;
+        }
+        if state.is_resting() && free_rad_s.iter().all(|rate| *rate == zero) {
+            return Some(zero);
+        }
+        let level = (0..N).all(|i| motion.attitude(self.linkage.carrier(i)).nose_up_rad.abs() < R::of(LEVEL_RAD));
+        if !level {
+            return None;
+        }
+        let rates = WheelVelocities::from(*free_rad_s);
+        let twist = self.kinematics.forward(&rates);
+        let by_twist = self.kinematics.inverse(&twist);
+        let agree = (0..N).all(|i| {
+            (rates.rad_s[i] - by_twist.rad_s[i]).abs() * self.way_m_rad[i] < R::of(2.0) * self.times.free_m_s
+        });
+        agree.then_some(twist.wz_rad_s)
+    }
+
+    /// Steps the heading error, and says what turning asks of the wheels.
+    pub(super) fn turn(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) -> Turn<R> {
+        let (config, zero, one) = (&self.config, R::zero(), R::one());
+        // The yaw rate that keeps to the path, at the speed that there is.
+        let asked = state.command.wz_rad_s;
+        let on_the_spot = asked.abs() * self.per_yaw > state.commanded_m_s * state.largest_per_m;
+        let path = if on_the_spot { asked } else { asked * state.speed_part() };
+        let beyond = state.yaw_rad_s - path;
+        let mut heading = zero;
+        if !state.is_resting() {
+            let most = R::of(HEADING_RAD);
+            heading = (state.heading_rad + config.period_s * beyond).limited(-most, most);
+            if target.square_up {
+                heading *= one - config.part(config.squaring_s);
+            }
+            state.heading_rad = heading;
+        }
+        let gain = config.thrust_gain_n_m_s_rad;
+        // Where much of the torque is asked for, what is high is held back.
+        let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_n_m;
+        let levels = load > zero;
+        let mut level = zero;
+        if levels {
+            let part = least(load / (state.largest_n_m * (one - config.levelling_from)), one);
+            level = gain * config.levelling_per_s * part * state.thrust_n_m.signum();
+        }
+        Turn {
+            reference_rad_s: path - config.heading_per_s * heading,
+            thrust_n_m: -gain * (config.heading_thrust_per_s * heading + config.yaw_damping * beyond),
+            levels,
+            level_n_m_rad: state.direction.map(|part| level * part),
+        }
+    }
+
+    /// Torque that a wheel with the outermost lever gives up because its carrier points up to its side \[N.m\].
+    pub(super) fn tilt(&self, asked: &Asked<'_, R, N>, i: usize) -> R {
+        let attitude = asked.motion.attitude(self.linkage.carrier(i));
+        let [left, nose] = asked.turn.level_n_m_rad;
+        attitude.left_up_rad * left - attitude.nose_up_rad * nose
+    }
+}

@@ -1,0 +1,102 @@
+//! First step: what is read, and how bodies and wheels move by it.
+
+use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState};
+use crate::linkage::{MAX_HINGES, NO_RISE, rolled};
+use crate::pid::is_plausible;
+use crate::{Attitude, LinkageMotion, Readings, Real};
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, or mute.
+    pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
+        let period_s = self.config.period_s;
+        let resting = state.is_resting();
+        let mut rates = [R::zero(); N];
+        for (i, rate) in rates.iter_mut().enumerate() {
+            let wheel = &mut state.wheels[i];
+            let before = wheel.heard;
+            let read = readings.wheels_rad_s.get(i).copied();
+            let read = read.filter(|read| is_plausible(*read));
+            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting));
+            let Some(read) = read.filter(|_| wheel.heard) else {
+                wheel.forget();
+                continue;
+            };
+            let count_rad = self.times.count_rad;
+            *rate = if count_rad > R::zero() {
+                wheel.encoder.step(read, count_rad, period_s)
+            } else {
+                read
+            };
+            if !before {
+                wheel.measured_rad_s = *rate; // one that is heard again has not changed its rate
+            }
+        }
+        rates
+    }
+
+    /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number stands, as far as anybody knows.
+    pub(super) fn moves(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> LinkageMotion<R, N> {
+        let part = self.config.part(self.config.rates_s);
+        let read = Attitude::of_imu(&readings.imu);
+        let [nose, left] = &mut state.base_rad_s;
+        let base = Attitude {
+            nose_up_rad_s: follow(nose, read.nose_up_rad_s, part),
+            left_up_rad_s: follow(left, read.left_up_rad_s, part),
+            ..read
+        };
+        for k in 0..self.linkage.hinge_count().min(MAX_HINGES) {
+            let rate = readings.hinges_rad_s.get(k).copied();
+            let rate = rate.filter(|rate| is_plausible(*rate)).unwrap_or(R::zero());
+            follow(&mut state.hinges_rad_s[k], rate, part);
+        }
+        self.linkage.motion(&base, readings.hinges_rad, &state.hinges_rad_s)
+    }
+
+    /// Rates of the wheels less what their encoders see of their carriers' turning.
+    pub(super) fn free_of_carriers(&self, rates: &[R; N], motion: &LinkageMotion<R, N>) -> [R; N] {
+        let mut free = *rates;
+        for (i, free) in free.iter_mut().enumerate() {
+            let attitude = motion.attitude(self.linkage.carrier(i));
+            let [nose, left] = self.carrier[i];
+            *free -= nose * attitude.nose_up_rad_s + left * attitude.left_up_rad_s;
+        }
+        free
+    }
+
+    /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: that of its centre, up the edge too.
+    pub(super) fn rolled_m_s(&self, speed_m_s: R, sign: R, rise_m_s: R, cosine: R) -> R {
+        let rise = rise_m_s * rise_m_s;
+        if rise < R::of(NO_RISE) {
+            speed_m_s
+        } else {
+            sign * rolled(speed_m_s * speed_m_s, rise, cosine)
+        }
+    }
+}
+
+impl<R: Real> super::state::WheelState<R> {
+    /// A reading that stays the same to the bit while its motor pushes says nothing: that of a wheel that stands later than of one that
+    /// turns, because a wheel may be blocked. It is listened to again after a while.
+    fn is_mute(&mut self, read_rad_s: R, period_s: R, resting: bool) -> bool {
+        let zero = R::zero();
+        let stands = read_rad_s == zero;
+        let long = R::of(if stands { MUTE_STANDING_S } else { MUTE_TURNING_S });
+        let pushes = self.applied_n_m.abs() > R::of(MUTE_PART) * self.most_n_m;
+        if resting || !read_rad_s.same_bits(self.read_rad_s) {
+            self.same_s = zero;
+        } else if pushes || self.same_s > long {
+            self.same_s += period_s;
+        }
+        if stands && self.same_s > R::of(MUTE_AGAIN_S) {
+            self.same_s = zero;
+        }
+        self.read_rad_s = read_rad_s;
+        self.same_s > long
+    }
+}
+
+/// Follows what is read with this part of the gap.
+fn follow<R: Real>(held: &mut R, now: R, part: R) -> R {
+    *held += part * (now - *held);
+    *held
+}

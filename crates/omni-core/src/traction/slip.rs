@@ -1,0 +1,141 @@
+//! Fourth step: the torque of each wheel, and what of it would only spin the wheel.
+
+use super::heading::Turn;
+use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, larger, least};
+use crate::{LinkageMotion, Real};
+
+/// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
+const SWINGS: f64 = 8.0;
+const SOFTER: f64 = 0.7;
+const SOFTEST: f64 = 0.1;
+/// The time in which it recovers \[s\].
+const RECOVERS_S: f64 = 1.0;
+/// A measured speed has a direction above this \[m/s\].
+const SURE_M_S: f64 = 5e-3;
+
+/// What the motion asks of the wheels in a period, the same for all.
+pub(super) struct Asked<'a, R, const N: usize> {
+    pub(super) rates_rad_s: &'a [R; N],
+    pub(super) free_rad_s: &'a [R; N],
+    pub(super) motion: &'a LinkageMotion<R, N>,
+    pub(super) target: &'a TractionTarget<R, N>,
+    pub(super) turn: Turn<R>,
+}
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// The torque of every wheel into `sample`, and what is remembered of it.
+    pub(super) fn find_torques(&self, state: &mut TractionState<R, N>, asked: &Asked<'_, R, N>, sample: &mut TractionSample<R, N>) {
+        let traction = state.loops == TractionLoops::Traction;
+        for i in 0..N {
+            if !state.wheels[i].heard {
+                sample.let_go(i);
+                continue;
+            }
+            let rate = asked.rates_rad_s[i];
+            let torque = if traction && state.way[i].driven {
+                let torque = self.driven(state, asked, i, sample);
+                state.wheels[i].integral_n_m = R::zero();
+                torque
+            } else {
+                let reference = if traction {
+                    state.way[i].per_m * state.speed_m_s + self.turned_by(i) * asked.turn.reference_rad_s
+                } else {
+                    state.reference_rad_s[i]
+                };
+                self.own_loop(state, i, reference - rate, sample)
+            };
+            let (lower, upper) = (sample.wheels.range.lower_n_m[i], sample.wheels.range.upper_n_m[i]);
+            let applied = torque.limited(lower, upper);
+            sample.wheels.requested.n_m[i] = torque;
+            sample.wheels.applied.n_m[i] = applied;
+            sample.wheels.saturated[i] = applied != torque;
+            let wheel = &mut state.wheels[i];
+            if wheel.swings(torque, applied, self.config.period_s, R::of(SWINGS) * self.times.slip_s) {
+                state.softness = larger(R::of(SOFTER) * state.softness, R::of(SOFTEST));
+            }
+            (wheel.applied_n_m, wheel.measured_rad_s) = (applied, rate);
+        }
+        state.softness += (R::one() - state.softness) * self.config.part(R::of(RECOVERS_S));
+    }
+
+    /// A wheel's own velocity loop \[N.m\].
+    fn own_loop(&self, state: &mut TractionState<R, N>, i: usize, error: R, sample: &mut TractionSample<R, N>) -> R {
+        let (config, wheel) = (&self.config, &mut state.wheels[i]);
+        let (p, held) = (config.free_gain_n_m_s_rad * error, wheel.integral_n_m);
+        let torque = p + held;
+        let range = sample.wheels.range.wheel(i);
+        if (torque <= range.upper_n_m && torque >= range.lower_n_m) || error * torque <= R::zero() {
+            wheel.integral_n_m += config.free_integral_n_m_rad * error * config.period_s;
+        }
+        (sample.wheels.p_n_m[i], sample.wheels.i_n_m[i], sample.wheels.d_n_m[i]) = (p, held, R::zero());
+        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (R::zero(), R::zero());
+        torque
+    }
+
+    /// A driven wheel: the common thrust, less what would spin it, and what heading and level ask for \[N.m\].
+    fn driven(&self, state: &mut TractionState<R, N>, asked: &Asked<'_, R, N>, i: usize, sample: &mut TractionSample<R, N>) -> R {
+        let (config, times, zero) = (&self.config, &self.times, R::zero());
+        let (way, speed) = (state.way[i], state.speed_m_s);
+        let thrust = state.thrust_n_m * way.part;
+        // What the ground takes: the motor's torque less what turns the wheel faster.
+        let wheel = &mut state.wheels[i];
+        let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
+        let taken = wheel.applied_n_m - self.inertia_kg_m2[i] * change;
+        wheel.contact_n_m += config.part(times.contact_s) * (taken - wheel.contact_n_m);
+        let contact = wheel.contact_n_m;
+        // Everything along the thrust from here.
+        let ahead = if state.thrust_n_m >= zero { R::one() } else { -R::one() };
+        let gain = way.slip_gain * state.softness;
+        let rolls = if speed.abs() > R::of(SURE_M_S) { speed.signum() } else { state.target_sign() };
+        let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * way.way_m;
+        let slip = rim - self.rolled_m_s(speed, rolls, asked.motion.rise_m_s[i], way.cosine);
+        let climbs = asked.target.climbing[i];
+        let free = if climbs { times.free_m_s + asked.target.allowance_m_s } else { times.free_m_s };
+        let lack = ahead * (state.target_m_s - speed);
+        let sized = way.along * ahead; // of a torque along the thrust
+        let mut own = sized * self.held(sized * thrust, sized * contact, ahead * slip, free, lack, gain.abs());
+        if climbs && asked.target.spin_m_s > zero {
+            let spun = asked.target.spin_gain * config.thrust_gain_n_m_s_rad * way.per_m.abs() * (asked.target.spin_m_s - slip);
+            own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
+        }
+        own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(asked, i);
+        if asked.turn.levels {
+            // Whatever is taken from a wheel that pushes, it is not turned back.
+            let floor = -gain.abs() * larger(ahead * rim, zero);
+            own = sized * larger(sized * own, floor);
+        }
+        (sample.wheels.p_n_m[i], sample.wheels.i_n_m[i], sample.wheels.d_n_m[i]) = (thrust, zero, own - thrust);
+        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (way.per_m.abs() * slip, contact);
+        own
+    }
+
+    /// The torque of a wheel that slips, everything along the thrust \[N.m\].
+    ///
+    /// Beyond what is free a faster wheel gives what the ground takes, and is turned against the thrust only as far as it is faster than
+    /// both the vehicle and its target: so a wrong speed can take thrust away, but not push a wheel past the target.
+    fn held(&self, thrust: R, contact: R, slip: R, free: R, lack: R, gain: R) -> R {
+        let (zero, one) = (R::zero(), R::one());
+        let faster = slip - free;
+        if faster > zero {
+            let a = least(faster / self.times.width_m_s, one);
+            let gripped = (one - a) * thrust + a * contact.limited(-thrust.abs(), thrust.abs());
+            return larger(gripped - gain * faster, -gain * larger(faster - larger(lack, zero), zero));
+        }
+        let slower = -slip - free - larger(-lack, zero);
+        thrust + gain * larger(slower, zero)
+    }
+}
+
+impl<R: Real> super::state::WheelState<R> {
+    /// Has its torque come from the one limit to the other within `window_s`?
+    fn swings(&mut self, torque: R, applied: R, period_s: R, window_s: R) -> bool {
+        self.limited_s += self.limited_s.signum() * period_s;
+        if applied == torque {
+            return false;
+        }
+        let sign = (torque - applied).signum();
+        let other = sign * self.limited_s < R::zero() && self.limited_s.abs() < window_s;
+        self.limited_s = sign * period_s;
+        other
+    }
+}

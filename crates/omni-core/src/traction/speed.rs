@@ -1,0 +1,108 @@
+//! Second step: one speed of the whole vehicle along its direction of travel.
+
+use super::{BRAKING_PART, Traction, TractionState, larger, least};
+use crate::Real;
+
+/// What the wheels say of the vehicle's speed.
+pub(super) struct Said<R> {
+    /// The speed \[m/s\], along the target.
+    speed_m_s: R,
+    /// The wheel that it hangs on.
+    pub(super) wheel: usize,
+}
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is heard.
+    ///
+    /// No wheel that pushes is slower than the ground beneath it, so the slowest tells the truth, and all that agree with it are averaged:
+    /// what is no slip has the mean of all wheels. Each wheel is filtered before any is chosen, or the least of many noisy numbers
+    /// would be noise. One wheel alone can say that the vehicle stands; that it goes back takes two. Where all wheels brake it is the
+    /// fastest that tells the truth.
+    pub(super) fn see_speed(&self, state: &mut TractionState<R, N>, free_rad_s: &[R; N]) -> Option<usize> {
+        let part = self.config.part(self.times.speed_s);
+        for i in 0..N {
+            let (way, wheel) = (&state.way[i], &mut state.wheels[i]);
+            let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * way.way_m;
+            wheel.speed_m_s += part * (now - wheel.speed_m_s);
+        }
+        let sign = state.target_sign();
+        let said = self
+            .slowest_pushing(state, sign)
+            .or_else(|| self.fastest_braking(state, sign))?;
+        let speed = sign * state.speed_m_s;
+        // It falls at once, because an impact is over in a moment, and rises no faster than the vehicle can.
+        let most = self.config.acceleration_m_s2 * self.config.period_s;
+        state.speed_m_s = sign * (speed + least(said.speed_m_s - speed, most));
+        Some(said.wheel)
+    }
+
+    fn slowest_pushing(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
+        let (mut first, mut second) = (None::<(R, usize)>, None::<R>);
+        for i in (0..N).filter(|&i| self.pushes(state, i, sign)) {
+            let speed = sign * state.wheels[i].speed_m_s;
+            match first {
+                Some((slowest, _)) if speed >= slowest => {
+                    second = Some(second.map_or(speed, |second| least(second, speed)));
+                }
+                _ => {
+                    second = first.map(|(slowest, _)| slowest);
+                    first = Some((speed, i));
+                }
+            }
+        }
+        let (mut slowest, wheel) = first?;
+        if let Some(second) = second
+            && slowest < R::zero()
+        {
+            slowest = least(second, R::zero());
+        }
+        Some(self.agreed(state, sign, slowest, wheel, |i| self.pushes(state, i, sign)))
+    }
+
+    fn fastest_braking(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
+        let heard = |i: usize| state.way[i].driven && state.wheels[i].heard;
+        let mut fastest = None::<(R, usize)>;
+        for i in (0..N).filter(|&i| heard(i)) {
+            let speed = sign * state.wheels[i].speed_m_s;
+            if fastest.is_none_or(|(fastest, _)| speed > fastest) {
+                fastest = Some((speed, i));
+            }
+        }
+        let (speed_m_s, wheel) = fastest?;
+        Some(Said { speed_m_s, wheel })
+    }
+
+    /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel has no say.
+    fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize, counts: impl Fn(usize) -> bool) -> Said<R> {
+        let (zero, one) = (R::zero(), R::one());
+        let (mut weights, mut sum) = (zero, zero);
+        for i in (0..N).filter(|&i| counts(i)) {
+            let beyond = sign * state.wheels[i].speed_m_s - slowest;
+            let weight = (R::of(2.0) - beyond * self.times.per_free_s_m).limited(zero, one);
+            if beyond >= zero {
+                weights += weight;
+                sum += weight * beyond;
+            }
+        }
+        let more = if weights > zero { sum / weights } else { zero };
+        Said { speed_m_s: slowest + more, wheel }
+    }
+
+    /// A driven wheel that is heard and does not brake.
+    fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
+        let (way, wheel) = (&state.way[i], &state.wheels[i]);
+        let braking = -R::of(BRAKING_PART) * wheel.most_n_m;
+        way.driven && wheel.heard && sign * way.along * wheel.applied_n_m >= braking
+    }
+
+    /// Largest of how much faster, and slower, than the vehicle a driven wheel rolls \[m/s\].
+    pub(super) fn largest_slip(&self, state: &TractionState<R, N>) -> R {
+        let mut most = R::zero();
+        for (way, wheel) in state.way.iter().zip(&state.wheels) {
+            if way.driven && wheel.heard {
+                most = larger(most, (wheel.speed_m_s - state.speed_m_s).abs());
+            }
+        }
+        most
+    }
+}

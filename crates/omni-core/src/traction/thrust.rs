@@ -1,0 +1,180 @@
+//! Third step: which loops drive the wheels, and one thrust for all of them.
+
+use super::{Traction, TractionState, TractionTarget, larger};
+use crate::constants::constant_enum;
+use crate::{LinkageMotion, Real, TorqueRanges};
+
+/// Below this part of the target, or this much slower than it \[m/s\], a vehicle is held up.
+const HELD_UP_PART: f64 = 0.5;
+/// After so long of it traction control takes over \[s\]: a start from rest is shorter.
+const HELD_UP_S: f64 = 0.15;
+/// A wheel that rises faster climbs \[m/s\].
+pub(super) const CLIMBS_M_S: f64 = 0.02;
+/// Slip that calls for traction control, in multiples of what is left alone.
+const SLIPS: f64 = 2.5;
+/// Traction control hands back after so long without a need \[s\], below this part of the largest thrust.
+const CALM_S: f64 = 0.5;
+const CALM_PART: f64 = 0.4;
+const CALM_RAD: f64 = 0.02;
+/// Wheels that go back faster than this, or ahead of the target by more than that \[m/s\], are astray.
+const BACKWARD_M_S: f64 = 0.1;
+const ASTRAY_M_S: f64 = 0.5;
+/// Where most are so for this long, plain loops take over until the command rests \[s\].
+const ASTRAY_S: f64 = 0.3;
+
+/// What drives the wheels.
+///
+/// ```
+/// use omni_core::{TractionLoops, TractionState};
+/// assert_eq!(TractionState::<f64, 4>::new().loops(), TractionLoops::Plain);
+/// assert_eq!(TractionLoops::Fallback.number(), 2);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum TractionLoops {
+    /// Every wheel's own loop: nothing slips, climbs or is held up.
+    Plain = 0,
+    /// One thrust, slip control of each wheel.
+    Traction = 1,
+    /// Every wheel's own loop, because the measured speed cannot be believed: until the command rests.
+    Fallback = 2,
+}
+
+constant_enum!(TractionLoops { Plain, Traction, Fallback });
+
+impl TractionLoops {
+    /// The number that stands for it in tables, 0 to 2 in the order above.
+    ///
+    /// ```
+    /// assert_eq!(omni_core::TractionLoops::Traction.number(), 1);
+    /// ```
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}
+
+impl<R: Real, const N: usize> Traction<R, N> {
+    /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
+    pub(super) fn choose_loops(
+        &self,
+        state: &mut TractionState<R, N>,
+        target: &TractionTarget<R, N>,
+        motion: &LinkageMotion<R, N>,
+        free_rad_s: &[R; N],
+    ) {
+        let zero = R::zero();
+        if state.is_resting() {
+            if state.loops == TractionLoops::Fallback {
+                state.loops = TractionLoops::Plain;
+            }
+            (state.astray_s, state.held_up_s, state.calm_s) = (zero, zero, zero);
+        }
+        let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
+        let sign = state.target_sign();
+        let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
+        let held_up = speed < R::of(HELD_UP_PART) * wanted;
+        state.held_up_s = count(state.held_up_s, held_up);
+        let needed = state.held_up_s > R::of(HELD_UP_S)
+            || self.largest_slip(state) > R::of(SLIPS) * self.times.free_m_s
+            || motion.rise_m_s.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
+            || target.is_special();
+        state.calm_s = count(state.calm_s, !needed);
+        let astray = self.are_astray(state, sign, free_rad_s) || speed < -R::of(BACKWARD_M_S);
+        match state.loops {
+            TractionLoops::Plain if needed => {
+                state.loops = TractionLoops::Traction;
+                state.astray_s = zero;
+                state.integral_n_m = self.mean_thrust(state) - self.proportional(state);
+            }
+            TractionLoops::Traction => {
+                state.astray_s = count(state.astray_s, astray);
+                let calm = state.calm_s > R::of(CALM_S)
+                    && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_n_m
+                    && state.heading_rad.abs() < R::of(CALM_RAD);
+                if state.astray_s > R::of(ASTRAY_S) {
+                    state.loops = TractionLoops::Fallback;
+                } else if calm {
+                    state.loops = TractionLoops::Plain;
+                }
+                if state.loops != TractionLoops::Traction {
+                    self.hand_back(state);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Every driven wheel's own loop begins with the torque that it has.
+    fn hand_back(&self, state: &mut TractionState<R, N>) {
+        for i in 0..N {
+            let wheel = &mut state.wheels[i];
+            if state.way[i].driven {
+                let error = state.reference_rad_s[i] - wheel.measured_rad_s;
+                wheel.integral_n_m = wheel.applied_n_m - self.config.free_gain_n_m_s_rad * error;
+            }
+        }
+    }
+
+    /// Do most driven wheels go against the target, or much faster?
+    fn are_astray(&self, state: &TractionState<R, N>, sign: R, free_rad_s: &[R; N]) -> bool {
+        let most = state.target_m_s.abs() + R::of(ASTRAY_M_S);
+        let (mut astray, mut driven) = (0, 0);
+        for i in 0..N {
+            if state.way[i].driven && state.wheels[i].heard {
+                let speed = sign * (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * state.way[i].way_m;
+                driven += 1;
+                astray += u32::from(speed < -R::of(BACKWARD_M_S) || speed > most);
+            }
+        }
+        2 * astray > driven
+    }
+
+    /// The thrust that the driven wheels had on average \[N.m\].
+    pub(super) fn mean_thrust(&self, state: &TractionState<R, N>) -> R {
+        let (mut sum, mut parts) = (R::zero(), R::zero());
+        for (way, wheel) in state.way.iter().zip(&state.wheels) {
+            if way.driven {
+                sum += way.along * wheel.applied_n_m;
+                parts += way.part.abs();
+            }
+        }
+        if parts > R::zero() { sum / parts } else { R::zero() }
+    }
+
+    /// What the lack of speed asks for \[N.m\]: softer near none, where a stiff loop turns small errors into heat.
+    fn proportional(&self, state: &TractionState<R, N>) -> R {
+        let (config, one) = (&self.config, R::one());
+        let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
+        let soft = config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
+        config.thrust_gain_n_m_s_rad * soft * error
+    }
+
+    /// The common thrust, of a wheel with the most way per turn \[N.m\].
+    pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
+        let (config, largest) = (&self.config, state.largest_n_m);
+        let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
+        let asked = self.proportional(state) + state.integral_n_m;
+        state.thrust_n_m = asked.limited(-largest, largest);
+        // It does not wind up at the limit.
+        if asked.abs() <= largest || error * asked < R::zero() {
+            state.integral_n_m += self.times.integral_n_m_rad * error * config.period_s;
+        }
+        state.integral_n_m = state.integral_n_m.limited(-largest, largest);
+    }
+
+    /// The thrust that a driven wheel has at most \[N.m\].
+    pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
+        state.largest_n_m = R::zero();
+        for i in 0..N {
+            let wheel = &mut state.wheels[i];
+            wheel.most_n_m = larger(range.upper_n_m[i], -range.lower_n_m[i]);
+            if state.way[i].driven {
+                state.largest_n_m = larger(state.largest_n_m, wheel.most_n_m);
+            }
+        }
+    }
+}
