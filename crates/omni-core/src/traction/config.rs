@@ -1,7 +1,7 @@
 //! What a traction control is configured with.
 
 use super::encoder::window_s;
-use super::{larger, least};
+use super::larger;
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real, TorqueLimit};
@@ -323,10 +323,16 @@ pub struct TractionTimes<R> {
     pub(super) per_free_s_m: R,
     pub(super) width_m_s: R,
     pub(super) integral_n_m_rad: R,
+    /// Gain of the common thrust.
+    pub(super) thrust_gain_n_m_s_rad: R,
+    /// Gains of a wheel's own loop.
+    pub(super) own_gain_n_m_s_rad: R,
+    pub(super) own_integral_n_m_rad: R,
 }
 
 constant_struct!(TractionTimes<R> {
-    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, width_m_s: R, integral_n_m_rad: R
+    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, width_m_s: R, integral_n_m_rad: R, thrust_gain_n_m_s_rad: R, own_gain_n_m_s_rad: R,
+    own_integral_n_m_rad: R
 });
 
 /// Slip is taken out no faster than in so many periods, delays, windows of counts: it would swing.
@@ -337,8 +343,8 @@ const WINDOWS: f64 = 4.0;
 const NOISE_PART: f64 = 10.0;
 /// Slip that noise makes is left alone up to so many standard deviations of a filtered wheel.
 const DEVIATIONS: f64 = 2.0;
-/// The thrust's integral is slower where counts are read over longer than this \[s\].
-const INTEGRAL_S: f64 = 0.01;
+/// Readings older than this \[s\] are answered with smaller gains. A delay is as bad as a window of counts of twice its length.
+const FRESH_S: f64 = 0.015;
 
 impl<R: Real> TractionTimes<R> {
     /// For actuators of this largest inertia, least torque, largest way a turn \[kg.m^2, N.m, m/rad\], and outermost lever \[m\].
@@ -347,13 +353,15 @@ impl<R: Real> TractionTimes<R> {
         let late_s = sensors.delay_s + sensors.lag_s;
         let noise_s = R::of(NOISE_PART) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
         let (mut count_rad, mut window) = (zero, zero);
-        let (mut rough_m_s, mut slower) = (zero, R::one());
+        let mut rough_m_s = zero;
         if sensors.encoder_counts > 0 {
             count_rad = R::two_pi() / R::of(f64::from(sensors.encoder_counts));
             window = window_s(count_rad);
             rough_m_s = count_rad / window * way_m;
-            slower = least(R::of(INTEGRAL_S) / window, R::one());
         }
+        // What is read late or over a while is answered more softly.
+        let old_s = window + R::of(2.0) * late_s;
+        let softer = if old_s > R::of(FRESH_S) { R::of(FRESH_S) / old_s } else { R::one() };
         let most = |times: &[R]| times.iter().fold(zero, |most, time| larger(most, *time));
         let of = R::of;
         let speed_s = most(&[config.speed_s, of(0.5) * window, of(0.5) * noise_s]);
@@ -378,7 +386,10 @@ impl<R: Real> TractionTimes<R> {
             free_m_s,
             per_free_s_m: R::one() / free_m_s,
             width_m_s: config.slip_width_m_s + rough_m_s,
-            integral_n_m_rad: config.thrust_integral_n_m_rad * slower,
+            integral_n_m_rad: config.thrust_integral_n_m_rad * softer,
+            thrust_gain_n_m_s_rad: config.thrust_gain_n_m_s_rad * softer,
+            own_gain_n_m_s_rad: config.free_gain_n_m_s_rad * softer,
+            own_integral_n_m_rad: config.free_integral_n_m_rad * softer,
         }
     }
 }

@@ -103,7 +103,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
             state.heading_rad = heading;
         }
-        let gain = config.thrust_gain_n_m_s_rad;
+        let gain = self.times.thrust_gain_n_m_s_rad;
         // Where much of the torque is asked for, what is high is held back.
         let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_n_m;
         let levels = load > zero;

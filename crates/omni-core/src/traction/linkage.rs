@@ -38,13 +38,20 @@ impl<R: Real, const N: usize> Traction<R, N> {
     pub(super) fn moves(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> LinkageMotion<R, N> {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);
+        let imu = Attitude::read(&readings.imu);
+        let hinges = self.linkage.hinge_count().min(MAX_HINGES);
+        let all = |values: &[R]| values.len() >= hinges && values.iter().take(hinges).all(|value| is_plausible(*value));
+        // An attitude that is no number is no unit.
+        state.sees = is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
+            && all(readings.hinges_rad)
+            && all(readings.hinges_rad_s);
         let [nose, left] = &mut state.base_rad_s;
         let base = Attitude {
             nose_up_rad_s: follow(nose, read.nose_up_rad_s, part),
             left_up_rad_s: follow(left, read.left_up_rad_s, part),
             ..read
         };
-        for k in 0..self.linkage.hinge_count().min(MAX_HINGES) {
+        for k in 0..hinges {
             let rate = readings.hinges_rad_s.get(k).copied();
             let rate = rate.filter(|rate| is_plausible(*rate)).unwrap_or(R::zero());
             follow(&mut state.hinges_rad_s[k], rate, part);

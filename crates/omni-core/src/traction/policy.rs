@@ -1,7 +1,7 @@
 //! Traction control behind the same face as any controller.
 
 use super::{
-    Supervisor, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
+    Supervisor, SupervisorMode, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
 };
 use crate::wheel_loops::{RestRule, RestState};
 use crate::{BodyTwist, ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
@@ -357,6 +357,9 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
             Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction),
             None => TractionTarget::at(state.traction.commanded_m_s),
         };
+        if state.supervisor.mode() == SupervisorMode::GaveUp {
+            readings.command = BodyTwist::ZERO; // nothing pushes for ever
+        }
         self.sample = self.traction.step(&mut state.traction, &readings, &target);
         if readings.command == BodyTwist::ZERO {
             self.end_torque();

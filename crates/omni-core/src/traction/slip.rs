@@ -61,11 +61,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// A wheel's own velocity loop \[N.m\].
     fn own_loop(&self, state: &mut TractionState<R, N>, i: usize, error: R, sample: &mut TractionSample<R, N>) -> R {
         let (config, wheel) = (&self.config, &mut state.wheels[i]);
-        let (p, held) = (config.free_gain_n_m_s_rad * error, wheel.integral_n_m);
+        let (p, held) = (self.times.own_gain_n_m_s_rad * error, wheel.integral_n_m);
         let torque = p + held;
         let range = sample.wheels.range.wheel(i);
         if (torque <= range.upper_n_m && torque >= range.lower_n_m) || error * torque <= R::zero() {
-            wheel.integral_n_m += config.free_integral_n_m_rad * error * config.period_s;
+            wheel.integral_n_m += self.times.own_integral_n_m_rad * error * config.period_s;
         }
         (sample.wheels.p_n_m[i], sample.wheels.i_n_m[i], sample.wheels.d_n_m[i]) = (p, held, R::zero());
         (sample.slip_rad_s[i], sample.contact_n_m[i]) = (R::zero(), R::zero());
@@ -95,7 +95,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let sized = way.along * ahead; // of a torque along the thrust
         let mut own = sized * self.held(sized * thrust, sized * contact, ahead * slip, free, lack, gain.abs());
         if climbs && asked.target.spin_m_s > zero {
-            let spun = asked.target.spin_gain * config.thrust_gain_n_m_s_rad * way.per_m.abs() * (asked.target.spin_m_s - slip);
+            let spun = asked.target.spin_gain * self.times.thrust_gain_n_m_s_rad * way.per_m.abs() * (asked.target.spin_m_s - slip);
             own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
         }
         own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(asked, i);

@@ -37,6 +37,8 @@ pub struct TractionState<R, const N: usize> {
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
     pub(super) hinges_rad_s: [R; MAX_HINGES],
+    /// Every hinge and the attitude of the base are read.
+    pub(super) sees: bool,
     /// How high the wheels stand \[m\], and how fast they rise \[m/s\].
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) height_m: [R; N],
@@ -139,6 +141,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             largest_per_m: R::ZERO,
             base_rad_s: [R::ZERO; 2],
             hinges_rad_s: [R::ZERO; MAX_HINGES],
+            sees: false,
             height_m: [R::ZERO; N],
             rise_m_s: [R::ZERO; N],
             speed_m_s: R::ZERO,

@@ -20,8 +20,10 @@ const BEGUN_PART: f64 = 0.6;
 const IMPACT_PART: f64 = 0.3;
 /// A vehicle that drives on faster than this part of its target needs no spin.
 const ROLLS_PART: f64 = 0.6;
-/// Backing off lasts no longer \[s\].
-const BACK_OFF_S: f64 = 2.0;
+/// Backing off lasts no longer than this many times what its way takes.
+const BACK_OFF_TIMES: f64 = 4.0;
+/// A vehicle that is stuck for so long after its last try gives up \[s\].
+const GIVES_UP_S: f64 = 1.0;
 
 /// What the vehicle is to do in this period.
 ///
@@ -46,6 +48,8 @@ pub struct TractionTarget<R, const N: usize> {
     pub spin_gain: R,
     /// The vehicle leans on a riser: the heading error is given up, so that it squares up.
     pub square_up: bool,
+    /// Another try is on: it backs off, or runs up.
+    pub trying: bool,
 }
 
 impl<R: Real, const N: usize> TractionTarget<R, N> {
@@ -63,12 +67,13 @@ impl<R: Real, const N: usize> TractionTarget<R, N> {
             spin_m_s: R::zero(),
             spin_gain: R::zero(),
             square_up: false,
+            trying: false,
         }
     }
 
     /// It is more than to drive on.
     pub(super) fn is_special(&self) -> bool {
-        self.allowance_m_s > R::zero() || self.spin_m_s > R::zero() || self.square_up
+        self.trying || self.spin_m_s > R::zero()
     }
 }
 
@@ -194,6 +199,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             target.allowance_m_s = ladder.allowance_m_s * hard;
         }
         target.spin_gain = ladder.spin_gain;
+        target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
         let again = state.mode == SupervisorMode::Drive
             && state.remembered_m_s > zero
             && state.row > 0
@@ -257,6 +263,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             && traction.thrust_n_m > config.stuck_thrust * traction.largest_n_m
             && !climbs;
         let tries_left = state.tries < ladder.tries;
+        // No vehicle that was told to creep rams an edge.
+        let commanded = traction.commanded_m_s;
+        let most_m_s = least(most_m_s, ladder.run_up_times * commanded);
         state.in_mode_s += config.period_s;
         match state.mode {
             SupervisorMode::Drive => {
@@ -264,9 +273,12 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                 state.stuck_s = SupervisorState::count(state.stuck_s, config.period_s, stuck);
                 if state.stuck_s > config.stuck_s && tries_left {
                     state.back_off();
+                } else if state.stuck_s > R::of(GIVES_UP_S) {
+                    state.start(SupervisorMode::GaveUp);
                 }
                 wanted_m_s
             }
+            SupervisorMode::GaveUp => R::zero(),
             SupervisorMode::BackOff => {
                 state.back_m -= measured * config.period_s;
                 let again = R::of(f64::from(state.tries.saturating_sub(1)));
@@ -276,10 +288,11 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                     (ladder.back_off_more_m, ladder.back_off_most_m)
                 };
                 let far = ladder.back_off_m + more * again;
-                if state.back_m > least(far, most) || state.in_mode_s > R::of(BACK_OFF_S) {
+                let (far, speed) = (least(far, most), least(ladder.back_off_m_s, commanded));
+                if state.back_m > far || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * far {
                     state.start(SupervisorMode::RunUp);
                 }
-                -ladder.back_off_m_s
+                -speed
             }
             SupervisorMode::RunUp => {
                 let speed = if state.tries <= ladder.gentle {

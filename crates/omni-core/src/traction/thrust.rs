@@ -4,10 +4,13 @@ use super::{Traction, TractionState, TractionTarget, larger};
 use crate::constants::constant_enum;
 use crate::{LinkageMotion, Real, TorqueRanges};
 
-/// Below this part of the target, or this much slower than it \[m/s\], a vehicle is held up.
+/// Below this part of its target, or with more than that part of its thrust, a vehicle is held up.
 const HELD_UP_PART: f64 = 0.5;
-/// After so long of it traction control takes over \[s\]: a start from rest is shorter.
+const HELD_UP_THRUST: f64 = 0.8;
+/// After so long of it traction control takes over \[s\]: a start from rest is shorter. The second is of vehicles that do not see how their
+/// wheels rise: what plain loops climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
+const HELD_UP_BLIND_S: f64 = 0.3;
 /// A wheel that rises faster climbs \[m/s\].
 pub(super) const CLIMBS_M_S: f64 = 0.02;
 /// Slip that calls for traction control, in multiples of what is left alone.
@@ -76,12 +79,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
         let sign = state.target_sign();
         let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
-        let held_up = speed < R::of(HELD_UP_PART) * wanted;
+        let held_up = speed < R::of(HELD_UP_PART) * wanted || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
-        let needed = state.held_up_s > R::of(HELD_UP_S)
-            || self.largest_slip(state) > R::of(SLIPS) * self.times.free_m_s
-            || motion.rise_m_s.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
-            || target.is_special();
+        // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
+        let sees = state.sees && self.linkage.hinge_count() > 0;
+        let held_up_s = R::of(if sees { HELD_UP_S } else { HELD_UP_BLIND_S });
+        let shows = sees
+            && (self.largest_slip(state) > R::of(SLIPS) * self.times.free_m_s
+                || motion.rise_m_s.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S)));
+        let needed = shows || state.held_up_s > held_up_s || target.is_special();
         state.calm_s = count(state.calm_s, !needed);
         let astray = self.are_astray(state, sign, free_rad_s) || speed < -R::of(BACKWARD_M_S);
         match state.loops {
@@ -114,7 +120,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let wheel = &mut state.wheels[i];
             if state.way[i].driven {
                 let error = state.reference_rad_s[i] - wheel.measured_rad_s;
-                wheel.integral_n_m = wheel.applied_n_m - self.config.free_gain_n_m_s_rad * error;
+                wheel.integral_n_m = wheel.applied_n_m - self.times.own_gain_n_m_s_rad * error;
             }
         }
     }
@@ -150,7 +156,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (config, one) = (&self.config, R::one());
         let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
         let soft = config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
-        config.thrust_gain_n_m_s_rad * soft * error
+        self.times.thrust_gain_n_m_s_rad * soft * error
     }
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].

@@ -40,6 +40,8 @@ pub struct Ladder<R> {
     pub run_up_more_m_s: R,
     /// A run-up lasts no longer \[s\], 0.001 to 100.
     pub run_up_s: R,
+    /// No run-up is faster than so many times the command, 1 to 100.
+    pub run_up_times: R,
     /// It ends where the vehicle is stuck again for this time \[s\]; 0: only with its time.
     pub stuck_again_s: R,
     /// Slip that the climbing row is allowed for each try \[m/s\], 0 to 100.
@@ -58,7 +60,7 @@ pub struct Ladder<R> {
 
 constant_struct!(Ladder<R> {
     tries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_most_m: R, first_row_more_m: R, first_row_most_m: R,
-    gentle: u16, gentle_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
+    gentle: u16, gentle_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, run_up_times: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
     spin_more_m_s: R, spin_gain: R, remembered_part: R, remembered_spin: R
 });
 
@@ -141,6 +143,7 @@ impl<R: Real> SupervisorConfig<R> {
                 run_up_m_s: of(0.505),
                 run_up_more_m_s: of(0.0173),
                 run_up_s: R::one(),
+                run_up_times: of(2.0),
                 stuck_again_s: zero,
                 allowance_m_s: of(0.264),
                 spin_m_s: zero,
@@ -178,6 +181,7 @@ impl<R: Real> SupervisorConfig<R> {
                 gentle_m_s: of(0.5354),
                 run_up_m_s: of(0.8476),
                 run_up_more_m_s: of(0.1578),
+                run_up_times: of(4.0),
                 stuck_again_s: of(0.1251),
                 allowance_m_s: of(1.1139),
                 spin_m_s: of(2.64),
@@ -240,6 +244,7 @@ impl<R: Real> SupervisorConfig<R> {
             &(1e-3..=100.0),
             "0.001 to 100",
         )?;
+        within("run_up_times", ladder.run_up_times, 1.0..=100.0, "1 to 100")?;
         for boost in self.boost {
             within("boost", boost, 0.0..=10.0, "0 to 10")?;
         }

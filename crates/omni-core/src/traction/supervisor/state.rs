@@ -19,10 +19,12 @@ pub enum SupervisorMode {
     BackOff = 1,
     /// It runs up to it.
     RunUp = 2,
+    /// No try is left: it rests until the command does, or goes another way.
+    GaveUp = 3,
 }
 
 impl SupervisorMode {
-    /// The number that stands for it in traces: 0 to 2 in the order above. It never changes.
+    /// The number that stands for it in traces: 0 to 3 in the order above. It never changes.
     ///
     /// ```
     /// assert_eq!(omni_core::SupervisorMode::Drive.number(), 0);
