@@ -91,6 +91,7 @@ pub mod parts {
     pub use crate::linkage::Joint;
     pub use crate::motor::TorqueLimits;
     pub use crate::pid::{Discrete, TermBounds};
+    pub use crate::traction::TractionTimes;
     pub use crate::trajectory::Phase;
     pub use crate::twist_limits::{Group, Law};
     pub use crate::velocity::VelocityLaw;

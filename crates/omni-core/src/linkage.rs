@@ -9,11 +9,9 @@ mod tests;
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
-use crate::pid::is_plausible;
 use crate::wheel_loops::all_plausible;
 use crate::{Imu, Real};
 pub use motion::LinkageMotion;
-
 
 /// Hinges of a vehicle at most.
 pub const MAX_HINGES: usize = 8;
@@ -307,16 +305,7 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     /// ```
     #[must_use]
     pub fn motion(&self, base: &Attitude<R>, hinges_rad: &[R], hinges_rad_s: &[R]) -> LinkageMotion<R, N> {
-        let read = |readings: &[R], index: usize| match readings.get(index) {
-            Some(reading) if is_plausible(*reading) => *reading,
-            _ => R::zero(),
-        };
-        let mut motion = LinkageMotion::flat();
-        let hinge = |index| (read(hinges_rad, index), read(hinges_rad_s, index));
-        let mut bodies = [Attitude::LEVEL; MAX_HINGES + 1];
-        let moves = self.move_by::<false>(base, hinge, &mut bodies, &mut 0);
-        motion.take(&moves, &bodies, self.hinge_count());
-        motion
+        self.move_by(base, hinges_rad, hinges_rad_s)
     }
 }
 

@@ -30,7 +30,9 @@ use crate::pid::is_plausible;
 use crate::{BodyTwist, ConfigError, Kinematics, Linkage, Readings, Real};
 use slip::Asked;
 
-pub use config::{TractionConfig, TractionSensors, TractionTimes, TractionWheel};
+#[doc(hidden)]
+pub use config::TractionTimes;
+pub use config::{TractionConfig, TractionSensors, TractionWheel};
 pub use policy::{TractionPolicy, TractionPolicyState};
 pub use sample::TractionSample;
 pub use state::TractionState;
@@ -126,7 +128,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let way_m_rad = rows.map(|[x, y, _]| inverse((x * x + y * y).sqrt()));
         let per_yaw = largest(rows.map(|row| row[2].abs()));
         let way_m = largest(way_m_rad);
-        let torque_n_m = wheels.iter().fold(R::of(1e6), |least, wheel| self::least(least, wheel.limit.range(R::zero()).upper_n_m));
+        let torque_n_m = wheels.iter().fold(R::of(1e6), |least, wheel| {
+            self::least(least, wheel.limit.range(R::zero()).upper_n_m)
+        });
         let inertia_kg_m2 = largest(wheels.map(|wheel| wheel.inertia_kg_m2));
         Ok(Self {
             times: TractionTimes::new(&config, inertia_kg_m2, torque_n_m, way_m, per_yaw * way_m),
@@ -213,7 +217,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample
     }
 
-    fn step_into(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>, target: &TractionTarget<R, N>, sample: &mut TractionSample<R, N>) {
+    fn step_into(
+        &self,
+        state: &mut TractionState<R, N>,
+        readings: &Readings<'_, R>,
+        target: &TractionTarget<R, N>,
+        sample: &mut TractionSample<R, N>,
+    ) {
         self.take_command(state, &readings.command);
         if is_plausible(target.speed_m_s) {
             state.target_m_s = target.speed_m_s;
@@ -238,7 +248,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         // 4. and 5. Slip of each wheel; heading and level.
         let turn = self.turn(state, target);
-        let asked = Asked { rates_rad_s: &rates_rad_s, free_rad_s: &free_rad_s, motion: &motion, target, turn };
+        let asked = Asked {
+            rates_rad_s: &rates_rad_s,
+            free_rad_s: &free_rad_s,
+            motion: &motion,
+            target,
+            turn,
+        };
         wheels.measured.rad_s = rates_rad_s;
         wheels.reference.rad_s = state.reference_rad_s;
         self.find_torques(state, &asked, sample);
@@ -248,9 +264,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample.command = readings.command;
         sample.loops = state.loops;
         sample.factor = state.speed_part();
-        (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) = (state.speed_m_s, state.target_m_s, state.thrust_n_m);
+        (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) =
+            (state.speed_m_s, state.target_m_s, state.thrust_n_m);
         sample.believed = believed;
-        (sample.yaw_rad_s, sample.heading_rad, sample.gyro_zero_rad_s) = (state.yaw_rad_s, state.heading_rad, state.gyro_zero_rad_s);
+        (sample.yaw_rad_s, sample.heading_rad, sample.gyro_zero_rad_s) =
+            (state.yaw_rad_s, state.heading_rad, state.gyro_zero_rad_s);
     }
 
     /// Rate of a wheel's actuator per yaw rate.

@@ -147,7 +147,13 @@ impl<R: Real> TractionSensors<R> {
     /// ```
     #[must_use]
     pub const fn perfect() -> Self {
-        Self { encoder_counts: 0, encoder_noise_rad_s: R::ZERO, gyro_noise_rad_s: R::ZERO, delay_s: R::ZERO, lag_s: R::ZERO }
+        Self {
+            encoder_counts: 0,
+            encoder_noise_rad_s: R::ZERO,
+            gyro_noise_rad_s: R::ZERO,
+            delay_s: R::ZERO,
+            lag_s: R::ZERO,
+        }
     }
 }
 
@@ -272,10 +278,7 @@ impl<R: Real> TractionConfig<R> {
             "0.001 to 1e6",
         )?;
         each_within(
-            &[
-                ("delay_s", self.sensors.delay_s),
-                ("lag_s", self.sensors.lag_s),
-            ],
+            &[("delay_s", self.sensors.delay_s), ("lag_s", self.sensors.lag_s)],
             &(0.0..=0.03),
             "0 to 0.03: later, and slip cannot be controlled",
         )?;
@@ -348,7 +351,13 @@ const FRESH_S: f64 = 0.015;
 
 impl<R: Real> TractionTimes<R> {
     /// For actuators of this largest inertia, least torque, largest way a turn \[kg.m^2, N.m, m/rad\], and outermost lever \[m\].
-    pub(super) fn new(config: &TractionConfig<R>, inertia_kg_m2: R, torque_n_m: R, way_m: R, lever_m: R) -> Self {
+    pub(super) fn new(
+        config: &TractionConfig<R>,
+        inertia_kg_m2: R,
+        torque_n_m: R,
+        way_m: R,
+        lever_m: R,
+    ) -> Self {
         let (sensors, zero) = (&config.sensors, R::zero());
         let late_s = sensors.delay_s + sensors.lag_s;
         let noise_s = R::of(NOISE_PART) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
@@ -361,7 +370,11 @@ impl<R: Real> TractionTimes<R> {
         }
         // What is read late or over a while is answered more softly.
         let old_s = window + R::of(2.0) * late_s;
-        let softer = if old_s > R::of(FRESH_S) { R::of(FRESH_S) / old_s } else { R::one() };
+        let softer = if old_s > R::of(FRESH_S) {
+            R::of(FRESH_S) / old_s
+        } else {
+            R::one()
+        };
         let most = |times: &[R]| times.iter().fold(zero, |most, time| larger(most, *time));
         let of = R::of;
         let speed_s = most(&[config.speed_s, of(0.5) * window, of(0.5) * noise_s]);

@@ -70,7 +70,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
             return;
         }
         let kept = direction[0] * state.direction[0] + direction[1] * state.direction[1];
-        for along in [&mut state.speed_m_s, &mut state.target_m_s, &mut state.integral_n_m] {
+        for along in [
+            &mut state.speed_m_s,
+            &mut state.target_m_s,
+            &mut state.integral_n_m,
+        ] {
             *along *= kept;
         }
         (state.direction, state.has_direction) = (direction, true);

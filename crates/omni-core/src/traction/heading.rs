@@ -27,7 +27,13 @@ pub(super) struct Turn<R> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
-    pub(super) fn see_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N], motion: &LinkageMotion<R, N>) {
+    pub(super) fn see_yaw(
+        &self,
+        state: &mut TractionState<R, N>,
+        imu: &Imu<R>,
+        free_rad_s: &[R; N],
+        motion: &LinkageMotion<R, N>,
+    ) {
         let config = &self.config;
         let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
         if let Some(rate) = gyro
@@ -60,7 +66,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
     /// thrust and no wheel that disagrees with the others.
-    fn turns_by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], motion: &LinkageMotion<R, N>) -> Option<R> {
+    fn turns_by_wheels(
+        &self,
+        state: &TractionState<R, N>,
+        free_rad_s: &[R; N],
+        motion: &LinkageMotion<R, N>,
+    ) -> Option<R> {
         let (config, zero) = (&self.config, R::zero());
         if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.heard) {
             return None;
@@ -73,7 +84,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if state.is_resting() && free_rad_s.iter().all(|rate| *rate == zero) {
             return Some(zero);
         }
-        let level = (0..N).all(|i| motion.attitude(self.linkage.carrier(i)).nose_up_rad.abs() < R::of(LEVEL_RAD));
+        let level =
+            (0..N).all(|i| motion.attitude(self.linkage.carrier(i)).nose_up_rad.abs() < R::of(LEVEL_RAD));
         if !level {
             return None;
         }
@@ -92,7 +104,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         // The yaw rate that keeps to the path, at the speed that there is.
         let asked = state.command.wz_rad_s;
         let on_the_spot = asked.abs() * self.per_yaw > state.commanded_m_s * state.largest_per_m;
-        let path = if on_the_spot { asked } else { asked * state.speed_part() };
+        let path = if on_the_spot {
+            asked
+        } else {
+            asked * state.speed_part()
+        };
         let beyond = state.yaw_rad_s - path;
         let mut heading = zero;
         if !state.is_resting() {

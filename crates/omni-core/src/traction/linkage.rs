@@ -35,12 +35,18 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number stands, as far as anybody knows.
-    pub(super) fn moves(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> LinkageMotion<R, N> {
+    pub(super) fn moves(
+        &self,
+        state: &mut TractionState<R, N>,
+        readings: &Readings<'_, R>,
+    ) -> LinkageMotion<R, N> {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);
         let imu = Attitude::read(&readings.imu);
         let hinges = self.linkage.hinge_count().min(MAX_HINGES);
-        let all = |values: &[R]| values.len() >= hinges && values.iter().take(hinges).all(|value| is_plausible(*value));
+        let all = |values: &[R]| {
+            values.len() >= hinges && values.iter().take(hinges).all(|value| is_plausible(*value))
+        };
         // An attitude that is no number is no unit.
         state.sees = is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
             && all(readings.hinges_rad)
@@ -56,7 +62,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let rate = rate.filter(|rate| is_plausible(*rate)).unwrap_or(R::zero());
             follow(&mut state.hinges_rad_s[k], rate, part);
         }
-        self.linkage.motion(&base, readings.hinges_rad, &state.hinges_rad_s)
+        self.linkage
+            .motion(&base, readings.hinges_rad, &state.hinges_rad_s)
     }
 
     /// Rates of the wheels less what their encoders see of their carriers' turning.

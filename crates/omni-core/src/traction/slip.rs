@@ -24,13 +24,19 @@ pub(super) struct Asked<'a, R, const N: usize> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// The torque of every wheel into `sample`, and what is remembered of it.
-    pub(super) fn find_torques(&self, state: &mut TractionState<R, N>, asked: &Asked<'_, R, N>, sample: &mut TractionSample<R, N>) {
+    pub(super) fn find_torques(
+        &self,
+        state: &mut TractionState<R, N>,
+        asked: &Asked<'_, R, N>,
+        sample: &mut TractionSample<R, N>,
+    ) {
         let traction = state.loops == TractionLoops::Traction;
         for i in 0..N {
             if !state.wheels[i].heard {
                 sample.let_go(i);
                 continue;
             }
+            sample.wheels.active[i] = true;
             let rate = asked.rates_rad_s[i];
             let torque = if traction && state.way[i].driven {
                 let torque = self.driven(state, asked, i, sample);
@@ -50,7 +56,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
             sample.wheels.applied.n_m[i] = applied;
             sample.wheels.saturated[i] = applied != torque;
             let wheel = &mut state.wheels[i];
-            if wheel.swings(torque, applied, self.config.period_s, R::of(SWINGS) * self.times.slip_s) {
+            if wheel.swings(
+                torque,
+                applied,
+                self.config.period_s,
+                R::of(SWINGS) * self.times.slip_s,
+            ) {
                 state.softness = larger(R::of(SOFTER) * state.softness, R::of(SOFTEST));
             }
             (wheel.applied_n_m, wheel.measured_rad_s) = (applied, rate);
@@ -59,7 +70,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A wheel's own velocity loop \[N.m\].
-    fn own_loop(&self, state: &mut TractionState<R, N>, i: usize, error: R, sample: &mut TractionSample<R, N>) -> R {
+    fn own_loop(
+        &self,
+        state: &mut TractionState<R, N>,
+        i: usize,
+        error: R,
+        sample: &mut TractionSample<R, N>,
+    ) -> R {
         let (config, wheel) = (&self.config, &mut state.wheels[i]);
         let (p, held) = (self.times.own_gain_n_m_s_rad * error, wheel.integral_n_m);
         let torque = p + held;
@@ -67,13 +84,23 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if (torque <= range.upper_n_m && torque >= range.lower_n_m) || error * torque <= R::zero() {
             wheel.integral_n_m += self.times.own_integral_n_m_rad * error * config.period_s;
         }
-        (sample.wheels.p_n_m[i], sample.wheels.i_n_m[i], sample.wheels.d_n_m[i]) = (p, held, R::zero());
+        (
+            sample.wheels.p_n_m[i],
+            sample.wheels.i_n_m[i],
+            sample.wheels.d_n_m[i],
+        ) = (p, held, R::zero());
         (sample.slip_rad_s[i], sample.contact_n_m[i]) = (R::zero(), R::zero());
         torque
     }
 
     /// A driven wheel: the common thrust, less what would spin it, and what heading and level ask for \[N.m\].
-    fn driven(&self, state: &mut TractionState<R, N>, asked: &Asked<'_, R, N>, i: usize, sample: &mut TractionSample<R, N>) -> R {
+    fn driven(
+        &self,
+        state: &mut TractionState<R, N>,
+        asked: &Asked<'_, R, N>,
+        i: usize,
+        sample: &mut TractionSample<R, N>,
+    ) -> R {
         let (config, times, zero) = (&self.config, &self.times, R::zero());
         let (way, speed) = (state.way[i], state.speed_m_s);
         let thrust = state.thrust_n_m * way.part;
@@ -84,18 +111,41 @@ impl<R: Real, const N: usize> Traction<R, N> {
         wheel.contact_n_m += config.part(times.contact_s) * (taken - wheel.contact_n_m);
         let contact = wheel.contact_n_m;
         // Everything along the thrust from here.
-        let ahead = if state.thrust_n_m >= zero { R::one() } else { -R::one() };
+        let ahead = if state.thrust_n_m >= zero {
+            R::one()
+        } else {
+            -R::one()
+        };
         let gain = way.slip_gain * state.softness;
-        let rolls = if speed.abs() > R::of(SURE_M_S) { speed.signum() } else { state.target_sign() };
+        let rolls = if speed.abs() > R::of(SURE_M_S) {
+            speed.signum()
+        } else {
+            state.target_sign()
+        };
         let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * way.way_m;
         let slip = rim - self.rolled_m_s(speed, rolls, asked.motion.rise_m_s[i], way.cosine);
         let climbs = asked.target.climbing[i];
-        let free = if climbs { times.free_m_s + asked.target.allowance_m_s } else { times.free_m_s };
+        let free = if climbs {
+            times.free_m_s + asked.target.allowance_m_s
+        } else {
+            times.free_m_s
+        };
         let lack = ahead * (state.target_m_s - speed);
         let sized = way.along * ahead; // of a torque along the thrust
-        let mut own = sized * self.held(sized * thrust, sized * contact, ahead * slip, free, lack, gain.abs());
+        let mut own = sized
+            * self.held(
+                sized * thrust,
+                sized * contact,
+                ahead * slip,
+                free,
+                lack,
+                gain.abs(),
+            );
         if climbs && asked.target.spin_m_s > zero {
-            let spun = asked.target.spin_gain * self.times.thrust_gain_n_m_s_rad * way.per_m.abs() * (asked.target.spin_m_s - slip);
+            let spun = asked.target.spin_gain
+                * self.times.thrust_gain_n_m_s_rad
+                * way.per_m.abs()
+                * (asked.target.spin_m_s - slip);
             own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
         }
         own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(asked, i);
@@ -104,7 +154,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let floor = -gain.abs() * larger(ahead * rim, zero);
             own = sized * larger(sized * own, floor);
         }
-        (sample.wheels.p_n_m[i], sample.wheels.i_n_m[i], sample.wheels.d_n_m[i]) = (thrust, zero, own - thrust);
+        (
+            sample.wheels.p_n_m[i],
+            sample.wheels.i_n_m[i],
+            sample.wheels.d_n_m[i],
+        ) = (thrust, zero, own - thrust);
         (sample.slip_rad_s[i], sample.contact_n_m[i]) = (way.per_m.abs() * slip, contact);
         own
     }
@@ -119,7 +173,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if faster > zero {
             let a = least(faster / self.times.width_m_s, one);
             let gripped = (one - a) * thrust + a * contact.limited(-thrust.abs(), thrust.abs());
-            return larger(gripped - gain * faster, -gain * larger(faster - larger(lack, zero), zero));
+            return larger(
+                gripped - gain * faster,
+                -gain * larger(faster - larger(lack, zero), zero),
+            );
         }
         let slower = -slip - free - larger(-lack, zero);
         thrust + gain * larger(slower, zero)
@@ -129,7 +186,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
 impl<R: Real> super::state::WheelState<R> {
     /// Has its torque come from the one limit to the other within `window_s`?
     fn swings(&mut self, torque: R, applied: R, period_s: R, window_s: R) -> bool {
-        self.limited_s += self.limited_s.signum() * period_s;
+        if self.limited_s != R::zero() {
+            self.limited_s += self.limited_s.signum() * period_s;
+        }
         if applied == torque {
             return false;
         }

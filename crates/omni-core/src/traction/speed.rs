@@ -63,7 +63,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let heard = |i: usize| state.way[i].driven && state.wheels[i].heard;
         let mut fastest = None::<(R, usize)>;
         for i in (0..N).filter(|&i| heard(i)) {
-            let speed = sign * state.wheels[i].speed_m_s;
+            // Of a wheel that rises or falls the part over the ground: its way is the longer one.
+            let (speed, rise) = (sign * state.wheels[i].speed_m_s, state.rise_m_s[i]);
+            let level = larger(speed * speed - rise * rise, R::zero()).sqrt();
+            let speed = if speed > R::zero() { level } else { speed };
             if fastest.is_none_or(|(fastest, _)| speed > fastest) {
                 fastest = Some((speed, i));
             }
@@ -73,7 +76,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel has no say.
-    fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize, counts: impl Fn(usize) -> bool) -> Said<R> {
+    fn agreed(
+        &self,
+        state: &TractionState<R, N>,
+        sign: R,
+        slowest: R,
+        wheel: usize,
+        counts: impl Fn(usize) -> bool,
+    ) -> Said<R> {
         let (zero, one) = (R::zero(), R::one());
         let (mut weights, mut sum) = (zero, zero);
         for i in (0..N).filter(|&i| counts(i)) {
@@ -85,7 +95,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
         }
         let more = if weights > zero { sum / weights } else { zero };
-        Said { speed_m_s: slowest + more, wheel }
+        Said {
+            speed_m_s: slowest + more,
+            wheel,
+        }
     }
 
     /// A driven wheel that is heard and does not brake.

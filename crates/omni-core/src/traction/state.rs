@@ -208,7 +208,11 @@ impl<R: Real, const N: usize> TractionState<R, N> {
 
     /// Sign of the target, ahead where it is none.
     pub(super) fn target_sign(&self) -> R {
-        if self.target_m_s < R::zero() { -R::one() } else { R::one() }
+        if self.target_m_s < R::zero() {
+            -R::one()
+        } else {
+            R::one()
+        }
     }
 
     /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.

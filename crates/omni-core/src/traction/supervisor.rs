@@ -155,7 +155,11 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
-    pub fn step(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> TractionTarget<R, N> {
+    pub fn step(
+        &self,
+        state: &mut SupervisorState<R>,
+        traction: &TractionState<R, N>,
+    ) -> TractionTarget<R, N> {
         let (config, ladder, zero) = (&self.config, &self.config.ladder, R::zero());
         let commanded = traction.commanded_m_s;
         if commanded == zero {

@@ -46,7 +46,11 @@ pub enum TractionLoops {
     Fallback = 2,
 }
 
-constant_enum!(TractionLoops { Plain, Traction, Fallback });
+constant_enum!(TractionLoops {
+    Plain,
+    Traction,
+    Fallback
+});
 
 impl TractionLoops {
     /// The number that stands for it in tables, 0 to 2 in the order above.
@@ -79,7 +83,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
         let sign = state.target_sign();
         let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
-        let held_up = speed < R::of(HELD_UP_PART) * wanted || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
+        let held_up = speed < R::of(HELD_UP_PART) * wanted
+            || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
         let sees = state.sees && self.linkage.hinge_count() > 0;
@@ -155,7 +160,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     fn proportional(&self, state: &TractionState<R, N>) -> R {
         let (config, one) = (&self.config, R::one());
         let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
-        let soft = config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
+        let soft =
+            config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
         self.times.thrust_gain_n_m_s_rad * soft * error
     }
 

@@ -12,11 +12,11 @@ fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
         ([0.05; 3], 0, 1.0),
         ([0.009, 0.0, 0.0], 0, 1.0), // less than a centimetre
     ] {
-        let (state, observed) = seen(heights, 0.3, 0.1);
+        let state = seen(heights, 0.3, 0.1);
         let mut memory = SupervisorState::new();
         let mut target = TractionTarget::at(0.0);
         for _ in 0..200 {
-            target = supervisor.step(&mut memory, &state, &observed);
+            target = supervisor.step(&mut memory, &state);
         }
         assert_eq!(memory.row(), row, "{heights:?}");
         assert!(
@@ -24,7 +24,7 @@ fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
             "{heights:?}: {}",
             target.speed_m_s
         );
-        let climbing: Vec<_> = (0..7).filter(|i| target.climbing & (1 << i) != 0).collect();
+        let climbing: Vec<_> = (0..7).filter(|i| target.climbing[*i]).collect();
         assert_eq!(climbing, [&[4, 5, 6][..], &[3], &[0, 1, 2]][usize::from(row)]);
     }
 }
@@ -39,15 +39,18 @@ fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
     for _ in 0..12_000 {
         // It follows its target backwards at once, and never moves ahead.
         let speed = targets.last().copied().unwrap_or(0.0_f64).min(0.0);
-        let (state, observed) = seen([0.05, 0.0, 0.0], speed, 1.0);
-        let target = supervisor.step(&mut memory, &state, &observed);
+        let state = seen([0.05, 0.0, 0.0], speed, 1.0);
+        let target = supervisor.step(&mut memory, &state);
         targets.push(target.speed_m_s);
         if modes.last() != Some(&memory.mode()) {
             modes.push(memory.mode());
         }
     }
-    use SupervisorMode::{BackOff, Drive, RunUp};
-    assert_eq!(modes, [Drive, BackOff, RunUp, Drive, BackOff, RunUp, Drive]);
+    use SupervisorMode::{BackOff, Drive, GaveUp, RunUp};
+    assert_eq!(
+        modes,
+        [Drive, BackOff, RunUp, Drive, BackOff, RunUp, Drive, GaveUp]
+    );
     assert_eq!((memory.tries(), memory.retries()), (2, 2));
     let (slowest, fastest) = targets
         .iter()
@@ -58,9 +61,9 @@ fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
         "{slowest} {fastest}"
     );
     // At rest it forgets the row, not how often it has tried.
-    let (mut state, observed) = seen([0.05, 0.0, 0.0], 0.0, 0.0);
-    state.travel(&BodyTwist::ZERO, steady().kinematics());
-    let _ = supervisor.step(&mut memory, &state, &observed);
+    let mut state = seen([0.05, 0.0, 0.0], 0.0, 0.0);
+    steady().command(&mut state, &BodyTwist::ZERO);
+    let _ = supervisor.step(&mut memory, &state);
     assert_eq!((memory.tries(), memory.retries(), memory.row()), (0, 2, 0));
 }
 
@@ -73,11 +76,11 @@ fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
         for period in 0..200_000 {
             // Up by half of a step for 0.2 s of every 3 s, level again and stuck for the rest.
             let height = if period % 3000 < 200 { 0.025 } else { 0.0 };
-            let (state, observed) = seen([height, 0.0, 0.0], target_m_s.min(0.0), 1.0);
-            target_m_s = supervisor.step(&mut memory, &state, &observed).speed_m_s;
+            let state = seen([height, 0.0, 0.0], target_m_s.min(0.0), 1.0);
+            target_m_s = supervisor.step(&mut memory, &state).speed_m_s;
         }
         assert_eq!(memory.retries(), u32::from(config.ladder.tries));
-        assert_eq!(memory.mode(), SupervisorMode::Drive);
+        assert_eq!(memory.mode(), SupervisorMode::GaveUp);
     }
 }
 
@@ -89,8 +92,8 @@ fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
     let mut drive = |memory: &mut SupervisorState<f64>, heights, stuck: bool, periods| {
         for _ in 0..periods {
             let speed = if stuck { target_m_s.min(0.0) } else { target_m_s };
-            let (state, observed) = seen(heights, speed, 1.0);
-            target_m_s = supervisor.step(memory, &state, &observed).speed_m_s;
+            let state = seen(heights, speed, 1.0);
+            target_m_s = supervisor.step(memory, &state).speed_m_s;
         }
     };
     drive(&mut memory, [0.0; 3], true, 60_000);
@@ -107,20 +110,18 @@ fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
 fn rows_are_counted_in_the_direction_of_travel() {
     let supervisor = supervisor(SupervisorConfig::steady(T));
     let climbing = |vx_m_s: f64, vy_m_s: f64, high: [usize; 2]| {
-        let (mut state, mut observed) = seen([0.0; 3], 0.0, 0.0);
+        let mut state = seen([0.0; 3], 0.0, 0.0);
         let command = BodyTwist {
             vx_m_s,
             vy_m_s,
             wz_rad_s: 0.0,
         };
-        state.travel(&command, steady().kinematics());
+        steady().command(&mut state, &command);
         for i in high {
-            observed.motion.height_m[i] = 0.05;
+            state.height_m[i] = 0.05;
         }
-        let target = supervisor.step(&mut SupervisorState::new(), &state, &observed);
-        (0..7)
-            .filter(|i| target.climbing & (1 << i) != 0)
-            .collect::<Vec<_>>()
+        let target = supervisor.step(&mut SupervisorState::new(), &state);
+        (0..7).filter(|i| target.climbing[*i]).collect::<Vec<_>>()
     };
     assert_eq!(climbing(-0.3, 0.0, [0, 2]), [3]); // backwards the rear row is first, wheel 4 next
     assert_eq!(climbing(0.0, 0.3, [2, 6]), [1, 3, 5]); // to the left the left wheels are, then those in the middle
