@@ -305,7 +305,9 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     /// ```
     #[must_use]
     pub fn motion(&self, base: &Attitude<R>, hinges_rad: &[R], hinges_rad_s: &[R]) -> LinkageMotion<R, N> {
-        self.move_by(base, hinges_rad, hinges_rad_s)
+        let mut motion = LinkageMotion::flat();
+        self.move_by(base, hinges_rad, hinges_rad_s, &mut motion);
+        motion
     }
 }
 

@@ -245,18 +245,6 @@ impl<R: Real, const N: usize> TorqueLimits<R, N> {
         }
     }
 
-    /// No limit depends on the velocity.
-    #[inline(always)]
-    pub(crate) fn are_constant(&self) -> bool {
-        self.constant
-    }
-
-    /// The largest torque of an actuator at any velocity.
-    #[inline(always)]
-    pub(crate) fn cap(&self, index: usize) -> R {
-        self.cap[index]
-    }
-
     /// As [`TorqueLimit::range`], for every actuator at its velocity \[rad/s\].
     #[inline(always)]
     pub(crate) fn ranges(&self, velocities: &[R; N], ranges: &mut TorqueRanges<R, N>) {

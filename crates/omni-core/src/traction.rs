@@ -217,7 +217,22 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample
     }
 
-    fn step_into(
+    /// As [`Traction::step`], into a sample that is kept from period to period: returned by value it is copied. All of it is written.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Readings, TorqueLimit, Traction, TractionConfig, TractionSample};
+    /// # use omni_core::{TractionState, TractionTarget, TractionWheel, WheelLayout};
+    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
+    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// let (mut state, ahead) = (TractionState::new(), BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
+    /// let mut sample = TractionSample::zero();
+    /// traction.step_into(&mut state, &Readings::new(ahead, &[0.0; 4]), &TractionTarget::at(0.3), &mut sample);
+    /// assert!((sample.wheels.applied.n_m[0] - 0.3 * 3.0).abs() < 1e-12); // kp, of the 3 rad/s that are lacking
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step_into(
         &self,
         state: &mut TractionState<R, N>,
         readings: &Readings<'_, R>,
@@ -230,17 +245,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         // 1. How bodies and wheels move.
         let rates_rad_s = self.hear(state, readings);
-        let motion = self.moves(state, readings);
-        let free_rad_s = self.free_of_carriers(&rates_rad_s, &motion);
-        (state.height_m, state.rise_m_s) = (motion.height_m, motion.rise_m_s);
+        self.find_motion(state, readings);
+        let free_rad_s = self.free_of_carriers(&rates_rad_s, &state.motion);
         // 2. One speed.
-        self.see_yaw(state, &readings.imu, &free_rad_s, &motion);
+        self.see_yaw(state, &readings.imu, &free_rad_s);
         let believed = self.see_speed(state, &free_rad_s);
         // 3. One thrust.
         let wheels = &mut sample.wheels;
         self.limits.ranges(&rates_rad_s, &mut wheels.range);
         self.find_largest(state, &wheels.range);
-        self.choose_loops(state, target, &motion, &free_rad_s);
+        self.choose_loops(state, target);
         if state.loops == TractionLoops::Traction {
             self.find_thrust(state);
         } else {
@@ -251,10 +265,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let asked = Asked {
             rates_rad_s: &rates_rad_s,
             free_rad_s: &free_rad_s,
-            motion: &motion,
             target,
             turn,
         };
+        (wheels.ended, wheels.shorted) = (false, false);
         wheels.measured.rad_s = rates_rad_s;
         wheels.reference.rad_s = state.reference_rad_s;
         self.find_torques(state, &asked, sample);
@@ -272,6 +286,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// Rate of a wheel's actuator per yaw rate.
+    #[inline(always)]
     fn turned_by(&self, wheel: usize) -> R {
         self.kinematics.inverse_matrix()[wheel][2]
     }

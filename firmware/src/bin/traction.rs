@@ -5,10 +5,7 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use omni_core::{
-    BodyTwist, Readings, SupervisorState, TractionObservation, TractionSample, TractionState, TractionTarget,
-    WheelTorques,
-};
+use omni_core::{BodyTwist, Readings, SupervisorState, TractionSample, TractionState, TractionTarget};
 use omni_firmware::constants::{SUPERVISOR, TRACTION};
 use omni_firmware::counter::Counter;
 use omni_firmware::platform::exit;
@@ -18,7 +15,6 @@ use omni_firmware::{say, stack};
 struct Memory {
     state: TractionState<f32, 7>,
     supervisor: SupervisorState<f32>,
-    observed: TractionObservation<f32, 7>,
     sample: TractionSample<f32, 7>,
 }
 
@@ -27,41 +23,21 @@ impl Memory {
         Self {
             state: TractionState::new(),
             supervisor: SupervisorState::new(),
-            observed: TractionObservation::zero(),
             sample: TractionSample::zero(),
         }
     }
 }
 
-/// Torques only.
-#[inline(never)]
-fn lean(state: &mut TractionState<f32, 7>, readings: &Readings<'_, f32>, torques: &mut WheelTorques<f32, 7>) {
-    TRACTION.torques_into(state, readings, &TractionTarget::at(0.3), torques);
-}
-
 #[inline(never)]
 fn step(memory: &mut Memory, readings: &Readings<'_, f32>) {
-    let Memory {
-        state,
-        observed,
-        sample,
-        ..
-    } = memory;
-    TRACTION.observe_into(state, readings, observed);
-    TRACTION.act_into(state, readings, observed, &TractionTarget::at(0.3), sample);
+    TRACTION.step_into(&mut memory.state, readings, &TractionTarget::at(0.3), &mut memory.sample);
 }
 
 #[inline(never)]
 fn supervised(memory: &mut Memory, readings: &Readings<'_, f32>) {
-    let Memory {
-        state,
-        supervisor,
-        observed,
-        sample,
-    } = memory;
-    TRACTION.observe_into(state, readings, observed);
-    let target = SUPERVISOR.step(supervisor, state, observed);
-    TRACTION.act_into(state, readings, observed, &target, sample);
+    TRACTION.command(&mut memory.state, &readings.command);
+    let target = SUPERVISOR.step(&mut memory.supervisor, &memory.state);
+    TRACTION.step_into(&mut memory.state, readings, &target, &mut memory.sample);
 }
 
 #[entry]
@@ -90,18 +66,6 @@ fn main() -> ! {
     for (case, wheels, angles, rates) in cases {
         let mut readings = Readings::new(command, &wheels);
         (readings.hinges_rad, readings.hinges_rad_s) = (&angles, &rates);
-        let (mut state, mut torques) = (TractionState::new(), WheelTorques::zero());
-        let mut work = |_| {
-            lean(
-                black_box(&mut state),
-                black_box(&readings),
-                black_box(&mut torques),
-            )
-        };
-        let starts = counter.most(400, &mut work);
-        say!("instructions, traction's torques from rest, {}: {}", case, starts);
-        let most = counter.most(400, &mut work);
-        say!("instructions, traction's torques, {}: {}", case, most);
         let mut memory = Memory::new();
         let starts = counter.most(400, |_| step(black_box(&mut memory), black_box(&readings)));
         say!("instructions, traction from rest, {}: {}", case, starts);
@@ -117,12 +81,8 @@ fn main() -> ! {
         let most = counter.most(400, |_| supervised(black_box(&mut memory), black_box(&readings)));
         say!("instructions, traction and supervisor, {}: {}", case, most);
     }
-    let (mut memory, mut torques) = (Memory::new(), WheelTorques::zero());
+    let mut memory = Memory::new();
     let readings = Readings::new(command, &whole);
-    say!(
-        "stack of a step with traction's torques: {} bytes",
-        stack::used_by(|| lean(&mut memory.state, black_box(&readings), &mut torques))
-    );
     say!(
         "stack of a step with traction: {} bytes",
         stack::used_by(|| step(&mut memory, black_box(&readings)))

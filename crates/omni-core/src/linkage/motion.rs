@@ -17,13 +17,24 @@ use crate::pid::is_plausible;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct LinkageMotion<R, const N: usize> {
     /// Height of each wheel's centre above the base's origin \[m\].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub height_m: [R; N],
     /// How fast it rises against the wheels that stand \[m/s\]. Those that stand are the median: most wheels do, and where the halves are
     /// even the lower one does.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub rise_m_s: [R; N],
-    bodies: [Attitude<R>; MAX_HINGES + 1],
+    #[cfg_attr(feature = "serde", serde(skip, default = "BodyMotion::flat"))]
+    bodies: [BodyMotion<R>; MAX_HINGES + 1],
 }
 
 impl<R: Real, const N: usize> LinkageMotion<R, N> {
@@ -37,7 +48,7 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
         Self {
             height_m: [R::ZERO; N],
             rise_m_s: [R::ZERO; N],
-            bodies: [Attitude::LEVEL; MAX_HINGES + 1],
+            bodies: [BodyMotion::FLAT; MAX_HINGES + 1],
         }
     }
 
@@ -51,7 +62,7 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
     #[must_use]
     pub fn attitude(&self, slot: usize) -> &Attitude<R> {
         let [base, ..] = &self.bodies;
-        self.bodies.get(slot).unwrap_or(base)
+        &self.bodies.get(slot).unwrap_or(base).attitude
     }
 }
 
@@ -73,7 +84,8 @@ pub(super) fn against_those_that_stand<R: Real, const N: usize>(rises: &mut [R; 
 }
 
 /// A body, and what it makes of points on it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct BodyMotion<R> {
     attitude: Attitude<R>,
     /// Height of its reference point, and of the tips of its axes above that.
@@ -95,6 +107,11 @@ impl<R: Real> BodyMotion<R> {
         up_s: [R::ZERO; 3],
         cosine: [R::ONE; 2],
     };
+
+    #[cfg(feature = "serde")]
+    fn flat() -> [Self; MAX_HINGES + 1] {
+        [Self::FLAT; MAX_HINGES + 1]
+    }
 
     fn new(attitude: Attitude<R>, nose: (R, R), left: (R, R), height_m: R, rise_m_s: R) -> Self {
         let (nose_s, left_s) = (attitude.nose_up_rad_s, attitude.left_up_rad_s);
@@ -135,25 +152,24 @@ fn small_angle<R: Real>(x: R) -> (R, R) {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// As [`Linkage::motion`].
-    pub(super) fn move_by(
+    /// As [`Linkage::motion`], into a motion that is kept from period to period.
+    pub(crate) fn move_by(
         &self,
         base: &Attitude<R>,
         hinges_rad: &[R],
         hinges_rad_s: &[R],
-    ) -> LinkageMotion<R, N> {
+        motion: &mut LinkageMotion<R, N>,
+    ) {
         let read = |readings: &[R], index: usize| match readings.get(index) {
             Some(reading) if is_plausible(*reading) => *reading,
             _ => R::zero(),
         };
-        let mut motion = LinkageMotion::flat();
-        let mut bodies = [BodyMotion::FLAT; MAX_HINGES + 1];
         let (nose, left) = (small_angle(base.nose_up_rad), small_angle(base.left_up_rad));
+        let bodies = &mut motion.bodies;
         bodies[0] = BodyMotion::new(*base, nose, left, R::zero(), R::zero());
-        motion.bodies[0] = *base;
         for (k, joint) in self.joints.iter().take(self.hinge_count()).enumerate() {
-            let [base_body, ..] = &bodies;
-            let parent = *bodies.get(usize::from(joint.parent)).unwrap_or(base_body);
+            let [base_body, ..] = &*bodies;
+            let parent = bodies.get(usize::from(joint.parent)).unwrap_or(base_body);
             let reading = usize::from(joint.reading);
             let (angle, rate) = (read(hinges_rad, reading), read(hinges_rad_s, reading));
             let mut attitude = parent.attitude;
@@ -170,15 +186,15 @@ impl<R: Real, const N: usize> Linkage<R, N> {
                 left = small_angle(attitude.left_up_rad);
             }
             let (height, rise) = parent.at(&joint.arm_m);
-            bodies[k + 1] = BodyMotion::new(attitude, nose, left, height, rise);
-            motion.bodies[k + 1] = attitude;
+            if let Some(body) = bodies.get_mut(k + 1) {
+                *body = BodyMotion::new(attitude, nose, left, height, rise);
+            }
         }
         for i in 0..N {
-            let [base, ..] = &bodies;
-            let body = bodies.get(self.carrier(i)).unwrap_or(base);
+            let [base, ..] = &motion.bodies;
+            let body = motion.bodies.get(self.carrier(i)).unwrap_or(base);
             (motion.height_m[i], motion.rise_m_s[i]) = body.at(&self.arm_m[i]);
         }
         against_those_that_stand(&mut motion.rise_m_s);
-        motion
     }
 }

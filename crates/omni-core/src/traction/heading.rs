@@ -1,9 +1,8 @@
 //! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
 
-use super::slip::Asked;
-use super::{Traction, TractionState, TractionTarget, least};
+use super::{Traction, TractionState, TractionTarget, larger, least};
 use crate::pid::is_plausible;
-use crate::{Imu, LinkageMotion, Real, WheelVelocities};
+use crate::{Imu, Real};
 
 /// Heading error that is kept at most \[rad\].
 const HEADING_RAD: f64 = 0.5;
@@ -27,19 +26,13 @@ pub(super) struct Turn<R> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
-    pub(super) fn see_yaw(
-        &self,
-        state: &mut TractionState<R, N>,
-        imu: &Imu<R>,
-        free_rad_s: &[R; N],
-        motion: &LinkageMotion<R, N>,
-    ) {
+    pub(super) fn see_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N]) {
         let config = &self.config;
         let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
         if let Some(rate) = gyro
-            && let Some(turns) = self.turns_by_wheels(state, free_rad_s, motion)
+            && let Some(turns) = self.turns_by_wheels(state, free_rad_s)
         {
-            let most = R::of(config.gyro_zero_most_rad_s.as_f64());
+            let most = config.gyro_zero_most_rad_s;
             state.gyro_found_s = least(state.gyro_found_s + config.period_s, config.gyro_zero_s);
             let zero = state.gyro_zero_rad_s;
             state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);
@@ -55,47 +48,54 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].
     fn turned(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> R {
-        let mut rates = WheelVelocities::from(*free_rad_s);
+        let [_, _, per_rate] = self.kinematics.forward_matrix();
+        let mut turned = R::zero();
         for i in 0..N {
-            if !state.wheels[i].heard {
-                rates.rad_s[i] = state.way[i].per_m * state.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
-            }
+            let rate = if state.wheels[i].heard {
+                free_rad_s[i]
+            } else {
+                state.way[i].per_m * state.speed_m_s + self.turned_by(i) * state.yaw_rad_s
+            };
+            turned += per_rate[i] * rate;
         }
-        self.kinematics.forward(&rates).wz_rad_s
+        turned
     }
 
     /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
     /// thrust and no wheel that disagrees with the others.
-    fn turns_by_wheels(
-        &self,
-        state: &TractionState<R, N>,
-        free_rad_s: &[R; N],
-        motion: &LinkageMotion<R, N>,
-    ) -> Option<R> {
+    fn turns_by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> Option<R> {
         let (config, zero) = (&self.config, R::zero());
         if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.heard) {
             return None;
         }
         let quiet = state.thrust_n_m.abs() < config.gyro_zero_part * state.largest_n_m || state.is_resting();
-        let still = motion.rise_m_s.iter().all(|rise| rise.abs() < R::of(QUIET_M_S));
+        let still = state
+            .motion
+            .rise_m_s
+            .iter()
+            .all(|rise| rise.abs() < R::of(QUIET_M_S));
         if !(quiet && still) {
             return None;
         }
         if state.is_resting() && free_rad_s.iter().all(|rate| *rate == zero) {
             return Some(zero);
         }
-        let level =
-            (0..N).all(|i| motion.attitude(self.linkage.carrier(i)).nose_up_rad.abs() < R::of(LEVEL_RAD));
+        let level = (0..N)
+            .all(|i| state.motion.attitude(self.linkage.carrier(i)).nose_up_rad.abs() < R::of(LEVEL_RAD));
         if !level {
             return None;
         }
-        let rates = WheelVelocities::from(*free_rad_s);
-        let twist = self.kinematics.forward(&rates);
-        let by_twist = self.kinematics.inverse(&twist);
-        let agree = (0..N).all(|i| {
-            (rates.rad_s[i] - by_twist.rad_s[i]).abs() * self.way_m_rad[i] < R::of(2.0) * self.times.free_m_s
-        });
-        agree.then_some(twist.wz_rad_s)
+        let turns = self.turned(state, free_rad_s);
+        // Without that every driven wheel rolls at the same speed.
+        let (mut slowest, mut fastest) = (R::of(1e30), -R::of(1e30));
+        for i in 0..N {
+            if state.way[i].driven {
+                let rolls = (free_rad_s[i] - self.turned_by(i) * turns) * state.way[i].way_m;
+                (slowest, fastest) = (least(slowest, rolls), larger(fastest, rolls));
+            }
+        }
+        let agree = fastest - slowest < R::of(4.0) * self.times.free_m_s;
+        agree.then_some(turns)
     }
 
     /// Steps the heading error, and says what turning asks of the wheels.
@@ -137,9 +137,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// Torque that a wheel with the outermost lever gives up because its carrier points up to its side \[N.m\].
-    pub(super) fn tilt(&self, asked: &Asked<'_, R, N>, i: usize) -> R {
-        let attitude = asked.motion.attitude(self.linkage.carrier(i));
-        let [left, nose] = asked.turn.level_n_m_rad;
+    #[inline(always)]
+    pub(super) fn tilt(&self, state: &TractionState<R, N>, turn: &Turn<R>, i: usize) -> R {
+        let attitude = state.motion.attitude(self.linkage.carrier(i));
+        let [left, nose] = turn.level_n_m_rad;
         attitude.left_up_rad * left - attitude.nose_up_rad * nose
     }
 }

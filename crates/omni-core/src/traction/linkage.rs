@@ -35,11 +35,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number stands, as far as anybody knows.
-    pub(super) fn moves(
-        &self,
-        state: &mut TractionState<R, N>,
-        readings: &Readings<'_, R>,
-    ) -> LinkageMotion<R, N> {
+    pub(super) fn find_motion(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);
         let imu = Attitude::read(&readings.imu);
@@ -62,8 +58,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let rate = rate.filter(|rate| is_plausible(*rate)).unwrap_or(R::zero());
             follow(&mut state.hinges_rad_s[k], rate, part);
         }
-        self.linkage
-            .motion(&base, readings.hinges_rad, &state.hinges_rad_s)
+        let (rates, motion) = (&state.hinges_rad_s, &mut state.motion);
+        self.linkage.move_by(&base, readings.hinges_rad, rates, motion);
     }
 
     /// Rates of the wheels less what their encoders see of their carriers' turning.

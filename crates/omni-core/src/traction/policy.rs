@@ -33,7 +33,10 @@ const SIGNALS: [&str; 12] = [
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
 )]
 pub struct TractionPolicyState<R, const N: usize> {
     limited: TwistLimiterState<R>,
@@ -360,12 +363,12 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
         if state.supervisor.mode() == SupervisorMode::GaveUp {
             readings.command = BodyTwist::ZERO; // nothing pushes for ever
         }
-        self.sample = self.traction.step(&mut state.traction, &readings, &target);
+        self.traction
+            .step_into(&mut state.traction, &readings, &target, &mut self.sample);
         if readings.command == BodyTwist::ZERO {
             self.end_torque();
         } else {
             self.rest.drive(&mut self.state.rest);
-            (self.sample.wheels.ended, self.sample.wheels.shorted) = (false, false);
         }
         for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
             *torque = applied;

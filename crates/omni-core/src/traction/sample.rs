@@ -69,9 +69,12 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
 
 impl<R: Real, const N: usize> TractionSample<R, N> {
     /// No torque for a wheel that is not heard.
+    #[inline(always)]
     pub(super) fn let_go(&mut self, i: usize) {
+        (self.slip_rad_s[i], self.contact_n_m[i]) = (R::zero(), R::zero());
         let (zero, wheels) = (R::zero(), &mut self.wheels);
-        wheels.active[i] = false;
+        (wheels.active[i], wheels.saturated[i]) = (false, false);
+        (wheels.p_n_m[i], wheels.i_n_m[i], wheels.d_n_m[i]) = (zero, zero, zero);
         (wheels.requested.n_m[i], wheels.applied.n_m[i]) = (zero, zero);
     }
 }

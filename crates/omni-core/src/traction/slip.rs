@@ -2,7 +2,7 @@
 
 use super::heading::Turn;
 use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, larger, least};
-use crate::{LinkageMotion, Real};
+use crate::Real;
 
 /// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
 const SWINGS: f64 = 8.0;
@@ -17,7 +17,6 @@ const SURE_M_S: f64 = 5e-3;
 pub(super) struct Asked<'a, R, const N: usize> {
     pub(super) rates_rad_s: &'a [R; N],
     pub(super) free_rad_s: &'a [R; N],
-    pub(super) motion: &'a LinkageMotion<R, N>,
     pub(super) target: &'a TractionTarget<R, N>,
     pub(super) turn: Turn<R>,
 }
@@ -70,6 +69,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A wheel's own velocity loop \[N.m\].
+    #[inline(always)]
     fn own_loop(
         &self,
         state: &mut TractionState<R, N>,
@@ -94,6 +94,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A driven wheel: the common thrust, less what would spin it, and what heading and level ask for \[N.m\].
+    #[inline(always)]
     fn driven(
         &self,
         state: &mut TractionState<R, N>,
@@ -102,7 +103,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample: &mut TractionSample<R, N>,
     ) -> R {
         let (config, times, zero) = (&self.config, &self.times, R::zero());
-        let (way, speed) = (state.way[i], state.speed_m_s);
+        let (way, speed, rise_m_s) = (&state.way[i], state.speed_m_s, state.motion.rise_m_s[i]);
         let thrust = state.thrust_n_m * way.part;
         // What the ground takes: the motor's torque less what turns the wheel faster.
         let wheel = &mut state.wheels[i];
@@ -123,7 +124,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             state.target_sign()
         };
         let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * way.way_m;
-        let slip = rim - self.rolled_m_s(speed, rolls, asked.motion.rise_m_s[i], way.cosine);
+        let slip = rim - self.rolled_m_s(speed, rolls, rise_m_s, way.cosine);
         let climbs = asked.target.climbing[i];
         let free = if climbs {
             times.free_m_s + asked.target.allowance_m_s
@@ -148,7 +149,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 * (asked.target.spin_m_s - slip);
             own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
         }
-        own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(asked, i);
+        own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
             // Whatever is taken from a wheel that pushes, it is not turned back.
             let floor = -gain.abs() * larger(ahead * rim, zero);
@@ -167,6 +168,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ///
     /// Beyond what is free a faster wheel gives what the ground takes, and is turned against the thrust only as far as it is faster than
     /// both the vehicle and its target: so a wrong speed can take thrust away, but not push a wheel past the target.
+    #[inline(always)]
     fn held(&self, thrust: R, contact: R, slip: R, free: R, lack: R, gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());
         let faster = slip - free;

@@ -38,7 +38,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     fn slowest_pushing(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
         let (mut first, mut second) = (None::<(R, usize)>, None::<R>);
-        for i in (0..N).filter(|&i| self.pushes(state, i, sign)) {
+        for i in 0..N {
+            if !self.pushes(state, i, sign) {
+                continue;
+            }
             let speed = sign * state.wheels[i].speed_m_s;
             match first {
                 Some((slowest, _)) if speed >= slowest => {
@@ -56,15 +59,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
         {
             slowest = least(second, R::zero());
         }
-        Some(self.agreed(state, sign, slowest, wheel, |i| self.pushes(state, i, sign)))
+        Some(self.agreed(state, sign, slowest, wheel))
     }
 
     fn fastest_braking(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
-        let heard = |i: usize| state.way[i].driven && state.wheels[i].heard;
         let mut fastest = None::<(R, usize)>;
-        for i in (0..N).filter(|&i| heard(i)) {
+        for i in 0..N {
+            if !(state.way[i].driven && state.wheels[i].heard) {
+                continue;
+            }
             // Of a wheel that rises or falls the part over the ground: its way is the longer one.
-            let (speed, rise) = (sign * state.wheels[i].speed_m_s, state.rise_m_s[i]);
+            let (speed, rise) = (sign * state.wheels[i].speed_m_s, state.motion.rise_m_s[i]);
             let level = larger(speed * speed - rise * rise, R::zero()).sqrt();
             let speed = if speed > R::zero() { level } else { speed };
             if fastest.is_none_or(|(fastest, _)| speed > fastest) {
@@ -76,20 +81,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel has no say.
-    fn agreed(
-        &self,
-        state: &TractionState<R, N>,
-        sign: R,
-        slowest: R,
-        wheel: usize,
-        counts: impl Fn(usize) -> bool,
-    ) -> Said<R> {
+    #[inline(always)]
+    fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize) -> Said<R> {
         let (zero, one) = (R::zero(), R::one());
         let (mut weights, mut sum) = (zero, zero);
-        for i in (0..N).filter(|&i| counts(i)) {
+        for i in 0..N {
             let beyond = sign * state.wheels[i].speed_m_s - slowest;
             let weight = (R::of(2.0) - beyond * self.times.per_free_s_m).limited(zero, one);
-            if beyond >= zero {
+            if beyond >= zero && self.pushes(state, i, sign) {
                 weights += weight;
                 sum += weight * beyond;
             }
@@ -102,20 +101,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A driven wheel that is heard and does not brake.
+    #[inline(always)]
     fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
         let (way, wheel) = (&state.way[i], &state.wheels[i]);
         let braking = -R::of(BRAKING_PART) * wheel.most_n_m;
         way.driven && wheel.heard && sign * way.along * wheel.applied_n_m >= braking
-    }
-
-    /// Largest of how much faster, and slower, than the vehicle a driven wheel rolls \[m/s\].
-    pub(super) fn largest_slip(&self, state: &TractionState<R, N>) -> R {
-        let mut most = R::zero();
-        for (way, wheel) in state.way.iter().zip(&state.wheels) {
-            if way.driven && wheel.heard {
-                most = larger(most, (wheel.speed_m_s - state.speed_m_s).abs());
-            }
-        }
-        most
     }
 }

@@ -4,7 +4,7 @@ use super::TractionLoops;
 use super::direction::WheelOnWay;
 use super::encoder::EncoderState;
 use crate::linkage::MAX_HINGES;
-use crate::{BodyTwist, Real};
+use crate::{BodyTwist, LinkageMotion, Real};
 
 /// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
 /// for a direction of travel is kept here.
@@ -19,7 +19,10 @@ use crate::{BodyTwist, Real};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
 )]
 pub struct TractionState<R, const N: usize> {
     /// The last command, its speed \[m/s\], the rates that it asks of the wheels.
@@ -39,11 +42,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) hinges_rad_s: [R; MAX_HINGES],
     /// Every hinge and the attitude of the base are read.
     pub(super) sees: bool,
-    /// How high the wheels stand \[m\], and how fast they rise \[m/s\].
-    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
-    pub(super) height_m: [R; N],
-    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
-    pub(super) rise_m_s: [R; N],
+    /// How bodies and wheels move.
+    pub(super) motion: LinkageMotion<R, N>,
     /// Along the direction \[m/s\].
     pub(super) speed_m_s: R,
     pub(super) target_m_s: R,
@@ -142,8 +142,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             base_rad_s: [R::ZERO; 2],
             hinges_rad_s: [R::ZERO; MAX_HINGES],
             sees: false,
-            height_m: [R::ZERO; N],
-            rise_m_s: [R::ZERO; N],
+            motion: LinkageMotion::flat(),
             speed_m_s: R::ZERO,
             target_m_s: R::ZERO,
             thrust_n_m: R::ZERO,

@@ -178,7 +178,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         state.since_start_s += config.period_s;
         let drop;
-        (state.row, drop) = self.next_row(order, &traction.height_m);
+        (state.row, drop) = self.next_row(order, &traction.motion.height_m);
         let boost = match state.row {
             0 => zero,
             1 => config.boost[0],
@@ -260,6 +260,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let measured = traction.speed_m_s;
         let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
         let climbs = traction
+            .motion
             .rise_m_s
             .iter()
             .any(|rise| rise.abs() > R::of(CLIMBS_M_S));
@@ -338,6 +339,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     }
 
     /// Which axis rows are along, and whether they are counted from its other end.
+    #[inline(always)]
     fn order(&self, [x, y]: [R; 2]) -> (usize, bool) {
         if x.abs() >= y.abs() {
             (0, x < R::zero())
@@ -346,6 +348,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
     }
 
+    #[inline(always)]
     fn row_of(&self, (axis, reversed): (usize, bool), wheel: usize) -> u16 {
         let row = self.rows[axis][wheel];
         if reversed {

@@ -356,7 +356,7 @@ fn supervisor(config: SupervisorConfig<f64>) -> Supervisor<f64, 7> {
 fn seen(heights: [f64; 3], speed_m_s: f64, thrust: f64) -> TractionState<f64, 7> {
     let (traction, mut state) = (steady(), TractionState::new());
     traction.command(&mut state, &AHEAD);
-    state.height_m = [2, 2, 2, 1, 0, 0, 0].map(|row: usize| heights[row]);
+    state.motion.height_m = [2, 2, 2, 1, 0, 0, 0].map(|row: usize| heights[row]);
     (state.speed_m_s, state.thrust_n_m, state.largest_n_m) = (speed_m_s, thrust * LIMIT_N_M, LIMIT_N_M);
     state
 }

@@ -2,7 +2,7 @@
 
 use super::{Traction, TractionState, TractionTarget, larger};
 use crate::constants::constant_enum;
-use crate::{LinkageMotion, Real, TorqueRanges};
+use crate::{Real, TorqueRanges};
 
 /// Below this part of its target, or with more than that part of its thrust, a vehicle is held up.
 const HELD_UP_PART: f64 = 0.5;
@@ -66,13 +66,7 @@ impl TractionLoops {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
-    pub(super) fn choose_loops(
-        &self,
-        state: &mut TractionState<R, N>,
-        target: &TractionTarget<R, N>,
-        motion: &LinkageMotion<R, N>,
-        free_rad_s: &[R; N],
-    ) {
+    pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
         let zero = R::zero();
         if state.is_resting() {
             if state.loops == TractionLoops::Fallback {
@@ -86,15 +80,31 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let held_up = speed < R::of(HELD_UP_PART) * wanted
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
+        // The largest slip, and do most driven wheels go against the target, or much faster?
+        let (mut slip, mut astray, mut driven) = (zero, 0, 0);
+        for (way, wheel) in state.way.iter().zip(&state.wheels) {
+            if way.driven && wheel.heard {
+                let ahead = sign * wheel.speed_m_s;
+                slip = larger(slip, (ahead - speed).abs());
+                driven += 1;
+                astray += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(ASTRAY_M_S));
+            }
+        }
+        let astray = 2 * astray > driven || speed < -R::of(BACKWARD_M_S);
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
         let sees = state.sees && self.linkage.hinge_count() > 0;
         let held_up_s = R::of(if sees { HELD_UP_S } else { HELD_UP_BLIND_S });
-        let shows = sees
-            && (self.largest_slip(state) > R::of(SLIPS) * self.times.free_m_s
-                || motion.rise_m_s.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S)));
-        let needed = shows || state.held_up_s > held_up_s || target.is_special();
+        let climbs = || {
+            state
+                .motion
+                .rise_m_s
+                .iter()
+                .any(|rise| rise.abs() > R::of(CLIMBS_M_S))
+        };
+        let needed = (sees && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
+            || state.held_up_s > held_up_s
+            || target.is_special();
         state.calm_s = count(state.calm_s, !needed);
-        let astray = self.are_astray(state, sign, free_rad_s) || speed < -R::of(BACKWARD_M_S);
         match state.loops {
             TractionLoops::Plain if needed => {
                 state.loops = TractionLoops::Traction;
@@ -128,20 +138,6 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 wheel.integral_n_m = wheel.applied_n_m - self.times.own_gain_n_m_s_rad * error;
             }
         }
-    }
-
-    /// Do most driven wheels go against the target, or much faster?
-    fn are_astray(&self, state: &TractionState<R, N>, sign: R, free_rad_s: &[R; N]) -> bool {
-        let most = state.target_m_s.abs() + R::of(ASTRAY_M_S);
-        let (mut astray, mut driven) = (0, 0);
-        for i in 0..N {
-            if state.way[i].driven && state.wheels[i].heard {
-                let speed = sign * (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * state.way[i].way_m;
-                driven += 1;
-                astray += u32::from(speed < -R::of(BACKWARD_M_S) || speed > most);
-            }
-        }
-        2 * astray > driven
     }
 
     /// The thrust that the driven wheels had on average \[N.m\].

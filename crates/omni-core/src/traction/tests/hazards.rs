@@ -140,7 +140,7 @@ fn a_hinge_that_falls_silent_stands() {
             let mut readings = level(AHEAD, &[0.0; 7]);
             (readings.hinges_rad, readings.hinges_rad_s) = (&angles, &rates);
             let _ = traction.step(&mut state, &readings, &TractionTarget::at(0.3));
-            last = state.rise_m_s[5];
+            last = state.motion.rise_m_s[5];
         }
         last
     };

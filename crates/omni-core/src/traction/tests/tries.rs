@@ -118,7 +118,7 @@ fn rows_are_counted_in_the_direction_of_travel() {
         };
         steady().command(&mut state, &command);
         for i in high {
-            state.height_m[i] = 0.05;
+            state.motion.height_m[i] = 0.05;
         }
         let target = supervisor.step(&mut SupervisorState::new(), &state);
         (0..7).filter(|i| target.climbing[*i]).collect::<Vec<_>>()
