@@ -87,6 +87,45 @@ fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
     );
 }
 
+fn the_torque_ends_after_a_path_whatever_odometry_says() {
+    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts.
+    let coarse = "sensors={ encoder_counts = 256, gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
+    for (name, drive) in [
+        ("square", "name=\"bare\""),
+        ("square", "drive={}"),
+        ("figure_eight", "name=\"bare\""),
+    ] {
+        let scenario = load(name, &[coarse, drive]);
+        let path = scenario.planned_path().expect("planned").expect("it has a path");
+        let end_s = path.trajectory().duration_s();
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to let go, after a stop out of 3 cm/s at most.
+        let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
+        let scenario = load(name, &[coarse, drive, &format!("duration_s={}", over_s + 3.0)]);
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        let mut driven = 0.0_f64;
+        while simulation.time_ns() as f64 * 1e-9 < over_s + 3.0 {
+            let (sample, seen) = step(&mut simulation);
+            let time_s = seen.time_ns as f64 * 1e-9;
+            let applied = sample.wheels.iter().map(|wheel| wheel.applied_n_m.abs());
+            let most = applied.fold(0.0, f64::max);
+            if time_s < end_s {
+                driven = driven.max(most);
+            } else if time_s > over_s {
+                assert_eq!(
+                    most, 0.0,
+                    "{name}, {drive}: {time_s} s, the path's end is at {end_s} s"
+                );
+                assert_eq!(sample.asked.to_array(), [0.0; 3]);
+            }
+        }
+        assert!(driven > 0.1, "{driven} N.m");
+        // 15 mm by odometry, which is off by a few millimetres itself.
+        let end = path.trajectory().at(over_s).pose;
+        let [x, y, _] = simulation.observation().pose.position_m;
+        assert!((x - end.x_m).hypot(y - end.y_m) < 0.1, "{name}: {x}, {y}");
+    }
+}
+
 fn the_trace_has_where_the_path_wants_the_vehicle() {
     let scenario = load("square", &["duration_s=2.0"]);
     let trace = run(&scenario).expect("finite");
@@ -189,5 +228,6 @@ on_both_engines! {
     a_square_and_a_figure_of_eight_are_followed,
     feedback_and_the_wheels_limits_keep_a_vehicle_by_its_path,
     a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit,
+    the_torque_ends_after_a_path_whatever_odometry_says,
     the_trace_has_where_the_path_wants_the_vehicle,
 }
