@@ -88,19 +88,26 @@ fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
 }
 
 fn the_torque_ends_after_a_path_whatever_odometry_says() {
-    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts.
-    let coarse = "sensors={ encoder_counts = 256, gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
+    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts. Counts of single periods are of no use to
+    // loops with 256 counts, so velocities are those of an observer. Wheels without friction would roll on, out of the tolerance: shorted
+    // motors stand.
+    let shorted = "control.rest.short_windings=true";
+    let coarse = "sensors={ encoder_counts = 256, encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 100.0 }, \
+                  gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
     for (name, drive) in [
         ("square", "name=\"bare\""),
         ("square", "drive={}"),
         ("figure_eight", "name=\"bare\""),
     ] {
-        let scenario = load(name, &[coarse, drive]);
+        let scenario = load(name, &[coarse, shorted, drive]);
         let path = scenario.planned_path().expect("planned").expect("it has a path");
         let end_s = path.trajectory().duration_s();
         // The vehicle has 2 s to get there, and `control.rest.bleed_s` to let go, after a stop out of 3 cm/s at most.
         let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
-        let scenario = load(name, &[coarse, drive, &format!("duration_s={}", over_s + 3.0)]);
+        let scenario = load(
+            name,
+            &[coarse, shorted, drive, &format!("duration_s={}", over_s + 3.0)],
+        );
         let mut simulation = Simulation::new(&scenario).expect("valid");
         let mut driven = 0.0_f64;
         while simulation.time_ns() as f64 * 1e-9 < over_s + 3.0 {
@@ -119,10 +126,10 @@ fn the_torque_ends_after_a_path_whatever_odometry_says() {
             }
         }
         assert!(driven > 0.1, "{driven} N.m");
-        // 15 mm by odometry, which is off by a few millimetres itself.
+        // 15 mm by odometry, which is off by as much itself after some metres of slipping wheels.
         let end = path.trajectory().at(over_s).pose;
         let [x, y, _] = simulation.observation().pose.position_m;
-        assert!((x - end.x_m).hypot(y - end.y_m) < 0.1, "{name}: {x}, {y}");
+        assert!((x - end.x_m).hypot(y - end.y_m) < 0.03, "{name}: {x}, {y}");
     }
 }
 
