@@ -186,6 +186,26 @@ fn a_path_and_a_twist_exclude_one_another() {
     assert!(error.contains("command.path[0].time_s"), "{error}");
 }
 
+#[test]
+fn too_many_waypoints_are_counted_before_any_beyond_the_last_that_is_allowed_is_read() {
+    // The 501st is no waypoint at all, and would be refused for that if it were read.
+    let points = |good: usize, more: usize| {
+        let point = |k: usize| match k {
+            k if k < good => format!("{{ x_m = {}.0, y_m = 0.0 }}", k + 1),
+            _ => "\"nonsense\"".to_owned(),
+        };
+        let points: Vec<_> = (0..good + more).map(point).collect();
+        refusal(&[&format!("command.path=[{}]", points.join(", "))])
+    };
+    let error = points(500, 99_500);
+    assert!(
+        error.contains("command.path: 100000 entries, allowed: 1 to 500"),
+        "{error}"
+    );
+    assert!(points(499, 1).contains("command.path"), "it is read");
+    assert!(!points(499, 1).contains("entries"));
+}
+
 /// A scenario file with a table of twists beside it.
 fn beside(csv: &str) -> Result<Scenario, omni_sim::config::Error> {
     let folder = tempfile::tempdir().expect("a folder");
