@@ -150,7 +150,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
     /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
     /// config.rest.short_windings = true;
-    /// assert_eq!(Drive::new(config)?.shorts_at_rest(), true);
+    /// assert_eq!(u8::from(Drive::new(config)?.shorts_at_rest()), 1);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]

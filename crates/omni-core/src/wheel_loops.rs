@@ -137,7 +137,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// let mut rest = Rest::default();
     /// rest.short_windings = true;
     /// let wheels = WheelController::new(config)?;
-    /// assert_eq!((wheels.shorts_at_rest(), wheels.with_rest(rest)?.shorts_at_rest()), (false, true));
+    /// let shorted = wheels.with_rest(rest)?;
+    /// assert_eq!([wheels, shorted].map(|wheels| u8::from(wheels.shorts_at_rest())), [0, 1]);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
