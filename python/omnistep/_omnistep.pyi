@@ -2237,6 +2237,8 @@ class Outcome:
         "wrong_way",
         "drove_on",
         "rolled_on",
+        "off_course",
+        "fell_short",
         "leaned",
         "gained_energy",
         "diverged",

@@ -87,6 +87,52 @@ fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
     );
 }
 
+fn the_torque_ends_after_a_path_whatever_odometry_says() {
+    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts. Counts of single periods are of no use to
+    // loops with 256 counts, so velocities are those of an observer. Wheels without friction would roll on, out of the tolerance: shorted
+    // motors stand.
+    let shorted = "control.rest.short_windings=true";
+    let coarse = "sensors={ encoder_counts = 256, encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 100.0 }, \
+                  gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
+    for (name, drive) in [
+        ("square", "name=\"bare\""),
+        ("square", "drive={}"),
+        ("figure_eight", "name=\"bare\""),
+    ] {
+        let scenario = load(name, &[coarse, shorted, drive]);
+        let path = scenario.planned_path().expect("planned").expect("it has a path");
+        let end_s = path.trajectory().duration_s();
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to let go, after a stop out of 3 cm/s at most.
+        let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
+        let scenario = load(
+            name,
+            &[coarse, shorted, drive, &format!("duration_s={}", over_s + 3.0)],
+        );
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        let mut driven = 0.0_f64;
+        while simulation.time_ns() as f64 * 1e-9 < over_s + 3.0 {
+            let (sample, seen) = step(&mut simulation);
+            let time_s = seen.time_ns as f64 * 1e-9;
+            let applied = sample.wheels.iter().map(|wheel| wheel.applied_n_m.abs());
+            let most = applied.fold(0.0, f64::max);
+            if time_s < end_s {
+                driven = driven.max(most);
+            } else if time_s > over_s {
+                assert_eq!(
+                    most, 0.0,
+                    "{name}, {drive}: {time_s} s, the path's end is at {end_s} s"
+                );
+                assert_eq!(sample.asked.to_array(), [0.0; 3]);
+            }
+        }
+        assert!(driven > 0.1, "{driven} N.m");
+        // 15 mm by odometry, which is off by as much itself after some metres of slipping wheels.
+        let end = path.trajectory().at(over_s).pose;
+        let [x, y, _] = simulation.observation().pose.position_m;
+        assert!((x - end.x_m).hypot(y - end.y_m) < 0.03, "{name}: {x}, {y}");
+    }
+}
+
 fn the_trace_has_where_the_path_wants_the_vehicle() {
     let scenario = load("square", &["duration_s=2.0"]);
     let trace = run(&scenario).expect("finite");
@@ -140,6 +186,26 @@ fn a_path_and_a_twist_exclude_one_another() {
     assert!(error.contains("command.path[0].time_s"), "{error}");
 }
 
+#[test]
+fn too_many_waypoints_are_counted_before_any_beyond_the_last_that_is_allowed_is_read() {
+    // The 501st is no waypoint at all, and would be refused for that if it were read.
+    let points = |good: usize, more: usize| {
+        let point = |k: usize| match k {
+            k if k < good => format!("{{ x_m = {}.0, y_m = 0.0 }}", k + 1),
+            _ => "\"nonsense\"".to_owned(),
+        };
+        let points: Vec<_> = (0..good + more).map(point).collect();
+        refusal(&[&format!("command.path=[{}]", points.join(", "))])
+    };
+    let error = points(500, 99_500);
+    assert!(
+        error.contains("command.path: 100000 entries, allowed: 1 to 500"),
+        "{error}"
+    );
+    assert!(points(499, 1).contains("command.path"), "it is read");
+    assert!(!points(499, 1).contains("entries"));
+}
+
 /// A scenario file with a table of twists beside it.
 fn beside(csv: &str) -> Result<Scenario, omni_sim::config::Error> {
     let folder = tempfile::tempdir().expect("a folder");
@@ -189,5 +255,6 @@ on_both_engines! {
     a_square_and_a_figure_of_eight_are_followed,
     feedback_and_the_wheels_limits_keep_a_vehicle_by_its_path,
     a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit,
+    the_torque_ends_after_a_path_whatever_odometry_says,
     the_trace_has_where_the_path_wants_the_vehicle,
 }

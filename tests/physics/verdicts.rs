@@ -102,6 +102,39 @@ fn a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way() {
     assert_eq!(heedless(0.2, &[]).verdict, Verdict::Driven);
 }
 
+fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course() {
+    // 0.48 m of the 1.11 m that a vehicle goes which comes to 0.3 m/s with 0.5 m/s^2.
+    let slow = heedless(0.12, &[]);
+    assert_eq!(slow.verdict, Verdict::FellShort, "{slow:?}");
+    // The loops of the others scale their references to a wheel that is dragged.
+    let drag =
+        "fault=[{ kind = \"wheel_drag\", wheel = \"front_left\", damper_n_m_s_rad = 5.0, from_s = 0.0 }]";
+    let dragged = outcome(
+        "flat",
+        &[
+            "vehicle=mecanum4",
+            "control.policy=synchronised",
+            drag,
+            "duration_s=6.0",
+        ],
+    );
+    assert_eq!(dragged.verdict, Verdict::FellShort, "{dragged:?}");
+    // Both motors of one side are lost, and the others turn the vehicle by some 4 degrees in a second.
+    let lost = ["front_left", "rear_left"]
+        .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 0.5 }}"));
+    let lost = format!("fault=[{}]", lost.join(", "));
+    let turned = |duration: &str| outcome("flat", &["vehicle=mecanum4", &lost, duration]);
+    let (little, much) = (turned("duration_s=4.0"), turned("duration_s=15.0"));
+    assert!(
+        little.verdict == Verdict::Driven && little.yaw_error_deg.abs() < 44.0,
+        "{little:?}"
+    );
+    assert!(
+        much.verdict == Verdict::OffCourse && much.yaw_error_deg.abs() > 46.0,
+        "{much:?}"
+    );
+}
+
 /// Sensors that are wrong: encoder noise, a gyro's zero. Whatever a policy makes of them, a vehicle that ends behind its start went the
 /// wrong way or ran away.
 fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
@@ -208,6 +241,7 @@ fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
 
 on_both_engines! {
     a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way,
+    a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course,
     a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,
     motors_that_drive_on_after_a_command_of_rest_are_named,
     a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not,

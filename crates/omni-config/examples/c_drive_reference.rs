@@ -61,9 +61,9 @@ fn main() -> Result<(), Error> {
     let mut state = DriveState::new(&drive);
     let (mut wheels, mut references) = (WheelVelocities::zero(), WheelVelocities::<f32, 7>::zero());
     let (mut active, mut hash) = ([false; 7], 0x811c_9dc5);
-    for k in 0..4400 {
+    for k in 0..5500 {
         match k {
-            2600 => state.emergency_stop(),
+            2600 | 4400 => state.emergency_stop(),
             3000 => state.release_emergency_stop(),
             3700 => state.release_safe_stop(),
             3800 => {

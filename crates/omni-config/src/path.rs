@@ -7,8 +7,7 @@ use garde::{Path, Report, Validate};
 use omni_core::WayShape;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Start};
@@ -20,6 +19,9 @@ use crate::suggestion::did_you_mean;
 
 /// Names of built-in paths.
 pub(crate) const PATHS: [&str; 2] = ["square", "figure_eight"];
+
+/// Waypoints of a path at most.
+const MOST_POINTS: usize = 500;
 
 /// A path: one that is built in, or waypoints.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,8 +50,24 @@ impl<'de> Deserialize<'de> for PathChoice {
                 Ok(PathChoice::Name(name.into()))
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<PathChoice, A::Error> {
-                Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(PathChoice::Waypoints)
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<PathChoice, A::Error> {
+                let mut points = Vec::new();
+                while let Some(point) = list.next_element()? {
+                    points.push(point);
+                    if points.len() == MOST_POINTS {
+                        break;
+                    }
+                }
+                // What is too many is counted and not looked at.
+                let mut more = 0;
+                while let Some(IgnoredAny) = list.next_element()? {
+                    more += 1;
+                }
+                if more > 0 {
+                    let message = format!("{} entries, allowed: 1 to {MOST_POINTS}", points.len() + more);
+                    return Err(de::Error::custom(message));
+                }
+                Ok(PathChoice::Waypoints(points))
             }
         }
         deserializer.deserialize_any(Either)
@@ -276,8 +294,8 @@ impl Command {
             }
             PathChoice::Name(_) => None,
             PathChoice::Waypoints(points) => {
-                if !(1..=500).contains(&points.len()) {
-                    let message = format!("{} entries, allowed: 1 to 500", points.len());
+                if !(1..=MOST_POINTS).contains(&points.len()) {
+                    let message = format!("{} entries, allowed: 1 to {MOST_POINTS}", points.len());
                     return Some(("command.path".into(), message));
                 }
                 if let Some(size_m) = self.path_size_m {

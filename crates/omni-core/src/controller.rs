@@ -195,6 +195,23 @@ impl<R: Real, const N: usize> Controller<R, N> {
         &self.kinematics
     }
 
+    /// [`WheelController::shorts_at_rest`] of its loops.
+    ///
+    /// ```
+    /// use omni_core::{Controller, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
+    /// assert_eq!(u8::from(controller.shorts_at_rest()), 0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn shorts_at_rest(&self) -> bool {
+        self.wheels.shorts_at_rest()
+    }
+
     /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured` \[rad/s\]. To
     /// be called once every control period.
     ///

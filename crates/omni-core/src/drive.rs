@@ -140,6 +140,24 @@ impl<R: Real, const N: usize> Drive<R, N> {
         self.controller.kinematics()
     }
 
+    /// [`WheelController::shorts_at_rest`](crate::WheelController::shorts_at_rest) of its loops.
+    ///
+    /// ```
+    /// use omni_core::{Drive, DriveConfig, WheelLayout};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
+    /// config.rest.short_windings = true;
+    /// assert_eq!(u8::from(Drive::new(config)?.shorts_at_rest()), 1);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn shorts_at_rest(&self) -> bool {
+        self.controller.shorts_at_rest()
+    }
+
     /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow. To be called
     /// once every control period. O(N).
     ///

@@ -155,6 +155,8 @@ pub struct TrajectorySample<R> {
     pub speed_m_s: R,
     /// The end is reached: the pose is the last one, and everything rests.
     pub done: bool,
+    /// For how long it has been reached \[s\]; 0 before.
+    pub over_s: R,
 }
 
 impl<R: Real> TrajectorySample<R> {
@@ -231,7 +233,8 @@ impl<'a, R: Real> Trajectory<'a, R> {
     pub fn at(&self, time_s: R) -> TrajectorySample<R> {
         // What is no number is before the start.
         let asked = if time_s > R::ZERO { time_s } else { R::ZERO };
-        let done = time_s >= self.duration_s();
+        let end_s = self.duration_s();
+        let done = time_s >= end_s;
         let next = self.segments.partition_point(|segment| segment.start_s <= asked);
         let segment = next.checked_sub(1).and_then(|k| self.segments.get(k));
         let (along, pieces) = segment.map_or(([R::ZERO; 3], &[][..]), |segment| {
@@ -274,6 +277,7 @@ impl<'a, R: Real> Trajectory<'a, R> {
             acceleration: changes,
             speed_m_s: if speed > R::ZERO { speed } else { R::ZERO },
             done,
+            over_s: if done { time_s - end_s } else { R::ZERO },
         }
     }
 }

@@ -126,6 +126,26 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         })
     }
 
+    /// Are the windings of the motors to be shorted when the torque has ended? [`Rest::short_windings`].
+    ///
+    /// ```
+    /// use omni_core::{Rest, WheelController};
+    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
+    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// let mut rest = Rest::default();
+    /// rest.short_windings = true;
+    /// let wheels = WheelController::new(config)?;
+    /// let shorted = wheels.with_rest(rest)?;
+    /// assert_eq!([wheels, shorted].map(|wheels| u8::from(wheels.shorts_at_rest())), [0, 1]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn shorts_at_rest(&self) -> bool {
+        self.rest.shorts()
+    }
+
     pub(crate) fn shares_integral(&self) -> bool {
         self.coordination.integral == Integral::Shared
     }

@@ -34,6 +34,11 @@ pub trait Served<const N: usize> {
     /// A fresh start.
     fn start(&self) -> Self::State;
 
+    /// Are the windings of all motors to be shorted when the server stops? Not by default: the wheels turn freely.
+    fn shorts_at_rest(&self) -> bool {
+        false
+    }
+
     /// One control period. Writes the signals of the answer; its number, action and counters are the server's.
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>);
 }
@@ -77,6 +82,10 @@ impl<const N: usize> Served<N> for Loops<'_, N> {
         (TwistLimiterState::new(), ControlState::new())
     }
 
+    fn shorts_at_rest(&self) -> bool {
+        self.controller.shorts_at_rest()
+    }
+
     fn step(&self, (limited, state): &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
         let measured = request.measured_rad_s.into();
         let Answer { sample, .. } = answer;
@@ -96,6 +105,10 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
 
     fn start(&self) -> Self::State {
         DriveState::new(self)
+    }
+
+    fn shorts_at_rest(&self) -> bool {
+        Drive::shorts_at_rest(self)
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {

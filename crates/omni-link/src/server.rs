@@ -49,6 +49,8 @@ pub struct Server<T, const N: usize> {
     /// None before the first restart.
     state: Option<T>,
     guard: Guard,
+    /// What is served wants the windings shorted when the torque has ended.
+    shorts: bool,
     answer: Answer<N>,
 }
 
@@ -65,6 +67,7 @@ impl<T, const N: usize> Server<T, N> {
             },
             state: None,
             guard: Guard::new(),
+            shorts: false,
             answer: Answer::stopped(),
         }
     }
@@ -96,7 +99,7 @@ impl<T, const N: usize> Server<T, N> {
     fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>) {
         let action = if request.restart {
             self.guard.restart(request.sequence);
-            self.state = Some(served.start());
+            (self.state, self.shorts) = (Some(served.start()), served.shorts_at_rest());
             Action::Step
         } else {
             self.guard.received(request.sequence)
@@ -113,7 +116,7 @@ impl<T, const N: usize> Server<T, N> {
 
     fn settle(&mut self, action: Action) {
         if action == Action::Stop {
-            self.answer.sample.wheels.applied = WheelTorques::zero();
+            self.answer.sample.wheels.end(self.shorts);
         }
         self.answer.action = action;
         self.answer.sequence = self.guard.sequence();
@@ -133,7 +136,7 @@ impl<T, const N: usize> Server<T, N> {
         &self.answer.sample.wheels.applied
     }
 
-    /// Every signal of the last step.
+    /// Every signal of the last step; while stopped, that all torque has ended.
     #[must_use]
     pub fn sample(&self) -> &ControlSample<f32, N> {
         &self.answer.sample

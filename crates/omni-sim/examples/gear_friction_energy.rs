@@ -1,6 +1,6 @@
 //! Does energy close where gears have friction? Seeded runs over the built-in step, on both engines, on balls and on rollers, with much
 //! friction and with little. `gear_friction_energy SEEDS` prints a table as Markdown; the exit code is 1 where a run ends with an error or
-//! its residual is beyond the bound of docs/physics.md.
+//! its residual is beyond the bound of docs/physics.md. Without an argument it makes 22 runs in some seconds, none of rapier's rollers.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use std::process::ExitCode;
@@ -8,12 +8,12 @@ use std::process::ExitCode;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Error, run};
 
-/// Engine, wheel model, its part of the seeds (a fiftieth costs rapier's rollers as much as all the others), and the bound.
+/// Engine, wheel model, one of how many seeds it gets (a tenth costs rapier's rollers five times what all the others cost), and the bound.
 const WHEELS: [(&str, &str, u64, f64); 4] = [
     ("articulated", "contact", 1, 1e-4),
     ("articulated", "rollers", 1, 1e-4),
     ("rapier", "contact", 5, 3e-3),
-    ("rapier", "rollers", 50, 3e-3),
+    ("rapier", "rollers", 10, 3e-3),
 ];
 /// Dry friction behind a gear \[N.m\], and its efficiency.
 const GEARS: [(f64, f64); 2] = [(0.2, 0.8), (0.05, 0.9)];
@@ -22,14 +22,15 @@ fn main() -> Result<ExitCode, Error> {
     let seeds: u64 = std::env::args()
         .nth(1)
         .and_then(|seeds| seeds.parse().ok())
-        .unwrap_or(50);
+        .unwrap_or(5);
     println!("| engine, wheels | friction, efficiency | runs | errors | beyond the bound | worst residual |");
     println!("|---|---|---|---|---|---|");
     let mut closes = true;
     for (engine, wheels, part, most) in WHEELS {
-        for (friction, efficiency) in GEARS {
+        let seeds = seeds / part;
+        for (friction, efficiency) in GEARS.into_iter().filter(|_| seeds > 0) {
             let (mut runs, mut errors, mut beyond, mut worst) = (0, 0, 0, 0.0_f64);
-            for seed in 0..seeds.div_ceil(part) {
+            for seed in 0..seeds {
                 let keys = [
                     format!("seed={}", 8800 + seed),
                     format!("physics.engine={engine}"),

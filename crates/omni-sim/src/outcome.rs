@@ -41,6 +41,12 @@ pub enum Verdict {
     /// Rest was commanded, and a second after the torque should have ended the vehicle still moved, without that work: down a slope, or because
     /// nothing braked it.
     RolledOn,
+    /// There is no obstacle, and the heading was more than 45 degrees, and half of all turning that was commanded, off the commanded one; along a
+    /// path 45 degrees off the path's.
+    OffCourse,
+    /// There is no obstacle, and the vehicle covered less than half of the commanded distance and turning; of less than 10 cm in all this is not
+    /// said.
+    FellShort,
     /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
     /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
     Leaned,
@@ -68,6 +74,8 @@ impl Verdict {
             Self::WrongWay => "wrong_way",
             Self::DroveOn => "drove_on",
             Self::RolledOn => "rolled_on",
+            Self::OffCourse => "off_course",
+            Self::FellShort => "fell_short",
             Self::Leaned => "leaned",
             Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
@@ -99,6 +107,10 @@ impl Verdict {
             Self::RolledOn => {
                 "The vehicle kept moving although rest was commanded; its motors did no work. It rolled down a slope, or nothing braked it."
             }
+            Self::OffCourse => {
+                "The vehicle turned unasked, so that its heading was more than 45 degrees off the commanded one."
+            }
+            Self::FellShort => "The vehicle covered less than half of the commanded distance.",
             Self::Leaned => {
                 "A body leaned by 30 degrees more than the ground requires, or it fell to its hinge's stop."
             }

@@ -50,6 +50,7 @@ impl Row {
         if engines {
             run.labels.push(("engine", self.outcome.engine.name().to_owned()));
         }
+        run.stopped = self.notes.stopped();
         run.realtime = Some(self.realtime_factor);
         run
     }

@@ -19,6 +19,10 @@ struct Watched {
     column: usize,
     last: f64,
     said: Box<dyn Fn(f64) -> Option<String>>,
+    /// Which of them stop the vehicle, and as what.
+    stops: &'static [(f64, &'static str)],
+    /// As what and since when \[s\] it does now.
+    stopped: Option<(f64, &'static str)>,
 }
 
 /// Notes of a run.
@@ -47,10 +51,17 @@ impl FaultMessages {
                     Box::new(move |fault| Some(format!("wheel {wheel} {}", FAULTS.get(fault as usize)?)))
                 }
             };
+            let stops: &[_] = match name.as_str() {
+                "drive_mode" => &[(2.0, "safe stop"), (3.0, "emergency stop")],
+                "drive_command_status" => &[(3.0, "time-out")],
+                _ => &[],
+            };
             Some(Watched {
                 column,
                 last: 0.0,
                 said,
+                stops,
+                stopped: None,
             })
         });
         Self {
@@ -69,6 +80,8 @@ impl FaultMessages {
                 continue;
             }
             watched.last = now;
+            let stop = watched.stops.iter().find(|(value, _)| *value == now);
+            watched.stopped = stop.map(|(_, name)| (time_ns as f64 * 1e-9, *name));
             if let Some(said) = (watched.said)(now) {
                 if self.lines.len() < MOST {
                     let time_s = time_ns as f64 * 1e-9;
@@ -78,6 +91,13 @@ impl FaultMessages {
                 }
             }
         }
+    }
+
+    /// What has stopped the vehicle for good, as far as the run went; of several what did it first.
+    pub(crate) fn stopped(&self) -> Option<String> {
+        let stops = self.watched.iter().filter_map(|watched| watched.stopped);
+        let first = stops.min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(time_s, name)| format!("{name} at {time_s:.2} s"))
     }
 
     /// A line each under a heading, which says `of` what run where that is not clear; nothing where nothing was found.

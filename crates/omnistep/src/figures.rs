@@ -17,6 +17,8 @@ pub(super) struct Run<'a> {
     pub(super) outcome: Option<&'a Outcome>,
     /// What stands instead of a verdict where there is no outcome.
     pub(super) otherwise: &'static str,
+    /// What of its drive has stopped it for good.
+    pub(super) stopped: Option<String>,
     /// Simulated time over time on the clock.
     pub(super) realtime: Option<f64>,
 }
@@ -28,6 +30,7 @@ impl<'a> Run<'a> {
             labels: Vec::new(),
             outcome: Some(outcome),
             otherwise: "",
+            stopped: None,
             realtime: None,
         }
     }
@@ -49,6 +52,12 @@ impl<'a> Run<'a> {
 const REALTIME: (&str, &str) = (
     "real-time factor",
     "Simulated time over computing time on this machine.",
+);
+
+/// The row of runs that their drive stopped.
+const STOPPED: (&str, &str) = (
+    "stopped by",
+    "What of the drive stopped the vehicle, and it was not released until the run's end.",
 );
 
 /// The figures that a table of these runs has.
@@ -113,6 +122,10 @@ fn rows(runs: &[Run<'_>]) -> Vec<(String, Vec<String>)> {
         rows.push(((*title).to_owned(), words));
     }
     rows.push(("verdict".into(), runs.iter().map(Run::verdict).collect()));
+    if runs.iter().any(|run| run.stopped.is_some()) {
+        let stopped = |run: &Run<'_>| run.stopped.clone().unwrap_or_else(|| "-".into());
+        rows.push((STOPPED.0.into(), runs.iter().map(stopped).collect()));
+    }
     for figure in needed(runs) {
         rows.push((
             figure.heading(),
@@ -143,6 +156,9 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
             told.push(verdict);
             text += &format!("  {}: {}\n", verdict.name(), verdict.meaning());
         }
+    }
+    if runs.iter().any(|run| run.stopped.is_some()) {
+        text += &format!("- {}: {}\n", STOPPED.0, STOPPED.1);
     }
     let mut line =
         |title: &str, key: &str, meaning: &str| text += &format!("- {title} (`{key}`): {meaning}\n");

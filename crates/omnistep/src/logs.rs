@@ -62,17 +62,21 @@ pub(super) fn inspect(
         } else {
             print(out, &described(&file))?;
             // A controller of somebody's own may call its signals as it likes.
-            if let Some(notes) = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller) {
+            notes = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller);
+            if let Some(notes) = &notes {
                 print(out, &notes.text(""))?;
             }
         }
-        files.push(file);
+        files.push((file, notes.and_then(|notes| notes.stopped())));
         Ok(())
     });
     if json || files.is_empty() {
         return Ok(code);
     }
-    let runs: Vec<_> = files.iter().map(shown).collect();
+    let runs: Vec<_> = files
+        .iter()
+        .map(|(file, stopped)| shown(file, stopped.clone()))
+        .collect();
     print(out, &results("log", &runs, 1))?;
     if explain {
         print(out, &explained(&runs))?;
@@ -81,7 +85,7 @@ pub(super) fn inspect(
 }
 
 /// Its column of the table.
-fn shown(file: &LogFile) -> Run<'_> {
+fn shown(file: &LogFile, stopped: Option<String>) -> Run<'_> {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
     // Of a controller of one's own the run says its name, the scenario does not.
     let policy = file.run.get("policy").cloned();
@@ -96,6 +100,7 @@ fn shown(file: &LogFile) -> Run<'_> {
         labels: vec![("policy", policy), ("engine", engine.into())],
         outcome: file.outcome.as_ref(),
         otherwise: if file.recorded { "recorded" } else { "ended early" },
+        stopped,
         realtime: None,
     }
 }

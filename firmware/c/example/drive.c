@@ -30,6 +30,23 @@ static int shorted(void) {
     return count;
 }
 
+/* Control periods in which `control.rest.bleed_s` of the scenario ends all torque: 0.5 s of 1 ms. */
+#define BLEED_PERIODS 500
+
+/* For how many periods every reference has been 0. */
+static int rested;
+
+/* Torque must have ended by then, and is exactly 0 from then on. */
+static bool ends_torque(void) {
+    bool rests = true, none = true;
+    for (int i = 0; i < 7; i++) {
+        rests = rests && output.references.rad_s[i] == 0.0f;
+        none = none && output.torques.n_m[i] == 0.0f && !output.active[i];
+    }
+    rested = rests ? rested + 1 : 0;
+    return rested <= BLEED_PERIODS || none;
+}
+
 static bool within(int k, int first, int end) { return k >= first && k < end; }
 
 /* What has to be so after period k: a hash alone would not say that the stops happened. */
@@ -59,6 +76,8 @@ static bool as_expected(int k) {
         return output.rejected && output.status != OMNI_COMMAND_STATUS_TIMED_OUT;
     case 4399:
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.estimated.vx_m_s > 0.2f;
+    case 5499: /* stopped for good: no torque, and every motor shorted */
+        return output.mode == OMNI_DRIVE_MODE_EMERGENCY_STOP && rested > BLEED_PERIODS && shorted() == 7;
     default:
         return true;
     }
@@ -73,7 +92,7 @@ int main(void) {
     bool good = !omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && !omni7_drive_init(&OMNI_DRIVE, 0, &output);
     good = good && omni7_drive_init(&OMNI_DRIVE, &state, &output);
 
-    for (int k = 0; k < 4400; k++) {
+    for (int k = 0; k < 5500; k++) {
         /* Every 20 ms a command; none at all for a while, and once nonsense. */
         input.commanded = k % 20 == 0 && !within(k, 1000, 1600);
         input.command = (omni_twist){k == 3900 ? __builtin_nanf("") : 0.6f, 0.1f, 0.2f};
@@ -90,7 +109,7 @@ int main(void) {
             input.measured.rad_s[4] = input.measured.rad_s[4] + 5.0f;
         }
         input.lifted[6] = within(k, 2560, 2590);
-        if (k == 2600) {
+        if (k == 2600 || k == 4400) {
             good = good && omni7_drive_emergency_stop(&state);
         } else if (k == 3000) {
             good = good && omni7_drive_release_emergency_stop(&state);
@@ -99,7 +118,7 @@ int main(void) {
         } else if (k == 3800) {
             good = good && omni7_drive_reset_pose(&state, 1.0f, 2.0f, 0.5f);
         }
-        good = good && omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && as_expected(k);
+        good = good && omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && ends_torque() && as_expected(k);
         for (int i = 0; i < 7; i++) {
             hash = take(hash, output.torques.n_m[i]);
             hash = take_byte(hash, output.faults[i]);

@@ -17,6 +17,8 @@ fn follower<R: Real>(gain: f64, limit: f64) -> HolonomicFollower<R> {
 fn sample<R: Real>(yaw_rad: R, velocity: [R; 3]) -> TrajectorySample<R> {
     let mut sample = Trajectory::new(&[], &[]).at(R::ONE);
     sample.pose.yaw_rad = yaw_rad;
+    // On the way, unless it rests.
+    sample.done = velocity == [R::ZERO; 3];
     let [vx_m_s, vy_m_s, wz_rad_s] = velocity;
     sample.velocity = WorldTwist {
         vx_m_s,
@@ -50,6 +52,50 @@ fn a_vehicle_that_moves_as_told_comes_back_with_the_time_constant_of_the_gain() 
     for (found, start) in [(pose.x_m, 0.3), (pose.y_m, -0.2), (pose.yaw_rad - 0.4, 1.0)] {
         assert!((found / (start * left) - 1.0).abs() < 3e-3, "{found} {start}");
     }
+}
+
+#[test]
+fn after_the_end_a_vehicle_rests_within_5_mm_and_a_hundredth_and_two_seconds_later_within_three_times_as_much()
+ {
+    let asked = |over_s: f64, [x_m, y_m, yaw_rad]: [f64; 3]| {
+        let end = Trajectory::new(&[], &[]).at(over_s);
+        assert_eq!((end.done, end.over_s), (true, over_s));
+        let follow = follower(2.0, 1.0).step(&end, &PlanarPose { x_m, y_m, yaw_rad });
+        // What it found it says in any case.
+        assert_eq!(follow.error_rad, -yaw_rad);
+        follow.twist.to_array()
+    };
+    let rest = [0.0; 3];
+    for (over_s, part) in [(0.0, 1.0), (1.99, 1.0), (2.0, 3.0), (1e5, 3.0)] {
+        let (near_m, near_rad) = (part * 0.00499, part * 0.00999);
+        assert_eq!(asked(over_s, [0.0, -near_m, near_rad]), rest, "{over_s} s");
+        assert_eq!(
+            asked(over_s, [0.6 * near_m, 0.8 * near_m, -near_rad]),
+            rest,
+            "{over_s} s"
+        );
+        let (far_m, far_rad) = (part * 0.00501, part * 0.01001);
+        assert_eq!(
+            asked(over_s, [-far_m, 0.0, 0.0]),
+            [2.0 * far_m, 0.0, 0.0],
+            "{over_s} s"
+        );
+        assert_eq!(
+            asked(over_s, [0.0, 0.0, far_rad]),
+            [0.0, 0.0, -2.0 * far_rad],
+            "{over_s} s"
+        );
+    }
+    // On the way nothing is too near to be corrected.
+    let on_the_way = follower::<f64>(2.0, 1.0).step(
+        &sample(0.0, [0.3, 0.0, 0.0]),
+        &PlanarPose {
+            x_m: -1e-4,
+            y_m: 0.0,
+            yaw_rad: 0.0,
+        },
+    );
+    assert!((on_the_way.twist.vx_m_s - 0.3002).abs() < 1e-12);
 }
 
 #[test]

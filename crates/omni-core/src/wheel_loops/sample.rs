@@ -215,8 +215,17 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
         }
     }
 
-    /// All torque has ended.
-    pub(crate) fn end(&mut self, shorted: bool) {
+    /// Ends all torque: no wheel is controlled, and nothing is asked for. `shorted` says whether the windings of all motors are to be shorted.
+    ///
+    /// ```
+    /// use omni_core::WheelSample;
+    /// let mut sample = WheelSample::<f32, 2>::zero();
+    /// (sample.active, sample.applied.n_m) = ([true; 2], [1.5, -0.5]);
+    /// sample.end(true);
+    /// assert_eq!((sample.active, sample.applied.n_m), ([false; 2], [0.0; 2]));
+    /// assert!(sample.ended && sample.shorted);
+    /// ```
+    pub fn end(&mut self, shorted: bool) {
         let zero = R::zero();
         for i in 0..N {
             (self.active[i], self.saturated[i]) = (false, false);

@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use omni_core::{
     AxisLimits, BodyTwist, ControlState, Controller, Coordination, Drive, DriveConfig, DriveInput, DriveMode,
-    DriveState, Fault, PidConfig, PidGains, TorqueLimit, TwistLimiter, TwistLimits, WheelControlConfig,
+    DriveState, Fault, PidConfig, PidGains, Rest, TorqueLimit, TwistLimiter, TwistLimits, WheelControlConfig,
     WheelLayout,
 };
 
@@ -158,7 +158,10 @@ fn nothing_moves_before_a_restart() {
     for k in 1..4 {
         let answer = bench.ask(k, false);
         assert_eq!((answer.action, answer.sequence), (Action::Stop, k));
-        assert_eq!(answer.sample, ControlSample::zero());
+        // Without a step nothing but that there is no torque.
+        let mut none = ControlSample::zero();
+        none.wheels.end(false);
+        assert_eq!(answer.sample, none);
     }
     assert_eq!(bench.ask(4, true).action, Action::Step);
 }
@@ -182,6 +185,30 @@ fn damaged_requests_hold_the_torques_ten_times_and_then_there_are_none() {
     }
     assert_eq!(bench.ask(16, false).action, Action::Stop); // a good request does not help
     assert_eq!(bench.server.torques(), &WheelTorques::zero());
+}
+
+#[test]
+fn a_server_that_stops_ends_the_sample_and_shorts_the_motors_where_that_is_configured() {
+    for short_windings in [false, true] {
+        let mut bench = Bench::new();
+        let mut rest = Rest::default();
+        rest.short_windings = short_windings;
+        bench.controller = bench.controller.with_rest(rest).expect("valid");
+        bench.ask(1, true);
+        let driven = bench.ask(2, false).sample.wheels;
+        assert_eq!((driven.active, driven.ended), ([true; N], false));
+        let stopped = (0..=HOLD_PERIODS).map(|_| bench.server.missed()).last();
+        assert_eq!(stopped, Some(Action::Stop));
+        let wheels = bench.server.sample().wheels;
+        assert_eq!((wheels.active, wheels.ended), ([false; N], true));
+        let none = WheelTorques::zero();
+        assert_eq!((wheels.applied, wheels.requested), (none, none));
+        assert_eq!(bench.server.brake(), [short_windings; N]);
+        // The answer to a late request says so too, and a restart drives again.
+        assert_eq!(bench.ask(3, false).sample.wheels, wheels);
+        assert_eq!(bench.ask(4, true).sample.wheels.active, [true; N]);
+        assert_eq!(bench.server.brake(), [false; N]);
+    }
 }
 
 #[test]

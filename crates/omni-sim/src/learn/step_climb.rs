@@ -184,7 +184,11 @@ impl Rules for StepClimb {
             | Verdict::GainedEnergy
             | Verdict::Diverged => (true, FAILED),
             // Commands and torques are the learner's own here: what comes of them is paid by the way gone.
-            Verdict::WrongWay | Verdict::DroveOn | Verdict::RolledOn => (false, 0.0),
+            Verdict::WrongWay
+            | Verdict::DroveOn
+            | Verdict::RolledOn
+            | Verdict::OffCourse
+            | Verdict::FellShort => (false, 0.0),
             Verdict::Stalled | Verdict::Unfinished | Verdict::Driven => (false, 0.0),
         };
         if failed {

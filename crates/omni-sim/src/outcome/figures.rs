@@ -210,7 +210,12 @@ impl Figure {
 fn on_flat_ground(outcome: &Outcome) -> bool {
     matches!(
         outcome.verdict,
-        Verdict::Driven | Verdict::WrongWay | Verdict::DroveOn | Verdict::RolledOn
+        Verdict::Driven
+            | Verdict::WrongWay
+            | Verdict::DroveOn
+            | Verdict::RolledOn
+            | Verdict::OffCourse
+            | Verdict::FellShort
     )
 }
 

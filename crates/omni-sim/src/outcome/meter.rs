@@ -190,10 +190,10 @@ impl Meter {
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
         self.runaway.push(sample, seen);
-        self.obedience.push(sample, seen);
         self.lean.push(seen);
         self.gain.push(seen);
-        self.whereabouts.push(seen);
+        let path_off_rad = self.whereabouts.push(seen);
+        self.obedience.push(sample, seen, path_off_rad);
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         self.standstill.push(seen, self.heading.reached_rad);
@@ -329,6 +329,10 @@ impl Meter {
         } else if self.obstacle.is_none() {
             if self.progress.stands() {
                 Verdict::Stalled
+            } else if disobeyed.off_course {
+                Verdict::OffCourse
+            } else if disobeyed.fell_short {
+                Verdict::FellShort
             } else {
                 Verdict::Driven
             }

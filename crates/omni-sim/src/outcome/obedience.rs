@@ -27,6 +27,13 @@ const PUSHES_S: f64 = 0.6;
 /// Work is summed over such times \[s\].
 const MARK_S: f64 = 0.01;
 
+/// Heading that a vehicle may be off without being off its course \[rad\]: 45 degrees.
+const OFF_RAD: f64 = core::f64::consts::FRAC_PI_4;
+/// And this part of all turning that was commanded. Less than this part of the commanded way has fallen short.
+const HALF: f64 = 0.5;
+/// A shorter way that is commanded is none to fall short of \[m\].
+const TOLD_M: f64 = 0.1;
+
 /// Watches both.
 pub(super) struct Obedience {
     period_s: f64,
@@ -43,6 +50,7 @@ pub(super) struct Obedience {
     rest_s: f64,
     moves_s: f64,
     work: Work,
+    course: Course,
     found: Found,
 }
 
@@ -52,6 +60,21 @@ pub(super) struct Found {
     pub(super) wrong_way: bool,
     pub(super) drove_on: bool,
     pub(super) rolled_on: bool,
+    pub(super) off_course: bool,
+    pub(super) fell_short: bool,
+}
+
+/// What was commanded since the start, as a vehicle follows it, and what became of it.
+#[derive(Default)]
+struct Course {
+    /// A path says by itself how far the heading is off.
+    has_path: bool,
+    /// Way over the ground, and of the farthest wheel about the origin \[m\], and how much of it the vehicle went.
+    told_m: f64,
+    went_m: f64,
+    told_rad: f64,
+    /// Turned beyond that \[rad\].
+    unasked_rad: f64,
 }
 
 /// For how long and how far something has gone against its command without a break.
@@ -93,11 +116,17 @@ impl Obedience {
             rest_s: 0.0,
             moves_s: 0.0,
             work: Work::default(),
+            course: Course {
+                has_path: scenario.command.path.is_some(),
+                ..Course::default()
+            },
             found: Found::default(),
         }
     }
 
-    pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+    /// Adds a period; `path_off_rad` is how far the heading is off that of a path.
+    pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation, path_off_rad: f64) {
+        self.found.off_course |= path_off_rad.abs() > OFF_RAD;
         if !sample.command.to_array().iter().all(|part| part.is_finite()) {
             // Past the controller: nothing is commanded.
             (self.followed, self.against) = Default::default();
@@ -116,6 +145,7 @@ impl Obedience {
         }
         self.backs_off_s -= self.period_s;
         self.judge_direction(&seen.twist);
+        self.judge_course(&seen.twist);
 
         let rest = command.to_array() == [0.0; 3] && self.followed == Default::default();
         self.rest_s = lasts(self.rest_s, rest, self.period_s);
@@ -165,6 +195,23 @@ impl Obedience {
             }
             self.found.wrong_way |= against.time_s >= SUSTAINED_S && against.way_m >= LEAST_M;
         }
+    }
+
+    fn judge_course(&mut self, twist: &BodyTwist<f64>) {
+        let ([x, y], about) = self.followed;
+        let (size, course) = (libm::hypot(x, y), &mut self.course);
+        course.told_m += (size + self.reach_m * about.abs()) * self.period_s;
+        if size > 0.0 {
+            course.went_m += (twist.vx_m_s * x + twist.vy_m_s * y) / size * self.period_s;
+        }
+        if about != 0.0 {
+            course.went_m += self.reach_m * twist.wz_rad_s * about.signum() * self.period_s;
+        }
+        course.told_rad += about.abs() * self.period_s;
+        course.unasked_rad += (twist.wz_rad_s - about) * self.period_s;
+        let allowed_rad = OFF_RAD + HALF * course.told_rad;
+        self.found.off_course |= !course.has_path && course.unasked_rad.abs() > allowed_rad;
+        self.found.fell_short = course.told_m >= TOLD_M && course.went_m < HALF * course.told_m;
     }
 
     fn judge_rest(&mut self, seen: &Observation) {
@@ -255,7 +302,7 @@ mod tests {
             (sample.asked, sample.retries) = (sample.command, stage.retries);
             seen.wheels[0].torque_n_m = stage.torque_n_m;
             seen.wheels[0].rim_m_s = stage.turns_rad_s * way;
-            (0..stage.periods).for_each(|_| obedience.push(&sample, &seen));
+            (0..stage.periods).for_each(|_| obedience.push(&sample, &seen, 0.0));
         }
         obedience.found()
     }
@@ -304,8 +351,49 @@ mod tests {
         (sample.asked, sample.command) = (BodyTwist::from_array(AHEAD), BodyTwist::from_array(left));
         seen.twist = BodyTwist::from_array(right);
         let mut held = Obedience::new(&scenario);
-        (0..3000).for_each(|_| held.push(&sample, &seen));
+        (0..3000).for_each(|_| held.push(&sample, &seen, 0.0));
         assert!(!held.found().wrong_way);
+    }
+
+    #[test]
+    fn less_than_half_of_the_commanded_way_has_fallen_short() {
+        let goes = |told, moves| found(&[stage(4000, told, moves)]).fell_short;
+        // The command as it is followed comes to 0.3 m/s in 0.6 s: 1.11 m in 4 s. At v the vehicle is behind that once v is below 0.139 m/s.
+        assert!(goes(AHEAD, [0.138, 0.0, 0.0]) && !goes(AHEAD, [0.140, 0.0, 0.0]));
+        assert!(
+            goes(AHEAD, BACK) && goes(AHEAD, [0.0, 0.3, 0.0]),
+            "only the way along counts"
+        );
+        // A turn of 0.5 rad/s, 0.19 m/s of the farthest wheel, takes 0.38 s to come to.
+        let turn = |wz| [0.0, 0.0, wz];
+        assert!(goes(turn(0.5), turn(0.237)) && !goes(turn(0.5), turn(0.24)));
+        // Nothing of 9.9 cm, and of rest, is not short of it; 10.2 cm take 0.64 s.
+        assert!(
+            !found(&[stage(630, AHEAD, REST)]).fell_short && found(&[stage(645, AHEAD, REST)]).fell_short
+        );
+        assert!(!goes(REST, [0.0, 0.0, 0.04]));
+        // Who catches up has not fallen short in the end.
+        assert!(!found(&[stage(1000, AHEAD, REST), stage(3000, AHEAD, AHEAD)]).fell_short);
+    }
+
+    #[test]
+    fn a_heading_45_degrees_off_is_off_course() {
+        let ahead_turning = |wz, periods| found(&[stage(periods, AHEAD, [0.3, 0.0, wz])]).off_course;
+        // 0.1 rad/s come to 45 degrees in 7.85 s.
+        assert!(!ahead_turning(0.1, 7850) && ahead_turning(0.1, 7860) && ahead_turning(-0.1, 7860));
+        // Told to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is told.
+        let turning = |wz, periods| found(&[stage(periods, [0.0, 0.0, 0.5], [0.0, 0.0, wz])]).off_course;
+        assert!(!turning(0.5, 60_000) && !turning(0.75, 60_000) && !turning(0.26, 60_000));
+        assert!(turning(0.85, 6500) && !turning(0.85, 6350));
+        // A path says it by itself.
+        let scenario = flat(&[]);
+        let simulation = Simulation::new(&scenario).unwrap();
+        let off = |rad: f64| {
+            let mut obedience = Obedience::new(&scenario);
+            obedience.push(simulation.sample(), simulation.observation(), rad);
+            obedience.found().off_course
+        };
+        assert!(!off(0.78) && off(0.79) && off(-0.79));
     }
 
     #[test]

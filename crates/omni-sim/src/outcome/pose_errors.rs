@@ -28,14 +28,18 @@ impl PoseErrors {
         }
     }
 
-    pub(super) fn push(&mut self, seen: &Observation) {
+    /// Adds a period. Returns how far the heading is off that of the path \[rad\]; 0 without one.
+    pub(super) fn push(&mut self, seen: &Observation) -> f64 {
+        let mut off_rad = 0.0;
         if let Some((path, errors, peak)) = &mut self.path {
-            let [error, _] = error_of(&path.trajectory().at(seen.time_ns as f64 * 1e-9).pose, seen);
+            let [error, turned_rad] = error_of(&path.trajectory().at(seen.time_ns as f64 * 1e-9).pose, seen);
             errors.add(error);
             *peak = peak.max(error);
+            off_rad = turned_rad;
         }
         let [x_m, y_m, _] = seen.pose.position_m;
         self.last = Some([x_m, y_m]);
+        off_rad
     }
 
     /// A period that counts: of the crossing, or on ground without an obstacle.

@@ -34,6 +34,8 @@ struct Part {
     /// Velocities before the step.
     linear: Vector,
     angular: AngVector,
+    /// Angular momentum about the centre of mass before the step.
+    spin: AngVector,
     /// Impulse and moment about the centre of mass that are not accounted for yet.
     impulse: Vector,
     moment: AngVector,
@@ -100,6 +102,7 @@ impl EnergyBalance {
             self.parts[index(handle)] = Part {
                 linear: body.linvel(),
                 angular: body.angvel(),
+                spin: spin(body),
                 ..Part::default()
             };
         }
@@ -127,9 +130,9 @@ impl EnergyBalance {
         let weight = physics.gravity * physics.integration_parameters.dt;
         for (handle, body) in physics.bodies.iter() {
             let part = &mut self.parts[index(handle)];
-            let mass = body.mass_properties();
             part.impulse += (body.linvel() - part.linear - weight) * body.mass();
-            part.moment += mass.effective_angular_inertia() * (body.angvel() - part.angular);
+            // Not the inertia times the change of velocity: what turns is no ball, and its inertia turns with it.
+            part.moment += spin(body) - part.spin;
         }
         for joint in &self.joints {
             let (parent, child) = (&physics.bodies[joint.parent], &physics.bodies[joint.child]);
@@ -195,6 +198,11 @@ impl EnergyBalance {
     }
 }
 
+/// Angular momentum of a body about its centre of mass.
+fn spin(body: &RigidBody) -> AngVector {
+    body.mass_properties().effective_angular_inertia() * body.angvel()
+}
+
 fn dynamic(physics: &PhysicsWorld) -> impl Iterator<Item = &RigidBody> {
     physics
         .bodies
@@ -219,4 +227,52 @@ fn mass(physics: &PhysicsWorld) -> f64 {
 
 fn momentum(physics: &PhysicsWorld) -> Vector {
     dynamic(physics).map(|body| body.linvel() * body.mass()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rod that spins about its own axis on a bearing across another body that turns, both free: a roller on its hub, grown so that the two
+    /// are of one size. The part of their kinetic energy that the balance misses after a second, in steps of so many microseconds.
+    fn missed_part(step_us: u32) -> f64 {
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vector::ZERO;
+        let step_s = f64::from(step_us) * 1e-6;
+        crate::world::rapier::integrate(&mut physics.integration_parameters, step_s, 8, [200.0, 5.0]);
+        let body = |inertia: AngVector, turns: AngVector| {
+            RigidBodyBuilder::dynamic()
+                .can_sleep(false)
+                .additional_mass_properties(MassProperties::new(Vector::ZERO, 1.0, inertia))
+                .angvel(turns)
+        };
+        let about = Vector::new(0.0, 0.0, 5.0);
+        let hub = physics.insert_body(body(AngVector::new(0.02, 0.03, 0.04), about));
+        let rod = physics.insert_body(body(
+            AngVector::new(0.001, 0.01, 0.01),
+            about + Vector::new(50.0, 0.0, 0.0),
+        ));
+        let bearing = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES).contacts_enabled(false);
+        physics.insert_impulse_joint(hub, rod, bearing);
+        for handle in [hub, rod] {
+            physics.bodies[handle].recompute_mass_properties_from_colliders(&physics.colliders);
+        }
+        let mut energy = EnergyBalance::new(&physics);
+        let before = kinetic(&physics);
+        for _ in 0..1_000_000 / step_us {
+            energy.open(&physics);
+            physics.step();
+            energy.joints(&physics);
+        }
+        (kinetic(&physics) - before - energy.state.through_joints_j) / before
+    }
+
+    #[test]
+    fn a_body_that_is_no_ball_turns_and_spins_and_its_energy_is_in_the_balance() {
+        let [coarse, fine] = [500, 250].map(missed_part);
+        // The rod turns by 1.4 degrees in a step of 0.5 ms. What a finite step misses is 5.2e-3 there and halves with the step; a moment
+        // without the rate of turning times the angular momentum misses 9.3e-2.
+        assert!(coarse.abs() < 0.01, "{coarse}");
+        assert!((fine / coarse - 0.5).abs() < 0.01, "{fine} after {coarse}");
+    }
 }

@@ -472,6 +472,16 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
         assert_eq!(told, words);
         assert!((from_s..until_s).contains(&time.parse().unwrap()), "{note}");
     }
+    // The table says what stopped it for good: not the time-out, after which commands came again.
+    let stopped = |said: &str| -> Vec<String> {
+        let rows = said.lines().filter(|line| line.starts_with("| stopped by"));
+        rows.map(String::from).collect()
+    };
+    assert_eq!(stopped(&said).len(), 1, "{said}");
+    assert!(
+        stopped(&said)[0].ends_with(" emergency stop at 0.80 s |"),
+        "{said}"
+    );
     // Its log says the same, in the same words.
     let found = |said: &str| -> Vec<String> {
         let lines = said.lines().skip_while(|line| *line != "events of the drive:");
@@ -482,15 +492,16 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
     let inspected = omnistep(folder.path(), &["inspect", said.lines().last().unwrap()]);
     let inspected = String::from_utf8(inspected.stdout).unwrap();
     assert_eq!(found(&inspected), found(&said));
+    assert!(
+        stopped(&inspected)[0].ends_with(" emergency stop at 0.80 s |"),
+        "{inspected}"
+    );
     assert_eq!(found(&inspected).len(), 1 + expected.len(), "{inspected}");
     // Without a drive there is nothing to say.
     let output = omnistep(
         folder.path(),
         &["run", "flat", "--quiet", "--set", "duration_s=0.1"],
     );
-    assert!(
-        !String::from_utf8(output.stdout)
-            .unwrap()
-            .contains("events of the drive")
-    );
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(!said.contains("events of the drive") && stopped(&said).is_empty());
 }
