@@ -35,10 +35,16 @@ impl RetryState {
         }
     }
 
-    /// Says so where a run ended short of the other side while there were tries left.
+    /// Says so where a run ended short of the other side because no try was left, or while there were some.
     pub(crate) fn note(&self, outcome: &Outcome) -> Option<String> {
-        let retries = outcome.retries.filter(|retries| *retries > 0)?;
         let [mode, tries] = self.last;
+        if mode == f64::from(SupervisorMode::GaveUp.number()) {
+            let retries = outcome.retries.unwrap_or_default();
+            return Some(format!(
+                "gave up after {retries} retries, and rests without torque"
+            ));
+        }
+        let retries = outcome.retries.filter(|retries| *retries > 0)?;
         let drives = mode == f64::from(SupervisorMode::Drive.number());
         let tries_left = !drives || tries < f64::from(self.most);
         let short = matches!(outcome.verdict, Verdict::Unfinished | Verdict::Stalled);
