@@ -83,7 +83,7 @@ def toml(value: Any) -> str:
 def sensors(setting: Setting) -> list[Campaign]:
     """Every vehicle and policy keeps its speed with sensors that are a little wrong.
 
-    `synchronised` must. Traction control does not yet: each row that leaves the speed is a note with its number.
+    A zero offset of 3 degrees a second is what cheap gyros have by their datasheets. Within a tenth, as coarse encoders.
     """
     wrong = {"gyro_bias_rad_s": 0.05, "gyro_noise_rad_s": 0.3, "encoder_noise_rad_s": 1.5}
     runs: list[Keys] = []
@@ -95,17 +95,11 @@ def sensors(setting: Setting) -> list[Campaign]:
                     keys |= {"command.vx_m_s": ASKED_M_S, "duration_s": 3.0, "physics.engine": "articulated"}
                     runs.append(keys)
     said, failures = measured(setting.folder("sensors"), runs, 3.0)
-    notes = []
     for keys, of in zip(runs, said, strict=True):
         if of is None or abs(of["speed_m_s"] - ASKED_M_S) <= 0.1 * ASKED_M_S:
             continue
-        what = f"{of['speed_m_s']:.2f} m/s for {ASKED_M_S:.2f}, {of['verdict']}"
-        if keys["control.policy"] == "synchronised":
-            failures.append(f"{command(keys)}: {what}")
-        else:
-            sensor = next(key for key in keys if key.startswith("sensors."))
-            notes.append(f"{keys['vehicle']}, {keys['control.policy']}, {sensor}={keys[sensor]}: {what}")
-    return [Campaign("speed with wrong sensors", len(runs), "runs", failures, notes)]
+        failures.append(f"{command(keys)}: {of['speed_m_s']:.2f} m/s for {ASKED_M_S:.2f}, {of['verdict']}")
+    return [Campaign("speed with wrong sensors", len(runs), "runs", failures)]
 
 
 def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
