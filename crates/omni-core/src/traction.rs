@@ -198,6 +198,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
     /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
     /// let (mut state, ahead) = (TractionState::new(), BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
+    /// for _ in 0..100 {
+    ///     traction.step(&mut state, &Readings::new(BodyTwist::ZERO, &[0.0; 4]), &TractionTarget::at(0.0)); // finds the gyro's zero
+    /// }
     /// let mut sample = traction.step(&mut state, &Readings::new(ahead, &[3.0; 4]), &TractionTarget::at(0.3));
     /// for _ in 0..200 {
     ///     sample = traction.step(&mut state, &Readings::new(ahead, &[3.0, 3.0, 3.0, 2.0]), &TractionTarget::at(0.3));

@@ -26,7 +26,7 @@ const SIGNALS: [&str; 12] = [
 ///
 /// ```
 /// use omni_core::TractionPolicyState;
-/// assert!(size_of::<TractionPolicyState<f32, 7>>() < 1024); // bytes
+/// assert!(size_of::<TractionPolicyState<f32, 7>>() < 1536); // bytes
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
