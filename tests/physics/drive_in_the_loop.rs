@@ -193,13 +193,7 @@ fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
 fn faulty(vehicle: &str, wheel: &str, keys: &[&str]) -> Vec<(String, f64)> {
     let vehicle = format!("vehicle={vehicle}");
     let then = "command.then=[{at_s=1.6,vx_m_s=0.25,vy_m_s=0.1,wz_rad_s=0.3}]";
-    let trace = run(&scenario(&[&[&*vehicle, then], keys].concat())).expect("runs");
-    let found = trace.wheel_names().iter().filter_map(|name| {
-        let fault = column(&trace, &format!("drive_fault_{name}"));
-        let row = fault.iter().position(|fault| *fault != 0.0)?;
-        Some((name.clone(), column(&trace, "time_s")[row]))
-    });
-    let found: Vec<_> = found.collect();
+    let found = blamed(&[&[&*vehicle, then], keys].concat());
     for (name, _) in &found {
         assert_eq!(name, wheel, "{vehicle} {keys:?}: {found:?}");
     }
@@ -241,6 +235,114 @@ fn dead_and_toggling_encoders_are_found_on_every_vehicle() {
     }
 }
 
+/// The wheels that are called faulty, and when \[s\], in the order of the wheels.
+fn blamed(keys: &[&str]) -> Vec<(String, f64)> {
+    let trace = run(&scenario(keys)).expect("runs");
+    let found = trace.wheel_names().iter().filter_map(|name| {
+        let fault = column(&trace, &format!("drive_fault_{name}"));
+        let row = fault.iter().position(|fault| *fault != 0.0)?;
+        Some((name.clone(), column(&trace, "time_s")[row]))
+    });
+    found.collect()
+}
+
+fn a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s() {
+    // 0.26, 0.45 and 0.4 rad/s and, with `synchronised`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
+    // stall torque.
+    for (vehicle, wheel, vx, policy) in [
+        ("mecanum4", "front_left", "0.02", "independent"),
+        ("chugo7", "5", "0.03", "independent"),
+        ("chugo7", "5", "0.03", "synchronised"),
+        ("rocker_bogie6", "middle_right", "0.03", "synchronised"),
+    ] {
+        let fault = format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]");
+        let keys = [
+            &*format!("vehicle={vehicle}"),
+            &format!("control.policy={policy}"),
+            &format!("command.vx_m_s={vx}"),
+            "sensors.encoder_counts=4096",
+            "sensors.encoder_velocity={ kind = 'window', periods = 8 }",
+        ];
+        let healthy = blamed(&[&keys[..], &["duration_s=6"]].concat());
+        assert!(healthy.is_empty(), "{vehicle} {policy}: {healthy:?}");
+        let found = blamed(&[&keys[..], &[&*fault, "duration_s=11"]].concat());
+        assert!(
+            found.len() == 1 && found[0].0 == wheel && found[0].1 < 10.5,
+            "{vehicle} {policy}: {found:?}"
+        );
+    }
+}
+
+fn a_second_dead_encoder_is_found_where_the_first_took_the_redundancy() {
+    for (vehicle, first, second) in [("mecanum4", "front_left", "rear_left"), ("chugo7", "2", "6")] {
+        let fault = format!(
+            "fault=[{{kind='encoder_dead',wheel='{first}',from_s=1.5}},{{kind='encoder_dead',wheel='{second}',from_s=3.0}}]"
+        );
+        let found = blamed(&[
+            &format!("vehicle={vehicle}"),
+            "sensors.encoder_counts=16384",
+            "command={ vx_m_s = 0.25, vy_m_s = 0.1, wz_rad_s = 0.2 }",
+            &fault,
+            "duration_s=5.5",
+        ]);
+        let names: Vec<_> = found.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(names, [first, second], "{vehicle}: {found:?}");
+        // 1 s of evidence, and up to 0.7 s until half of the stall torque acts.
+        assert!((4.0..4.9).contains(&found[1].1), "{vehicle}: {found:?}");
+    }
+}
+
+fn a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle() {
+    for (vehicle, wheel) in [
+        ("chugo7", "5"),
+        ("omni3", "2"),
+        ("mecanum4", "front_left"),
+        ("rocker_bogie6", "middle_right"),
+    ] {
+        let keys = [
+            "drive={}".to_owned(),
+            format!("vehicle={vehicle}"),
+            format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]"),
+            "duration_s=4".to_owned(),
+        ];
+        let keys = keys.iter().map(|key| Override::parse(key).expect("KEY=VALUE"));
+        let trace = run(&load("flat", &keys.collect::<Vec<_>>()).expect("valid")).expect("runs");
+        let named = first(&trace, &format!("drive_fault_{wheel}"), 3.0);
+        assert!(named < 2800, "{vehicle}: in period {named}");
+    }
+}
+
+fn a_reading_that_is_frozen_near_its_reference_is_found_on_three_wheels_once_its_motor_pulls_hard() {
+    // On the way up: 0.83 of the reference, which the integral of 0.8 N.m/rad takes some 0.6 s to half of the stall torque for.
+    let found = blamed(&[
+        "vehicle=omni3",
+        "command={ vx_m_s = 0.25, vy_m_s = 0.1, ramp_s = 0.3 }",
+        "fault=[{kind='encoder_stuck',wheel='1',from_s=0.25}]",
+    ]);
+    assert!(
+        found.len() == 1 && found[0].0 == "1" && (1.25..2.5).contains(&found[0].1),
+        "{found:?}"
+    );
+}
+
+fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
+    let then = "command.then=[{at_s=3,vx_m_s=0.25,vy_m_s=0.0,wz_rad_s=0.3},{at_s=5,vx_m_s=0.0,vy_m_s=0.0,wz_rad_s=0.3}]";
+    for vehicle in ["chugo7", "rocker_bogie6"] {
+        for (i, counts) in [64, 100, 128].into_iter().enumerate() {
+            let found = blamed(&[
+                &format!("vehicle={vehicle}"),
+                &format!("sensors.encoder_counts={counts}"),
+                "sensors.encoder_velocity={ kind = 'edges' }",
+                &format!("seed={i}"),
+                "command.vx_m_s=0.1",
+                "duration_s=7",
+                then,
+            ]);
+            assert!(found.is_empty(), "{vehicle} {counts}: {found:?}");
+        }
+    }
+}
+
 /// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
 fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
@@ -276,6 +378,11 @@ on_both_engines! {
     an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,
     dead_and_toggling_encoders_are_found_on_every_vehicle,
+    a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s,
+    a_second_dead_encoder_is_found_where_the_first_took_the_redundancy,
+    a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle,
+    a_reading_that_is_frozen_near_its_reference_is_found_on_three_wheels_once_its_motor_pulls_hard,
+    coarse_encoders_read_slowly_make_no_sound_wheel_faulty,
     a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same,
 }
 

@@ -13,7 +13,7 @@ use crate::ranges::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M, RESIDUAL_GAIN,
     STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE, within,
 };
-use crate::{Error, Scenario, Vehicle, for_wheel_count};
+use crate::{EncoderVelocity, Error, Scenario, Vehicle, for_wheel_count};
 
 /// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
 ///
@@ -63,8 +63,7 @@ pub struct Drive {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub slip: Option<DriveSlip>,
-    /// When an encoder counts as faulty; left out: only if it is silent or its reading is not a number. Where the other
-    /// wheels do not show the motion of a wheel, as with three wheels, a table that is left out has every default.
+    /// When an encoder counts as faulty; left out: as a table without keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub faults: Option<DriveFaults>,
@@ -128,7 +127,7 @@ impl Default for DriveSlip {
     }
 }
 
-/// When an encoder's reading counts as faulty: [`FaultConfig`]. A check that is left out is not made.
+/// When an encoder's reading counts as faulty: [`FaultConfig`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -145,22 +144,28 @@ pub struct DriveFaults {
     #[garde(custom(within(PERIODS)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
     pub jump_periods: u32,
-    /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6; 1 by default.
-    #[garde(custom(within(THRESHOLD_RAD_S)))]
+    /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6. Left out:
+    /// 1, or what two encoder counts read as where that is more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
-    pub stuck_rad_s: f64,
-    /// A constant reading away from its reference is stuck if the commanded torque is at least this \[N.m\], 1e-6 to 1e6: after
-    /// `stuck_periods` if another wheel turns, after ten times as many if none does. Left out: half the stall torque where the other wheels do
-    /// not show the motion of a wheel, and not checked elsewhere.
+    pub stuck_rad_s: Option<f64>,
+    /// A constant reading away from its reference is stuck if the commanded torque is at least this \[N.m\], 1e-6 to 1e6: after ten times
+    /// `stuck_periods`; with three wheels after `stuck_periods` if another wheel turns. A reading of 0 is so only once the other wheels, if they
+    /// can, show that the wheel has turned by `stuck_rad_s` in that time. Left out: half the stall torque.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
     pub stuck_torque_n_m: Option<f64>,
-    /// Periods of evidence in a row that make a reading stuck, 2 to 65535; 100 by default.
-    #[serde(deserialize_with = "crate::integers::periods_from_2")]
-    #[garde(custom(within(PERIODS_FROM_2)))]
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: 100 or, where these are more, as many as it takes until
+    /// an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods_from_2"
+    )]
+    #[garde(inner(custom(within(PERIODS_FROM_2))))]
     #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max)))]
-    pub stuck_periods: u32,
+    pub stuck_periods: Option<u32>,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
     #[garde(custom(within(PERIODS)))]
@@ -178,9 +183,9 @@ impl Default for DriveFaults {
         Self {
             jump_rad_s: None,
             jump_periods: 5,
-            stuck_rad_s: 1.0,
+            stuck_rad_s: None,
             stuck_torque_n_m: None,
-            stuck_periods: 100,
+            stuck_periods: None,
             silent_periods: 20,
             recovery_periods: 200,
         }
@@ -212,6 +217,14 @@ impl Default for DriveNoise {
     }
 }
 
+/// Velocity and periods of `[drive.faults]` that make a constant reading stuck, where encoders are fine enough.
+const STUCK_RAD_S: f64 = 1.0;
+const STUCK_PERIODS: u32 = 100;
+
+/// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with 1.2 counts a standing wheel of chugo7
+/// was called stuck in each of four drives, with 1.5 counts in none.
+pub(crate) const LEAST_COUNTS: f64 = 2.0;
+
 /// A count that was checked to be no more than 65535.
 fn whole(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
@@ -223,12 +236,16 @@ impl DriveFaults {
         if let Some(jump) = self.jump_rad_s {
             config.jump_rad_s = R::of(jump);
         }
+        if let Some(velocity) = self.stuck_rad_s {
+            config.stuck_rad_s = R::of(velocity);
+        }
         if let Some(torque) = self.stuck_torque_n_m {
             config.stuck_torque_n_m = R::of(torque);
         }
+        if let Some(periods) = self.stuck_periods {
+            config.stuck_periods = whole(periods);
+        }
         config.jump_periods = whole(self.jump_periods);
-        config.stuck_rad_s = R::of(self.stuck_rad_s);
-        config.stuck_periods = whole(self.stuck_periods);
         config.silent_periods = whole(self.silent_periods);
         config.recovery_periods = whole(self.recovery_periods);
         config
@@ -300,60 +317,44 @@ impl Scenario {
         Ok(Some(config))
     }
 
-    /// `[drive.faults]` with everything that follows from the vehicle where it is left out; none where nothing is looked for.
+    /// `[drive.faults]` with everything in place of what is left out; none without `[drive]`.
     pub(crate) fn drive_faults(&self) -> Option<DriveFaults> {
-        // Where no other wheel shows the motion of a wheel, all there is to go by is that its motor pulls in vain.
-        let blind = !self.unchecked_wheels().is_empty();
-        let left_out = || blind.then(DriveFaults::default);
-        let mut faults = self.drive?.faults.or_else(left_out)?;
-        let motor = &self.vehicle().motor;
-        faults.stuck_torque_n_m = faults
-            .stuck_torque_n_m
-            .or_else(|| blind.then_some(0.5 * motor.stall_torque_n_m));
+        let mut faults = self.drive?.faults.unwrap_or_default();
+        let count_rad_s = self.encoder_step_rad_s().unwrap_or(0.0);
+        let half_n_m = 0.5 * self.vehicle().motor.stall_torque_n_m;
+        faults.stuck_torque_n_m.get_or_insert(half_n_m);
+        faults
+            .stuck_rad_s
+            .get_or_insert(STUCK_RAD_S.max(LEAST_COUNTS * count_rad_s));
+        let held = (self.held_s() / self.period_s()).ceil().min(65534.0) as u32;
+        faults.stuck_periods.get_or_insert(STUCK_PERIODS.max(held));
         // From one way to the other at full speed in a period, and what single counts add to a reading.
-        let counts_rad_s = 3.0 * self.encoder_step_rad_s().unwrap_or(0.0);
-        let no_load_rad_s = self.vehicle().no_load_rad_s();
-        faults.jump_rad_s = faults
-            .jump_rad_s
-            .or_else(|| no_load_rad_s.map(|no_load| 2.0 * no_load + counts_rad_s));
+        if let Some(no_load_rad_s) = self.vehicle().no_load_rad_s() {
+            let jump_rad_s = 2.0 * no_load_rad_s + 3.0 * count_rad_s;
+            faults.jump_rad_s.get_or_insert(jump_rad_s);
+        }
         Some(faults)
     }
 
-    /// Places of the wheels whose motion the other wheels do not show.
-    fn unchecked_wheels(&self) -> Vec<usize> {
-        let vehicle = self.vehicle();
-        for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
+    /// How long readings may tell of a motion that is over, or not yet of one that has begun \[s\]: until a counter is known to stand, and what
+    /// is left of an observer's transient, e^-3 of it.
+    fn held_s(&self) -> f64 {
+        // A loaded scenario's is one.
+        let Ok(Some(estimator)) = self.velocity_estimator::<f64>() else {
+            return 0.0;
+        };
+        match self.sensors.encoder_velocity {
+            Some(EncoderVelocity::Observer { bandwidth_rad_s }) => {
+                estimator.standing_s().max(3.0 / bandwidth_rad_s)
+            }
+            _ => estimator.standing_s(),
+        }
     }
 
-    /// That a dead encoder of some wheel is never noticed, where it is so: no other wheel shows its motion, and the torque that would make its
-    /// reading stuck is more than its motor has.
-    ///
-    /// ```
-    /// use omni_config::{Override, Scenario};
-    /// let said = |torque| {
-    ///     let keys = [Override::parse("vehicle=omni3")?, Override::new("drive.faults.stuck_torque_n_m", torque)];
-    ///     Scenario::load("flat", &keys).map(|scenario| scenario.unseen_encoders())
-    /// };
-    /// assert_eq!(said(0.5)?, None);
-    /// assert_eq!(said(100.0)?.as_deref(), Some("wheels 1, 2, 3: a dead encoder is never noticed, because no other wheel tells of \
-    ///     it and drive.faults.stuck_torque_n_m = 100; use less than the motor's 1 N.m"));
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn unseen_encoders(&self) -> Option<String> {
-        let (vehicle, wheels) = (self.vehicle(), self.unchecked_wheels());
-        let least_n_m = self.drive_faults()?.stuck_torque_n_m.unwrap_or(f64::INFINITY);
-        let stall_n_m = vehicle.motor.stall_torque_n_m;
-        if wheels.is_empty() || least_n_m < stall_n_m {
-            return None;
-        }
-        let names: Vec<_> = wheels.iter().map(|i| vehicle.wheel[*i].name.as_str()).collect();
-        let plural = if names.len() > 1 { "s" } else { "" };
-        Some(format!(
-            "wheel{plural} {}: a dead encoder is never noticed, because no other wheel tells of it and drive.faults.stuck_torque_n_m = \
-             {least_n_m}; use less than the motor's {stall_n_m} N.m",
-            names.join(", ")
-        ))
+    /// Places of the wheels whose motion the other wheels do not show.
+    pub(crate) fn unchecked_wheels(&self) -> Vec<usize> {
+        let vehicle = self.vehicle();
+        for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
     }
 
     /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.

@@ -82,12 +82,14 @@ pub struct FaultConfig<R> {
     pub jump_periods: u16,
     /// A reading that stays exactly the same while what the other wheels say of it moves by more than this \[rad/s\] is
     /// stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-    /// than this and its loop pulls in vain towards a reference beyond this. Also how well a faulty wheel must agree with the others to be believed again.
+    /// than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be believed again.
     pub stuck_rad_s: R,
-    /// A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
-    /// \[N.m\] is stuck, 1e-9 or more: for layouts without redundancy, whose other wheels cannot tell. A wheel that is blocked while
-    /// others turn looks the same. Where no other wheel turns faster than `stuck_rad_s`, the vehicle more probably stands before an
-    /// obstacle, and the evidence must last ten times as long: then either all encoders are dead or all motors push in vain.
+    /// A reading that stays exactly the same while the motor is told to give at least this torque \[N.m\] towards the reference, or with a
+    /// reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
+    /// so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
+    /// far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
+    /// the same. If another wheel is pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no evidence
+    /// but of three wheels, where either all encoders are dead or all motors push in vain.
     pub stuck_torque_n_m: R,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
@@ -212,14 +214,14 @@ struct WheelHistory<R> {
     alive: bool,
     jumping: u16,
     /// Tenths of periods.
-    evidence: u32,
+    evidence: R,
     silent: u16,
     good: u16,
 }
 
 /// What a period of evidence counts, and one in which nothing but the torque speaks against a reading.
-const FULL: u32 = 10;
-const FAINT: u32 = 1;
+const FULL: f64 = 10.0;
+const FAINT: f64 = 1.0;
 
 impl<R: Real> WheelHistory<R> {
     const FRESH: Self = Self {
@@ -231,7 +233,7 @@ impl<R: Real> WheelHistory<R> {
         fault: None,
         alive: false,
         jumping: 0,
-        evidence: 0,
+        evidence: R::ZERO,
         silent: 0,
         good: 0,
     };
@@ -424,36 +426,93 @@ impl<R: Real> FaultMonitor<R> {
         expected: &Expectation<'_, R, N>,
     ) -> WheelVelocities<R, N> {
         let mut velocities = WheelVelocities::zero();
-        let turning = state.wheel.map(|wheel| self.is_turning(&wheel));
+        let mut turning = state.wheel.map(|wheel| self.is_turning(&wheel));
+        for (turning, &lost) in turning.iter_mut().zip(&state.lost) {
+            *turning &= !lost;
+        }
+        let turn = turning.iter().filter(|turning| **turning).count();
+        let mut others_change = false;
         for i in 0..N {
-            let others_turn = (0..N).any(|j| j != i && turning[j] && !state.lost[j]);
-            let wheel = &mut state.wheel[i];
+            let others_turn = turn > usize::from(turning[i]);
+            let pulls = self.pulls_in_vain(state, expected, i, others_turn);
             let by_others = expected.checked[i].then_some(expected.by_others.rad_s[i]);
-            let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
-            // From a wheel without a count any reference is away.
-            let no_count = wheel.last == Some(R::zero());
-            let towards = expected.torque_n_m[i] * away > R::zero();
-            let is_away = away.abs() > self.config.stuck_rad_s || (no_count && towards);
-            let pulls = expected.torque_n_m[i].abs() >= self.config.stuck_torque_n_m && is_away;
-            // Not a count, although the others say that it turns and its loop pulls towards the reference.
-            let strains =
-                no_count && towards && by_others.is_some_and(|said| said.abs() > self.config.stuck_rad_s);
-            let pulls = match (pulls, others_turn) {
-                (true, true) => FULL,
-                (true, false) => FAINT,
-                (false, _) if strains => FAINT,
-                (false, _) => 0,
-            };
+            let wheel = &mut state.wheel[i];
+            let was_faulty = wheel.fault.is_some();
             let trusted = self.judge(wheel, readings[i], by_others, pulls);
+            others_change |= wheel.fault.is_some() != was_faulty;
             if !state.lost[i] && wheel.fault.is_none() {
                 velocities.rad_s[i] = trusted;
+            }
+        }
+        if others_change {
+            // With a wheel more or less the others say something else, and no wheel has moved for that.
+            for wheel in &mut state.wheel {
+                (wheel.said_then, wheel.evidence) = (None, R::zero());
             }
         }
         velocities
     }
 
+    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None where nothing speaks against it.
+    fn pulls_in_vain<const N: usize>(
+        &self,
+        state: &FaultState<R, N>,
+        expected: &Expectation<'_, R, N>,
+        i: usize,
+        others_turn: bool,
+    ) -> Option<R> {
+        let wheel = state.wheel.get(i)?;
+        let torque = expected.torque_n_m[i];
+        let away = expected.reference.rad_s[i] - wheel.last.unwrap_or(R::zero());
+        let hard = torque.abs() >= self.config.stuck_torque_n_m;
+        let towards = torque * away > R::zero();
+        // From a wheel without a count any reference is away.
+        let no_count = wheel.last == Some(R::zero());
+        let is_away = away.abs() > self.config.stuck_rad_s || (no_count && towards);
+        // If another wheel is pulled hard without a count too, the vehicle more probably stands before an obstacle.
+        let alone = || {
+            let wheels = state
+                .wheel
+                .iter()
+                .zip(expected.torque_n_m)
+                .zip(&expected.reference.rad_s);
+            !wheels.enumerate().any(|(j, ((wheel, torque), &reference))| {
+                j != i
+                    && wheel.last == Some(R::zero())
+                    && torque.abs() >= self.config.stuck_torque_n_m
+                    && *torque * reference > R::zero()
+            })
+        };
+        if !expected.checked[i] {
+            return if !hard || !(is_away || towards) {
+                None
+            } else if N > 3 {
+                alone().then_some(R::of(FAINT))
+            } else {
+                // Of three wheels no other will ever tell.
+                Some(R::of(if is_away && others_turn { FULL } else { FAINT }))
+            };
+        }
+        if !no_count || !towards {
+            return (hard && towards).then_some(R::of(FAINT));
+        }
+        // Without a count, although the others say that it turns. At a crawl they say little, and the angle counts that it turns by.
+        let said = expected.by_others.rad_s[i] / self.config.stuck_rad_s;
+        if said.abs() > R::one() {
+            return Some(R::of(FAINT));
+        }
+        let pulled = if torque < R::zero() { -said } else { said };
+        (hard && alone()).then_some(pulled * R::of(FAINT))
+    }
+
     /// Judges one reading; the velocity to go on with if the wheel has no fault.
-    fn judge(&self, wheel: &mut WheelHistory<R>, reading: Option<R>, by_others: Option<R>, pulls: u32) -> R {
+    fn judge(
+        &self,
+        wheel: &mut WheelHistory<R>,
+        reading: Option<R>,
+        by_others: Option<R>,
+        pulls: Option<R>,
+    ) -> R {
         let config = &self.config;
         let reached = |count: u16, limit: u16| count >= limit && limit != u16::MAX;
         let Some(reading) = reading else {
@@ -476,7 +535,7 @@ impl<R: Real> FaultMonitor<R> {
             .is_none_or(|last| self.reaches(last, reading, wheel.last_gap));
         (wheel.last, wheel.last_gap) = (Some(reading), 0);
         if changed {
-            (wheel.said_then, wheel.evidence) = (by_others, 0);
+            (wheel.said_then, wheel.evidence) = (by_others, R::zero());
         }
         if let Some(fault) = wheel.fault {
             wheel.alive |= changed;
@@ -513,14 +572,16 @@ impl<R: Real> FaultMonitor<R> {
                 false
             }
         };
-        let speaks = if moved { FULL } else { pulls };
-        wheel.evidence = if changed || speaks == 0 {
-            0
-        } else {
-            wheel.evidence.saturating_add(speaks)
+        let speaks = if moved { Some(R::of(FULL)) } else { pulls };
+        wheel.evidence = match speaks {
+            Some(speaks) if !changed => (wheel.evidence + speaks).max(R::zero()),
+            _ => R::zero(),
         };
         let limit = config.stuck_periods;
-        if wheel.evidence >= FULL * u32::from(limit) && limit != u16::MAX {
+        if wheel.evidence > R::zero()
+            && limit != u16::MAX
+            && wheel.evidence >= R::of(FULL) * R::of(f64::from(limit))
+        {
             wheel.fail(Fault::Stuck);
         }
         reading

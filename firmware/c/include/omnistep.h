@@ -925,12 +925,14 @@ typedef struct {
   uint16_t jump_periods;
   // A reading that stays exactly the same while what the other wheels say of it moves by more than this [rad/s] is
   // stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-  // than this and its loop pulls in vain towards a reference beyond this. Also how well a faulty wheel must agree with the others to be believed again.
+  // than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be believed again.
   float stuck_rad_s;
-  // A reading that stays exactly the same away from its reference while the motor is told to give at least this torque
-  // [N.m] is stuck, 1e-9 or more: for layouts without redundancy, whose other wheels cannot tell. A wheel that is blocked while
-  // others turn looks the same. Where no other wheel turns faster than `stuck_rad_s`, the vehicle more probably stands before an
-  // obstacle, and the evidence must last ten times as long: then either all encoders are dead or all motors push in vain.
+  // A reading that stays exactly the same while the motor is told to give at least this torque [N.m] towards the reference, or with a
+  // reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
+  // so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
+  // far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
+  // the same. If another wheel is pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no evidence
+  // but of three wheels, where either all encoders are dead or all motors push in vain.
   float stuck_torque_n_m;
   // Periods of evidence in a row that make a reading stuck, 2 to 65535.
   uint16_t stuck_periods;

@@ -137,9 +137,11 @@ fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encod
     // Stuck at a velocity is the same, and a wheel that moves ever so little is none.
     assert_eq!(stuck_after(|_| 3.0, turns), [Some(50), None, None]);
     assert_eq!(stuck_after(|k| 1e-3 * f64::from(k % 2), turns), [None; 3]);
-    // However slowly it shall turn: a reading of 0 is no wheel near its reference, one that is stuck there may be.
+    // However slowly it shall turn: a reading of 0 is no wheel near its reference. One that is stuck there may be, for ten times as long, and
+    // for ever where the torque does not act towards the reference.
     assert_eq!(stuck_at(0.5, |_| 0.0, turns), [Some(50), None, None]);
-    assert_eq!(stuck_at(0.5, |_| 0.4, turns), [None; 3]);
+    assert_eq!(stuck_at(0.5, |_| 0.4, turns), [Some(500), None, None]);
+    assert_eq!(stuck_at(0.4, |_| 0.5, turns), [None; 3]);
 }
 
 #[test]
@@ -158,6 +160,76 @@ fn a_reading_that_the_others_contradict_is_stuck_after_long_only_while_the_loop_
         assert_eq!(bench.read(Some(0.0)), (0.0, None));
     }
     assert_eq!(bench.read(Some(0.0)).1, Some(Fault::Stuck));
+}
+
+#[test]
+fn at_a_crawl_an_angle_that_the_others_show_makes_a_wheel_without_a_count_stuck_if_it_is_pulled_hard() {
+    // Periods until then; the others show this velocity in turn.
+    let after = |torque: f64, shown: &[f64]| {
+        let mut bench = Bench::new();
+        bench.torque = torque;
+        (0..20_000).find(|k| {
+            bench.by_others = Some(shown[k % shown.len()]);
+            bench.read(Some(0.0)).1 == Some(Fault::Stuck)
+        })
+    };
+    // 1 rad/s in 500 periods is 5000 periods at 0.1 rad/s, whatever single counts make of it; the first reading is no repetition.
+    assert_eq!(after(1.6, &[0.125]), Some(4000));
+    assert!(after(1.6, &[0.5, -0.25]).is_some_and(|after| after.abs_diff(4000) < 5));
+    assert_eq!(after(1.6, &[0.5]), Some(1000));
+    // A loop that is content, others that stand, that toggle, or that turn the other way.
+    assert_eq!(after(1.4, &[0.5]), None);
+    for shown in [&[0.0][..], &[0.5, -0.5], &[-0.5]] {
+        assert_eq!(after(1.6, shown), None, "{shown:?}");
+    }
+    // Stuck at a velocity, which no sound encoder repeats for so long while the motor pulls, whatever the others show.
+    let mut bench = Bench::new();
+    (bench.torque, bench.by_others) = (1.6, Some(4.9));
+    let found = (0..1000).find(|_| bench.read(Some(4.9)).1 == Some(Fault::Stuck));
+    assert_eq!(found, Some(500));
+}
+
+#[test]
+fn at_a_crawl_two_wheels_without_a_count_that_pull_hard_are_a_vehicle_before_an_obstacle() {
+    // The same where nobody can check any more: of more than three wheels a blocked one has its second too.
+    for (checked, second, stuck) in [
+        (true, 0.0, None),
+        (true, 5.5, Some(1000)),
+        (false, 0.0, None),
+        (false, 5.5, Some(500)),
+    ] {
+        let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
+        let found = (0..20_000).find(|k| {
+            let expected = Expectation {
+                by_others: &[0.5; 4].into(),
+                checked: &[checked; 4],
+                reference: &[5.0; 4].into(),
+                torque_n_m: &[1.6, 1.6, 0.0, 0.0],
+            };
+            let turning = 5.0 + 0.1 * f64::from(k % 2);
+            monitor.step(&mut state, &[0.0, second, turning, turning].map(Some), &expected);
+            state.faults()[0].is_some()
+        });
+        assert_eq!(found, stuck, "checked {checked}, the second reads {second}");
+    }
+}
+
+#[test]
+fn a_wheel_that_is_let_go_changes_what_the_others_say_and_no_wheel_at_rest_is_faulty_for_that() {
+    let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
+    for k in 0..1000 {
+        // The second stands; by the others it seemed to turn as long as the first was one of them.
+        let others = [0.0, if k <= 100 { 3.0 } else { 0.0 }].into();
+        let expected = Expectation {
+            by_others: &others,
+            checked: &[true; 2],
+            reference: &WheelVelocities::zero(),
+            torque_n_m: &[0.0; 2],
+        };
+        let first = if k < 100 { 0.0 } else { f64::NAN };
+        monitor.step(&mut state, &[Some(first), Some(0.0)], &expected);
+        assert_eq!(state.faults()[1], None, "period {k}");
+    }
 }
 
 #[test]
