@@ -84,7 +84,11 @@ fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not
     // One try, which lasts some 2 s.
     let once = ["duration_s=12", "--set", "control.tries=1"];
     let shown = stdout(&hopeless(folder.path(), &run, &once));
-    assert!(!shown.contains("still trying"), "{shown}");
+    assert!(
+        !shown.contains("still retrying")
+            && shown.contains("\ngave up after retry 1, and rests without torque\n"),
+        "{shown}"
+    );
     assert_eq!(
         rows(&hopeless(folder.path(), &[&run[..], &["--json"]].concat(), &once))[0]["retries"],
         1
@@ -92,7 +96,7 @@ fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not
     let never = ["duration_s=6", "--set", "control.tries=0"];
     let shown = stdout(&hopeless(folder.path(), &run, &never));
     assert!(
-        !shown.contains("still trying") && !shown.contains("retries"),
+        shown.contains("\ngave up without a retry, and rests without torque\n"),
         "{shown}"
     );
 }
