@@ -39,10 +39,11 @@ impl RetryState {
     pub(crate) fn note(&self, outcome: &Outcome) -> Option<String> {
         let [mode, tries] = self.last;
         if mode == f64::from(SupervisorMode::GaveUp.number()) {
-            let retries = outcome.retries.unwrap_or_default();
-            return Some(format!(
-                "gave up after {retries} retries, and rests without torque"
-            ));
+            let after = match outcome.retries.unwrap_or_default() {
+                0 => "without a retry".to_owned(),
+                retries => format!("after retry {retries}"),
+            };
+            return Some(format!("gave up {after}, and rests without torque"));
         }
         let retries = outcome.retries.filter(|retries| *retries > 0)?;
         let drives = mode == f64::from(SupervisorMode::Drive.number());

@@ -30,7 +30,12 @@ impl Memory {
 
 #[inline(never)]
 fn step(memory: &mut Memory, readings: &Readings<'_, f32>) {
-    TRACTION.step_into(&mut memory.state, readings, &TractionTarget::at(0.3), &mut memory.sample);
+    TRACTION.step_into(
+        &mut memory.state,
+        readings,
+        &TractionTarget::at(0.3),
+        &mut memory.sample,
+    );
 }
 
 #[inline(never)]
