@@ -83,7 +83,7 @@ def toml(value: Any) -> str:
 def sensors(setting: Setting) -> list[Campaign]:
     """Every vehicle and policy keeps its speed with sensors that are a little wrong.
 
-    A zero offset of 3 degrees a second is what cheap gyros have by their datasheets. Within a tenth, as coarse encoders.
+    A zero offset of 3 degrees a second is what cheap gyros have by their datasheets.
     """
     wrong = {"gyro_bias_rad_s": 0.05, "gyro_noise_rad_s": 0.3, "encoder_noise_rad_s": 1.5}
     runs: list[Keys] = []
