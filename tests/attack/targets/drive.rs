@@ -37,7 +37,7 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
         stopped: None,
         at_once,
     };
-    let mut resting = 0;
+    let (mut resting, mut stopped) = (0, false);
     let mut steps = 0;
     while !u.is_empty() {
         match byte(u) {
@@ -72,7 +72,14 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
             .rad_s
             .iter()
             .all(|&r| r == R::zero());
-        resting = if rests { resting + 1 } else { 0 };
+        // A stop uses up nothing of the time to hold, so that begins with its release.
+        let stops = matches!(sample.mode, DriveMode::SafeStop | DriveMode::EmergencyStop);
+        resting = if rests && (stops || !stopped) {
+            resting + 1
+        } else {
+            usize::from(rests)
+        };
+        stopped = stops;
         let torques = sample.wheels.applied.n_m;
         assert!(
             resting < let_go || torques == [R::zero(); N],
