@@ -141,14 +141,14 @@ impl Scenario {
 
     /// What the scenario knows of its sensors and motors.
     fn traction_sensors<R: Real>(&self) -> TractionSensors<R> {
-        let (told, mut sensors) = (&self.sensors, TractionSensors::perfect());
+        let (given, mut sensors) = (&self.sensors, TractionSensors::perfect());
         // What is made of counts by something else is no multiple of them.
-        if told.encoder_velocity.is_none() {
-            sensors.encoder_counts = told.encoder_counts;
+        if given.encoder_velocity.is_none() {
+            sensors.encoder_counts = given.encoder_counts;
         }
-        sensors.encoder_noise_rad_s = R::of(told.encoder_noise_rad_s);
-        sensors.gyro_noise_rad_s = R::of(told.gyro_noise_rad_s);
-        sensors.delay_s = R::of(told.delay_us as f64 * 1e-6);
+        sensors.encoder_noise_rad_s = R::of(given.encoder_noise_rad_s);
+        sensors.gyro_noise_rad_s = R::of(given.gyro_noise_rad_s);
+        sensors.delay_s = R::of(given.delay_us as f64 * 1e-6);
         sensors.lag_s = R::of(self.actuators.torque_lag_s);
         sensors
     }

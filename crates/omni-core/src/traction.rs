@@ -27,7 +27,7 @@ mod thrust;
 use crate::constants::constant_struct;
 use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
-use crate::{BodyTwist, ConfigError, Kinematics, Linkage, Readings, Real};
+use crate::{ConfigError, Kinematics, Linkage, Readings, Real};
 use slip::Asked;
 
 #[doc(hidden)]
@@ -41,7 +41,7 @@ pub use thrust::TractionLoops;
 
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
 const BRAKING_PART: f64 = 0.025;
-/// Time within which integrals fall where the vehicle is told to rest \[s\].
+/// Time within which integrals fall where the vehicle is commanded to rest \[s\].
 const REST_S: f64 = 0.25;
 /// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
 /// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is heard again after the last.
@@ -170,23 +170,6 @@ impl<R: Real, const N: usize> Traction<R, N> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a [`Supervisor`] must know it before.
-    ///
-    /// ```
-    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// let mut state = TractionState::new();
-    /// traction.command(&mut state, &BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO });
-    /// assert_eq!(state.speed_m_s(), 0.0); // along y from now on
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    pub fn command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
-        self.take_command(state, command);
-    }
-
     /// One control period: readings and a target speed in, torques and every signal out. Never NaN, never beyond a motor's limits, whatever
     /// is read. O(N).
     ///
@@ -242,7 +225,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         target: &TractionTarget<R, N>,
         sample: &mut TractionSample<R, N>,
     ) {
-        self.take_command(state, &readings.command);
+        self.command(state, &readings.command);
         if is_plausible(target.speed_m_s) {
             state.target_m_s = target.speed_m_s;
         }
@@ -293,6 +276,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
     fn turned_by(&self, wheel: usize) -> R {
         self.kinematics.inverse_matrix()[wheel][2]
     }
+}
+
+/// Follows what is read with this part of the gap.
+fn follow<R: Real>(held: &mut R, now: R, part: R) {
+    *held += part * (now - *held);
 }
 
 fn larger<R: Real>(a: R, b: R) -> R {

@@ -47,9 +47,21 @@ impl<R: Real> WheelOnWay<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Takes a command. What is known along the old direction is taken over as far as the new one points there. What is no command, as NaN,
-    /// is none: the last one goes on.
-    pub(super) fn take_command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
+    /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a [`super::Supervisor`] must know it before. What is known
+    /// along the old direction is taken over as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
+    ///
+    /// ```
+    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
+    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
+    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
+    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
+    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// let mut state = TractionState::new();
+    /// traction.command(&mut state, &BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO });
+    /// assert_eq!(state.speed_m_s(), 0.0); // along y from now on
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
         if state.has_direction && *command == state.command {
             return;
         }

@@ -1,6 +1,6 @@
 //! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
 
-use super::{Traction, TractionState, TractionTarget, larger, least};
+use super::{Traction, TractionState, TractionTarget, follow, larger, least};
 use crate::pid::is_plausible;
 use crate::{Imu, Real};
 
@@ -43,7 +43,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             Some(rate) if found => rate - state.gyro_zero_rad_s,
             _ => self.turned(state, free_rad_s),
         };
-        state.yaw_rad_s += config.part(self.times.speed_s) * (rate - state.yaw_rad_s);
+        follow(&mut state.yaw_rad_s, rate, config.part(self.times.speed_s));
     }
 
     /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].

@@ -1,6 +1,6 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
-use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState};
+use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow};
 use crate::linkage::{MAX_HINGES, NO_RISE, rolled};
 use crate::pid::is_plausible;
 use crate::{Attitude, LinkageMotion, Readings, Real};
@@ -44,13 +44,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
             values.len() >= hinges && values.iter().take(hinges).all(|value| is_plausible(*value))
         };
         // An attitude that is no number is no unit.
-        state.sees = is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
+        state.sees = hinges > 0
+            && is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
             && all(readings.hinges_rad)
             && all(readings.hinges_rad_s);
         let [nose, left] = &mut state.base_rad_s;
+        follow(nose, read.nose_up_rad_s, part);
+        follow(left, read.left_up_rad_s, part);
         let base = Attitude {
-            nose_up_rad_s: follow(nose, read.nose_up_rad_s, part),
-            left_up_rad_s: follow(left, read.left_up_rad_s, part),
+            nose_up_rad_s: *nose,
+            left_up_rad_s: *left,
             ..read
         };
         for k in 0..hinges {
@@ -103,10 +106,4 @@ impl<R: Real> super::state::WheelState<R> {
         self.read_rad_s = read_rad_s;
         self.same_s > long
     }
-}
-
-/// Follows what is read with this part of the gap.
-fn follow<R: Real>(held: &mut R, now: R, part: R) -> R {
-    *held += part * (now - *held);
-    *held
 }

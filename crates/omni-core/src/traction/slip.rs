@@ -1,7 +1,7 @@
 //! Fourth step: the torque of each wheel, and what of it would only spin the wheel.
 
 use super::heading::Turn;
-use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, larger, least};
+use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, follow, larger, least};
 use crate::Real;
 
 /// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
@@ -68,7 +68,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
             (wheel.applied_n_m, wheel.measured_rad_s) = (applied, rate);
         }
-        state.softness += (R::one() - state.softness) * self.config.part(R::of(RECOVERS_S));
+        follow(&mut state.softness, R::one(), self.config.part(R::of(RECOVERS_S)));
     }
 
     /// A wheel's own velocity loop \[N.m\].
@@ -112,7 +112,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let wheel = &mut state.wheels[i];
         let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
         let taken = wheel.applied_n_m - self.inertia_kg_m2[i] * change;
-        wheel.contact_n_m += config.part(times.contact_s) * (taken - wheel.contact_n_m);
+        follow(&mut wheel.contact_n_m, taken, config.part(times.contact_s));
         let contact = wheel.contact_n_m;
         // Everything along the thrust from here.
         let ahead = if state.thrust_n_m >= zero {

@@ -1,6 +1,6 @@
 //! Second step: one speed of the whole vehicle along its direction of travel.
 
-use super::{BRAKING_PART, Traction, TractionState, larger, least};
+use super::{BRAKING_PART, Traction, TractionState, follow, larger, least};
 use crate::Real;
 
 /// What the wheels say of the vehicle's speed.
@@ -23,7 +23,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for i in 0..N {
             let (way, wheel) = (&state.way[i], &mut state.wheels[i]);
             let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * way.way_m;
-            wheel.speed_m_s += part * (now - wheel.speed_m_s);
+            follow(&mut wheel.speed_m_s, now, part);
         }
         let sign = state.target_sign();
         let said = self

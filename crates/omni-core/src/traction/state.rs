@@ -40,7 +40,7 @@ pub struct TractionState<R, const N: usize> {
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
     pub(super) hinges_rad_s: [R; MAX_HINGES],
-    /// Every hinge and the attitude of the base are read.
+    /// It sees how its wheels rise: it has hinges, and every one and the attitude of the base are read.
     pub(super) sees: bool,
     /// How bodies and wheels move.
     pub(super) motion: LinkageMotion<R, N>,
@@ -191,7 +191,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.loops
     }
 
-    /// Where the vehicle is told to rest, integrals fall.
+    /// Where the vehicle is commanded to rest, integrals fall.
     pub(super) fn fade(&mut self, left: R) {
         self.integral_n_m *= left;
         for wheel in &mut self.wheels {
@@ -202,6 +202,11 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     /// The command is to stand, and not to turn.
     pub(super) fn is_resting(&self) -> bool {
         self.commanded_m_s == R::zero() && self.command.wz_rad_s == R::zero()
+    }
+
+    /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].
+    pub(super) fn lack_rad_s(&self) -> R {
+        (self.target_m_s - self.speed_m_s) * self.largest_per_m
     }
 
     /// Sign of the target, ahead where it is none.

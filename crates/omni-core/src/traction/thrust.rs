@@ -92,8 +92,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         let astray = 2 * astray > driven || speed < -R::of(BACKWARD_M_S);
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
-        let sees = state.sees && self.linkage.hinge_count() > 0;
-        let held_up_s = R::of(if sees { HELD_UP_S } else { HELD_UP_BLIND_S });
+        let held_up_s = R::of(if state.sees { HELD_UP_S } else { HELD_UP_BLIND_S });
         let climbs = || {
             state
                 .motion
@@ -101,7 +100,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 .iter()
                 .any(|rise| rise.abs() > R::of(CLIMBS_M_S))
         };
-        let needed = (sees && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
+        let needed = (state.sees && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
             || state.held_up_s > held_up_s
             || target.is_special();
         state.calm_s = count(state.calm_s, !needed);
@@ -154,8 +153,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// What the lack of speed asks for \[N.m\]: softer near none, where a stiff loop turns small errors into heat.
     fn proportional(&self, state: &TractionState<R, N>) -> R {
-        let (config, one) = (&self.config, R::one());
-        let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
+        let (config, one, error) = (&self.config, R::one(), state.lack_rad_s());
         let soft =
             config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
         self.times.thrust_gain_n_m_s_rad * soft * error
@@ -163,13 +161,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
-        let (config, largest) = (&self.config, state.largest_n_m);
-        let error = (state.target_m_s - state.speed_m_s) * state.largest_per_m;
+        let (error, largest) = (state.lack_rad_s(), state.largest_n_m);
         let asked = self.proportional(state) + state.integral_n_m;
         state.thrust_n_m = asked.limited(-largest, largest);
         // It does not wind up at the limit.
         if asked.abs() <= largest || error * asked < R::zero() {
-            state.integral_n_m += self.times.integral_n_m_rad * error * config.period_s;
+            state.integral_n_m += self.times.integral_n_m_rad * error * self.config.period_s;
         }
         state.integral_n_m = state.integral_n_m.limited(-largest, largest);
     }
