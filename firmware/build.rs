@@ -109,7 +109,10 @@ fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
 
 /// What a processor in the loop runs: the scenario's drive where it has one, else its loops.
 fn served(scenario: &Scenario) -> &'static str {
-    if scenario.drive.is_some() {
+    if scenario.drive.is_some() && scenario.has_traction() {
+        "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
+         /// What that remembers.\npub type ServedState = omni_core::TractionDriveState<f32, 7>;\n"
+    } else if scenario.drive.is_some() {
         "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
          /// What that remembers.\npub type ServedState = omni_core::DriveState<f32, 7>;\n"
     } else {

@@ -38,9 +38,11 @@ cd firmware
 # Everything for the images is compiled in one folder, so that what build scripts and macros need is compiled once; programs of one
 # name go to folders of their own.
 images() { CARGO_BUILD_BUILD_DIR=$PWD/target/build cargo $toolchain "$@"; } # unquoted: an empty toolchain must vanish
-# First the image of the processor in the loop with a whole Drive, which its scenario asks for: the next build is of another one.
+# First the images of the processor in the loop with a whole Drive, which their scenarios ask for: the last build is of another one.
 OMNISTEP_SCENARIO=scenarios/drive.toml images build --locked --quiet --release --bin loop
 cp target/thumbv7em-none-eabihf/release/loop target/drive_loop
+OMNISTEP_SCENARIO=scenarios/traction.toml images build --locked --quiet --release --bin loop
+cp target/thumbv7em-none-eabihf/release/loop target/traction_loop
 images build --locked --quiet --release # for the Cortex-M4F, as in .cargo/config.toml
 images build --locked --quiet --release -p omni-embassy
 # Without --release, and for a control period whose reciprocal is no round number: it links, and its bits are the same.
@@ -97,7 +99,7 @@ cd ..
 # The processor in the loop: the whole climb, and faults of every kind in both directions.
 ran=$(cargo test --locked --quiet --release --config scripts/test_profile.toml --test links -- --ignored)
 echo "$ran"
-grep -q "8 passed; 0 failed" <<<"$ran"
+grep -q "9 passed; 0 failed" <<<"$ran"
 [ -x .venv/bin/python ] || scripts/venv.sh
 .venv/bin/python scripts/firmware_report.py --self-test
 .venv/bin/python scripts/firmware_report.py

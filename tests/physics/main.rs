@@ -27,5 +27,6 @@ mod step_section_4;
 mod terrain;
 mod touch;
 mod traction;
+mod traction_drive;
 mod verdicts;
 mod wheels_section_3_3;

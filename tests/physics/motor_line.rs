@@ -53,7 +53,7 @@ fn no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_o
             assert!(most < NO_LOAD_RAD_S * (1.0 + 1e-3), "{more}: {most} rad/s");
         }
         let energy = trace.outcome().energy_residual;
-        assert!(energy.abs() < 0.01, "{more}: {energy}");
+        assert!(energy.abs() < 1e-4, "{more}: {energy}");
     }
 }
 

@@ -26,7 +26,7 @@ fn peak(trace: &Trace, column: &str) -> f64 {
     column.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
 }
 
-fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth() {
+fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_ten_thousandth() {
     for name in builtin_scenarios() {
         let trace = drive(name, &[]);
         let outcome = trace.outcome();
@@ -37,7 +37,7 @@ fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundred
         };
         assert_eq!(outcome.verdict, expected, "{name}");
         assert!(
-            outcome.energy_residual.abs() < 0.01,
+            outcome.energy_residual.abs() < 1e-4,
             "{name}: {} of what went through the motors is not in the book",
             outcome.energy_residual
         );
@@ -397,7 +397,7 @@ fn start_and_heading_are_where_the_scenario_puts_them() {
 
 on_both_engines! {
     a_run_is_in_every_bit_the_beginning_of_the_same_run_made_longer,
-    every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_hundredth,
+    every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_ten_thousandth,
     vehicle_stands_on_the_level_beyond_each_obstacle,
     a_ramp_pitches_the_whole_vehicle_by_its_slope,
     a_half_round_bar_lifts_a_wheel_by_its_height,

@@ -299,10 +299,6 @@ fn what_it_cannot_go_with_is_refused_by_name() {
     };
     let loops = "independent, paper, synchronised, load_sharing";
     assert_eq!(
-        refused(&["control.policy=steady", "drive.timeout_s=0.5"]),
-        format!("built-in step: control.policy: \"steady\", allowed with a [drive]: {loops}")
-    );
-    assert_eq!(
         refused(&["control.policy=reach", "control.floor=0.5"]),
         format!(
             "built-in step: control.floor: 0.5, allowed: only with a policy of wheel speed loops: {loops}"

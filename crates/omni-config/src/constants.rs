@@ -45,7 +45,7 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]`, `TRACTION` and `SUPERVISOR` where
+    /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an [`omni_core::TractionDrive`]), `TRACTION` and `SUPERVISOR` where
     /// its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
     /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself and the path.
     ///
@@ -94,6 +94,9 @@ impl Scenario {
             Ok(Box::new(scenario.controller::<f32, N>()?))
         }
         fn drive<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
+            if let Some(drive) = scenario.traction_drive::<f32, N>()? {
+                return Ok(Some(Box::new(drive)));
+            }
             let drive = scenario.drive::<f32, N>()?;
             Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
         }

@@ -3,7 +3,7 @@
 use garde::Validate;
 use omni_core::{
     ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, Kinematics, LEAST_REDUNDANCY,
-    OdometryNoise, Real, SlipConfig, SpeedLimits,
+    OdometryNoise, Real, SlipConfig, SpeedLimits, TractionDrive,
 };
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -309,11 +309,9 @@ impl Scenario {
             config.shaping.limits = limits.of_twist();
         }
         config.faults = self.drive_faults().map(|faults| faults.config());
-        drive.put_into(&mut config).map_err(|error| Error::Key {
-            file: format!("scenario {}", self.name),
-            key: format!("drive.{}", error.parameter),
-            message: error.to_string(),
-        })?;
+        drive
+            .put_into(&mut config)
+            .map_err(|error| self.refuse_drive(&error))?;
         Ok(Some(config))
     }
 
@@ -357,7 +355,8 @@ impl Scenario {
         for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
     }
 
-    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.
+    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`. Under traction control what is around the
+    /// loops: the whole is [`Scenario::traction_drive`].
     ///
     /// # Errors
     /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
@@ -377,11 +376,40 @@ impl Scenario {
             return Ok(None);
         };
         let built = omni_core::Drive::new(config);
-        built.map(Some).map_err(|error| Error::Key {
+        built.map(Some).map_err(|error| self.refuse_drive(&error))
+    }
+
+    /// The firmware's whole step with traction control, in the scalar `R`; none where the scenario has no `[drive]` or its policy is one of the
+    /// wheels' loops.
+    ///
+    /// # Errors
+    /// As [`Scenario::drive`] and [`Scenario::traction`].
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
+    /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "steady")];
+    /// let drive = Scenario::load("step", &keys)?.traction_drive::<f64, 7>()?.expect("it has both");
+    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// let sample = drive.step(&mut TractionDriveState::new(&drive), &input, &BodyReadings::none());
+    /// assert!(sample.drive.wheels.applied.n_m[3] > 0.0); // wheel 4 points ahead
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn traction_drive<R: Real, const N: usize>(&self) -> Result<Option<TractionDrive<R, N>>, Error> {
+        let (Some(drive), Some((supervisor, traction))) = (self.drive()?, self.traction_parts()?) else {
+            return Ok(None);
+        };
+        let built = TractionDrive::new(drive, supervisor, traction);
+        built.map(Some).map_err(|error| self.refuse_drive(&error))
+    }
+
+    fn refuse_drive(&self, error: &ConfigError) -> Error {
+        Error::Key {
             file: format!("scenario {}", self.name),
             key: format!("drive.{}", error.parameter),
             message: error.to_string(),
-        })
+        }
     }
 }
 

@@ -374,11 +374,6 @@ impl Scenario {
                 return Err(source.refuse(format!("friction_patch[{i}].{key}"), message));
             }
         }
-        if self.drive.is_some()
-            && let Some(message) = self.traction_refused("with a [drive]")
-        {
-            return Err(source.refuse("control.policy", message));
-        }
         self.check_start(source)
     }
 

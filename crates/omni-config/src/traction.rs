@@ -61,22 +61,15 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn without_traction(&self, place: &str) -> Result<(), Error> {
-        match self.traction_refused(place) {
-            None => Ok(()),
-            Some(message) => Err(Error::Key {
-                file: format!("scenario {}", self.name),
-                key: "control.policy".into(),
-                message,
-            }),
+        if !self.has_traction() {
+            return Ok(());
         }
-    }
-
-    /// What is said of traction control where only loops of single wheels will do.
-    pub(crate) fn traction_refused(&self, place: &str) -> Option<String> {
         let loops = Coordination::<f64>::PRESETS.join(", ");
-        let policy = &self.control.policy;
-        self.has_traction()
-            .then(|| format!("{policy:?}, allowed {place}: {loops}"))
+        Err(Error::Key {
+            file: format!("scenario {}", self.name),
+            key: "control.policy".into(),
+            message: format!("{:?}, allowed {place}: {loops}", self.control.policy),
+        })
     }
 
     /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one of the wheels' loops.

@@ -7,7 +7,7 @@ mod tests;
 
 use crate::constants::constant_struct;
 use crate::error::ConfigError;
-use crate::wheel_loops::{LoopInputs, all_plausible};
+use crate::wheel_loops::{LoopInputs, RestRule, all_plausible};
 use crate::{
     BodyTwist, ControlState, ForwardMap, Kinematics, PathFactors, Real, Rest, WheelControlConfig,
     WheelController, WheelLayout, WheelSample, WheelVelocities,
@@ -287,6 +287,10 @@ impl<R: Real, const N: usize> Controller<R, N> {
             self.wheels.shares_integral().then_some(share),
             &mut sample.wheels,
         );
+    }
+
+    pub(crate) fn rest(&self) -> RestRule<R> {
+        self.wheels.rest()
     }
 
     /// The loops, an integral shared by the wheels that `observed` trusts, each on its own path.

@@ -5,18 +5,20 @@ mod sample;
 mod state;
 #[cfg(test)]
 mod tests;
+mod traction;
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, within};
 use crate::wheel_loops::LoopInputs;
 use crate::{
-    BodyTwist, CommandShaper, Controller, CovarianceGrowth, Desaturated, Expectation, FaultConfig,
-    FaultMonitor, Kinematics, Odometry, OdometryNoise, Real, SlipConfig, SlipDetector, SlipSample,
-    SpeedLimits, WheelSample, WheelVelocities,
+    BodyTwist, CommandShaper, ControlState, Controller, CovarianceGrowth, Desaturated, Expectation,
+    FaultConfig, FaultMonitor, Kinematics, Odometry, OdometryNoise, Real, SlipConfig, SlipDetector,
+    SlipSample, SpeedLimits, WheelSample, WheelVelocities,
 };
 pub use config::{DriveConfig, DriveInput};
 pub use sample::{DriveMode, DriveSample};
 pub use state::DriveState;
+pub use traction::{BodyReadings, TractionDrive, TractionDriveSample, TractionDriveState};
 
 /// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in [`DriveState`].
 ///
@@ -79,6 +81,15 @@ constant_struct!(Drive<R, const N> {
     grows_covariance: bool,
     discretize: bool,
 });
+
+/// What the loops of a drive are to do in a period.
+struct Asked<'a, R, const N: usize> {
+    inputs: LoopInputs<'a, R, N>,
+    /// The twist of the origin that this is of.
+    twist: &'a BodyTwist<R>,
+    /// The maps of the wheels that are trusted.
+    observed: &'a Kinematics<R, N>,
+}
 
 impl<R: Real, const N: usize> Drive<R, N> {
     /// A drive as configured.
@@ -179,7 +190,22 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// assert_eq!(sample.mode, DriveMode::Degraded);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
+    #[inline]
     pub fn step(&self, state: &mut DriveState<R, N>, input: &DriveInput<R, N>) -> DriveSample<R, N> {
+        self.step_with(state, input, |state, asked| {
+            self.controller
+                .run(state, &asked.inputs, asked.observed, &input.path)
+        })
+    }
+
+    /// One period around `loops`.
+    #[inline]
+    fn step_with(
+        &self,
+        state: &mut DriveState<R, N>,
+        input: &DriveInput<R, N>,
+        loops: impl FnOnce(&mut ControlState<R, N>, &Asked<'_, R, N>) -> WheelSample<R, N>,
+    ) -> DriveSample<R, N> {
         let expected = Expectation {
             by_others: &state.by_others,
             checked: &state.checked,
@@ -239,9 +265,12 @@ impl<R: Real, const N: usize> Drive<R, N> {
             holds: !(state.stopping || state.emergency),
         };
         let observed = *state.slip.observed();
-        let wheels = self
-            .controller
-            .run(&mut state.control, &inputs, &observed, &input.path);
+        let asked = Asked {
+            inputs,
+            twist: &desaturated.twist,
+            observed: &observed,
+        };
+        let wheels = loops(&mut state.control, &asked);
 
         if enough {
             self.carry_on(state, &observed, &slip, &beneath);

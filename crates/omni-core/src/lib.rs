@@ -41,7 +41,10 @@ pub use controller::{ControlSample, Controller};
 pub use coordination::{Coordination, Integral, Saturation, TorqueRange, TorqueRanges};
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use desaturation::{Desaturated, Desaturation, SpeedLimits};
-pub use drive::{Drive, DriveConfig, DriveInput, DriveMode, DriveSample, DriveState};
+pub use drive::{
+    BodyReadings, Drive, DriveConfig, DriveInput, DriveMode, DriveSample, DriveState, TractionDrive,
+    TractionDriveSample, TractionDriveState,
+};
 pub use encoder::{CounterState, EncoderCounter};
 pub use error::ConfigError;
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};

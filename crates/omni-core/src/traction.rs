@@ -19,6 +19,7 @@ mod sample;
 mod slip;
 mod speed;
 mod state;
+mod supervised;
 mod supervisor;
 #[cfg(test)]
 mod tests;
@@ -27,7 +28,7 @@ mod thrust;
 use crate::constants::constant_struct;
 use crate::motor::TorqueLimits;
 use crate::pid::is_plausible;
-use crate::{ConfigError, Kinematics, Linkage, Readings, Real};
+use crate::{ConfigError, Kinematics, Linkage, Readings, Real, TorqueRanges};
 use slip::Asked;
 
 #[doc(hidden)]
@@ -36,6 +37,7 @@ pub use config::{TractionConfig, TractionSensors, TractionWheel};
 pub use policy::{TractionPolicy, TractionPolicyState};
 pub use sample::TractionSample;
 pub use state::TractionState;
+pub(crate) use supervised::{Supervised, SupervisedState};
 pub use supervisor::{Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, TractionTarget};
 pub use thrust::TractionLoops;
 
@@ -225,6 +227,18 @@ impl<R: Real, const N: usize> Traction<R, N> {
         target: &TractionTarget<R, N>,
         sample: &mut TractionSample<R, N>,
     ) {
+        self.run(state, readings, target, None, sample);
+    }
+
+    /// [`Traction::step_into`], with ranges of the torques that hold besides the motors' own.
+    pub(crate) fn run(
+        &self,
+        state: &mut TractionState<R, N>,
+        readings: &Readings<'_, R>,
+        target: &TractionTarget<R, N>,
+        within: Option<&TorqueRanges<R, N>>,
+        sample: &mut TractionSample<R, N>,
+    ) {
         self.command(state, &readings.command);
         if is_plausible(target.speed_m_s) {
             state.target_m_s = target.speed_m_s;
@@ -239,6 +253,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         // 3. One thrust.
         let wheels = &mut sample.wheels;
         self.limits.ranges(&rates_rad_s, &mut wheels.range);
+        if let Some(within) = within {
+            wheels.range.restrict(within);
+        }
         self.find_largest(state, &wheels.range);
         self.choose_loops(state, target);
         if state.loops == TractionLoops::Traction {

@@ -146,6 +146,10 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         self.rest.shorts()
     }
 
+    pub(crate) fn rest(&self) -> RestRule<R> {
+        self.rest
+    }
+
     pub(crate) fn shares_integral(&self) -> bool {
         self.coordination.integral == Integral::Shared
     }

@@ -1,13 +1,14 @@
 //! What the two sides say to each other.
 
-use omni_core::{BodyTwist, ControlSample, DriveMode, WheelVelocities};
+use omni_core::linkage::MAX_HINGES;
+use omni_core::{BodyReadings, BodyTwist, ControlSample, DriveMode, WheelVelocities};
 use serde::{Deserialize, Serialize};
 
 use crate::wire::{Sample, Twist, each, plain};
 use crate::{Action, Counters};
 
 /// Version of frames and messages; sides of different versions do not work together.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 
 /// Bytes of a request's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller
 /// receives into.
@@ -18,6 +19,17 @@ pub const PROTOCOL_VERSION: u32 = 4;
 #[must_use]
 pub const fn request_frame(wheels: usize) -> usize {
     framed(1 + 4 + 1 + 1 + 12 + 4 * wheels)
+}
+
+/// Bytes of the frame of a request with what the bodies do, for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a
+/// controller with traction control receives into.
+///
+/// ```
+/// assert_eq!(omni_link::request_with_bodies_frame(7), 149);
+/// ```
+#[must_use]
+pub const fn request_with_bodies_frame(wheels: usize) -> usize {
+    framed(1 + 4 + 1 + 1 + 12 + 4 * wheels + 2 * 4 * MAX_HINGES + 8 * 4)
 }
 
 /// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller sends
@@ -37,8 +49,8 @@ const fn framed(body: usize) -> usize {
     body + 4 + (body + 4) / 254 + 1 + 1
 }
 
-/// The longest request's frame: 8 wheels.
-pub const MAX_REQUEST_FRAME: usize = request_frame(8);
+/// The longest request's frame: 8 wheels, and what the bodies do.
+pub const MAX_REQUEST_FRAME: usize = request_with_bodies_frame(8);
 
 /// The longest answer's frame: 8 wheels.
 pub const MAX_ANSWER_FRAME: usize = answer_frame(8);
@@ -57,6 +69,8 @@ pub enum ToController<const N: usize> {
     Hello,
     /// One control period.
     Request(Request<N>),
+    /// One control period of a controller that reads hinges and an inertial measurement unit.
+    RequestWithBodies(Request<N>, Bodies),
 }
 
 /// One control period: what to control, and what was measured at its start.
@@ -87,6 +101,71 @@ pub struct Request<const N: usize> {
     /// Measured actuator velocities \[rad/s\]. For a drive a NaN says that the reading did not arrive.
     #[serde(with = "each")]
     pub measured_rad_s: [f32; N],
+}
+
+/// What a vehicle's bodies were measured to do. Where something is not read it is NaN.
+///
+/// ```
+/// use omni_link::Bodies;
+/// let mut bodies = Bodies::none();
+/// (bodies.hinges_rad[0], bodies.pitch_rad) = (0.1, -0.02);
+/// let readings = bodies.readings();
+/// assert_eq!((readings.hinges_rad[0], readings.imu.pitch_rad), (0.1, -0.02));
+/// assert!(readings.hinges_rad[1].is_nan());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Bodies {
+    /// Angle of every hinge \[rad\], in the vehicle's order, and NaN behind them.
+    #[serde(with = "each")]
+    pub hinges_rad: [f32; MAX_HINGES],
+    /// Their rates \[rad/s\].
+    #[serde(with = "each")]
+    pub hinges_rad_s: [f32; MAX_HINGES],
+    /// Rates of the base about its axes \[rad/s\].
+    #[serde(with = "each")]
+    pub rate_rad_s: [f32; 3],
+    /// What its accelerometer says \[m/s^2\].
+    #[serde(with = "each")]
+    pub specific_force_m_s2: [f32; 3],
+    /// Its roll \[rad\].
+    pub roll_rad: f32,
+    /// Its pitch \[rad\].
+    pub pitch_rad: f32,
+}
+
+impl Bodies {
+    /// Nothing is read.
+    ///
+    /// ```
+    /// assert!(omni_link::Bodies::none().rate_rad_s[2].is_nan());
+    /// ```
+    #[must_use]
+    pub const fn none() -> Self {
+        Self {
+            hinges_rad: [f32::NAN; MAX_HINGES],
+            hinges_rad_s: [f32::NAN; MAX_HINGES],
+            rate_rad_s: [f32::NAN; 3],
+            specific_force_m_s2: [f32::NAN; 3],
+            roll_rad: f32::NAN,
+            pitch_rad: f32::NAN,
+        }
+    }
+
+    /// As a [`TractionDrive`](omni_core::TractionDrive) takes it.
+    ///
+    /// ```
+    /// assert_eq!(omni_link::Bodies::none().readings().hinges_rad.len(), 8);
+    /// ```
+    #[must_use]
+    pub fn readings(&self) -> BodyReadings<'_, f32> {
+        let mut readings = BodyReadings::none();
+        (readings.hinges_rad, readings.hinges_rad_s) = (&self.hinges_rad, &self.hinges_rad_s);
+        readings.imu.rate_rad_s = self.rate_rad_s;
+        readings.imu.specific_force_m_s2 = self.specific_force_m_s2;
+        (readings.imu.roll_rad, readings.imu.pitch_rad) = (self.roll_rad, self.pitch_rad);
+        readings
+    }
 }
 
 /// Message from the side that has the controller. `A` is an [`Answer`], or a reference to one where it is only sent.

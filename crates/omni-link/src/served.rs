@@ -1,10 +1,11 @@
 //! What runs behind a link: the bare loops, or a whole [`Drive`].
 
 use omni_core::{
-    ControlState, Controller, Drive, DriveInput, DriveState, Fault, TwistLimiter, TwistLimiterState,
+    ControlState, Controller, Drive, DriveInput, DriveSample, DriveState, Fault, TractionDrive,
+    TractionDriveState, TwistLimiter, TwistLimiterState,
 };
 
-use crate::{Answer, DriveReport, Request};
+use crate::{Answer, Bodies, DriveReport, Request};
 
 /// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it remembers between them.
 ///
@@ -41,6 +42,17 @@ pub trait Served<const N: usize> {
 
     /// One control period. Writes the signals of the answer; its number, action and counters are the server's.
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>);
+
+    /// One control period of which the bodies' motion is known too. What does not read it steps without.
+    fn step_with_bodies(
+        &self,
+        state: &mut Self::State,
+        request: &Request<N>,
+        _bodies: &Bodies,
+        answer: &mut Answer<N>,
+    ) {
+        self.step(state, request, answer);
+    }
 }
 
 /// The bare loops, with the limits that the command goes through.
@@ -112,26 +124,66 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
-        if request.emergency_stop {
-            state.emergency_stop();
-        } else {
-            state.release_emergency_stop();
-        }
-        let mut input = DriveInput::heard(&request.measured_rad_s.into());
-        // One with a NaN is refused by the drive, which is as if none had arrived.
-        input.command = Some(request.command);
-        let sample = Drive::step(self, state, &input);
-        answer.sample.command = sample.shaped.twist;
-        answer.sample.wheels = sample.wheels;
-        answer.estimated = sample.slip.estimated;
-        answer.residual = sample.slip.residual;
-        let pose = sample.pose;
-        answer.drive = DriveReport {
-            mode: sample.mode.number(),
-            faults: sample.faults.map(|fault| fault.map_or(0, Fault::number)),
-            motion_known: sample.motion_known,
-            excluded: sample.slip.excluded,
-            pose: [pose.x_m, pose.y_m, pose.yaw_rad],
-        };
+        let input = ask(state, request);
+        tell(&Drive::step(self, state, &input), answer);
     }
+}
+
+impl<const N: usize> Served<N> for TractionDrive<f32, N> {
+    type State = TractionDriveState<f32, N>;
+
+    fn start(&self) -> Self::State {
+        TractionDriveState::new(self)
+    }
+
+    fn shorts_at_rest(&self) -> bool {
+        self.drive().shorts_at_rest()
+    }
+
+    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+        self.step_with_bodies(state, request, &Bodies::none(), answer);
+    }
+
+    fn step_with_bodies(
+        &self,
+        state: &mut Self::State,
+        request: &Request<N>,
+        bodies: &Bodies,
+        answer: &mut Answer<N>,
+    ) {
+        let input = ask(&mut state.drive, request);
+        tell(
+            &TractionDrive::step(self, state, &input, &bodies.readings()).drive,
+            answer,
+        );
+    }
+}
+
+/// What a request asks of a drive.
+fn ask<const N: usize>(state: &mut DriveState<f32, N>, request: &Request<N>) -> DriveInput<f32, N> {
+    if request.emergency_stop {
+        state.emergency_stop();
+    } else {
+        state.release_emergency_stop();
+    }
+    let mut input = DriveInput::heard(&request.measured_rad_s.into());
+    // One with a NaN is refused by the drive, which is as if none had arrived.
+    input.command = Some(request.command);
+    input
+}
+
+/// What a drive did, into its answer.
+fn tell<const N: usize>(sample: &DriveSample<f32, N>, answer: &mut Answer<N>) {
+    answer.sample.command = sample.shaped.twist;
+    answer.sample.wheels = sample.wheels;
+    answer.estimated = sample.slip.estimated;
+    answer.residual = sample.slip.residual;
+    let pose = sample.pose;
+    answer.drive = DriveReport {
+        mode: sample.mode.number(),
+        faults: sample.faults.map(|fault| fault.map_or(0, Fault::number)),
+        motion_known: sample.motion_known,
+        excluded: sample.slip.excluded,
+        pose: [pose.x_m, pose.y_m, pose.yaw_rad],
+    };
 }

@@ -6,7 +6,7 @@ mod tests;
 use omni_core::{ControlSample, WheelTorques};
 
 use crate::{
-    Action, Answer, DriveReport, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served,
+    Action, Answer, Bodies, DriveReport, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served,
     ToController, decode, encode,
 };
 
@@ -84,7 +84,11 @@ impl<T, const N: usize> Server<T, N> {
         let message = match decode(received) {
             Ok(ToController::Hello) => FromController::Greeting(self.greeting),
             Ok(ToController::Request(request)) => {
-                self.take(served, &request);
+                self.take(served, &request, None);
+                FromController::Answer(&self.answer)
+            }
+            Ok(ToController::RequestWithBodies(request, bodies)) => {
+                self.take(served, &request, Some(&bodies));
                 FromController::Answer(&self.answer)
             }
             Err(error) => {
@@ -96,7 +100,7 @@ impl<T, const N: usize> Server<T, N> {
         encode(&message, out).unwrap_or_default()
     }
 
-    fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>) {
+    fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>, bodies: Option<&Bodies>) {
         let action = if request.restart {
             self.guard.restart(request.sequence);
             (self.state, self.shorts) = (Some(served.start()), served.shorts_at_rest());
@@ -108,7 +112,10 @@ impl<T, const N: usize> Server<T, N> {
         if action == Action::Step
             && let Some(state) = &mut self.state
         {
-            served.step(state, request, &mut self.answer);
+            match bodies {
+                Some(bodies) => served.step_with_bodies(state, request, bodies, &mut self.answer),
+                None => served.step(state, request, &mut self.answer),
+            }
         }
         self.settle(action);
         self.answer.sequence = request.sequence;

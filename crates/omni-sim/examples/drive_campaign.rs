@@ -81,8 +81,8 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
     let mut text = FileKind::Scenario.template(place)?.to_owned();
     let vehicle = Vehicle::load(name)?;
     let policy = POLICIES[dice.one_of(POLICIES.len())];
-    // Traction control goes with no drive.
-    let drives = Coordination::<f64>::preset(policy).is_some();
+    // Half of traction control is by itself.
+    let drives = Coordination::<f64>::preset(policy).is_some() || dice.part() < 0.5;
     if drives {
         text.push_str("\n[drive]\n[drive.slip]\n[drive.faults]\n");
     }

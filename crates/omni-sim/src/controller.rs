@@ -369,7 +369,7 @@ impl AnyController {
     /// # Errors
     /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
-        scenario.without_traction(FAR_END)?;
+        without_bare_traction(scenario)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());
         let count = scenario.vehicle().wheel.len();
         let control = for_wheel_count!(count, linked[](scenario, link), refuse)?;
@@ -381,7 +381,7 @@ impl AnyController {
     /// # Errors
     /// As [`AnyController::over_link`], and [`Error::Firmware`] where the image or the emulator is missing.
     pub fn in_qemu(scenario: &Scenario, firmware: &Firmware) -> Result<Self, Error> {
-        scenario.without_traction(FAR_END)?; // whatever image there is
+        without_bare_traction(scenario)?; // whatever image there is
         Self::over_link(scenario, firmware.start()?)
     }
 
@@ -477,8 +477,13 @@ fn names(scenario: &Scenario, control: &dyn Loop) -> Vec<String> {
     own.chain(path.map(|name| (*name).to_owned())).collect()
 }
 
-/// Where traction control is refused.
-const FAR_END: &str = "for a controller at the other end of a link";
+/// Traction control runs at the other end of a link inside a drive only.
+fn without_bare_traction(scenario: &Scenario) -> Result<(), config::Error> {
+    match scenario.drive {
+        Some(_) => Ok(()),
+        None => scenario.without_traction("without [drive] for a controller at the other end of a link"),
+    }
+}
 
 /// A key of a scenario that its controller does not go with.
 fn refused(scenario: &Scenario, key: String, message: &str) -> Error {
@@ -498,6 +503,9 @@ fn wheel_count_refused(scenario: &Scenario) -> config::Error {
 fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
     scenario: &Scenario,
 ) -> Result<Box<dyn Loop>, config::Error> {
+    if let Some(drive) = scenario.traction_drive::<R, N>()? {
+        return Ok(Box::new(drive::Gripping::new(scenario, drive)));
+    }
     if let Some(drive) = scenario.drive::<R, N>()? {
         return Ok(Box::new(drive::Driven::new(scenario, drive)));
     }

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use omni_config::{Override, Scenario, Vehicle};
+use omni_config::{Override, Rest, Scenario, Vehicle};
 use omni_log::{Live, Opened, Pilot, Until, driving_pace, run_live};
 use omni_sim::Simulation;
 
@@ -27,6 +27,9 @@ const GROUND: &str = "bumps";
 const BUMP_OF_RADIUS: f64 = 1.0 / 3.0;
 const HIGHEST_M: f64 = 0.02;
 const NEAREST_M: f64 = 0.7;
+/// Torque ends this long after a key is released \[s\], where the scenario does not say: a vehicle without friction stands by then in every
+/// direction, also in one in which few wheels push.
+const BLEED_S: f64 = 1.5;
 
 /// Runs until it is ended, driven by keys and from the page, and prints its table.
 pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
@@ -34,7 +37,11 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     if let Some(policy) = &args.policy {
         overrides.push(policy_key(policy)?);
     }
-    let scenario = scenario(&args.name, overrides)?;
+    let mut scenario = scenario(&args.name, overrides)?;
+    if scenario.control.rest == Rest::default() {
+        scenario.control.rest.bleed_s = BLEED_S;
+    }
+    let scenario = scenario;
     announce_vehicle(&scenario);
     let pilot = Pilot::new();
     let mut live = Live::new(args.port);

@@ -9,12 +9,12 @@
 use cortex_m_rt::entry;
 use omni_firmware::constants::{DIGEST, PERIOD_US, SERVED, ServedState, WHEELS};
 use omni_firmware::platform::{Link, exit};
-use omni_link::{Receiver, Server, answer_frame, request_frame};
+use omni_link::{Receiver, Server, answer_frame, request_with_bodies_frame};
 
 #[entry]
 fn main() -> ! {
     static mut SERVER: Server<ServedState, WHEELS> = Server::new(DIGEST, PERIOD_US);
-    static mut RECEIVER: Receiver<{ request_frame(WHEELS) }> = Receiver::new();
+    static mut RECEIVER: Receiver<{ request_with_bodies_frame(WHEELS) }> = Receiver::new();
     static mut ANSWER: [u8; answer_frame(WHEELS)] = [0; answer_frame(WHEELS)];
     let Some(mut link) = Link::open() else { exit(false) };
     let mut bytes = [0; 64];

@@ -1,5 +1,6 @@
 mod faults;
 mod stops;
+mod traction;
 
 use super::*;
 use crate::{

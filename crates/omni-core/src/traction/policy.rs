@@ -1,26 +1,9 @@
 //! Traction control behind the same face as any controller.
 
-use super::{
-    Supervisor, SupervisorMode, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
-};
-use crate::wheel_loops::{RestRule, RestState};
-use crate::{BodyTwist, ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
-
-/// Names of the signals that [`TractionPolicy`] has of its own.
-const SIGNALS: [&str; 12] = [
-    "traction_factor",
-    "traction_speed_m_s",
-    "traction_target_m_s",
-    "traction_thrust_n_m",
-    "traction_believed",
-    "traction_row",
-    "traction_mode",
-    "traction_tries",
-    "traction_retries",
-    "traction_heading_rad",
-    "traction_gyro_zero_rad_s",
-    "traction_loops",
-];
+use super::supervised::{Supervised, SupervisedState};
+use super::{Supervisor, SupervisorState, Traction, TractionSample};
+use crate::wheel_loops::RestRule;
+use crate::{ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
 
 /// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
 ///
@@ -40,9 +23,7 @@ const SIGNALS: [&str; 12] = [
 )]
 pub struct TractionPolicyState<R, const N: usize> {
     limited: TwistLimiterState<R>,
-    traction: TractionState<R, N>,
-    supervisor: SupervisorState<R>,
-    rest: RestState<R>,
+    supervised: SupervisedState<R, N>,
 }
 
 /// A vehicle's limits, a [`Supervisor`], a [`Traction`]: from readings to torques.
@@ -81,9 +62,7 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
     const fn new() -> Self {
         Self {
             limited: TwistLimiterState::new(),
-            traction: TractionState::new(),
-            supervisor: SupervisorState::new(),
-            rest: RestState::new(),
+            supervised: SupervisedState::new(),
         }
     }
 }
@@ -264,7 +243,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// ```
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
-        &self.state.supervisor
+        &self.state.supervised.supervisor
     }
 
     /// What it remembers.
@@ -325,26 +304,6 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     }
 }
 
-impl<R: Real, const N: usize> TractionPolicy<R, N> {
-    /// At a command of rest: the torques within what is left of their ranges, in the end none.
-    #[inline(never)]
-    fn end_torque(&mut self) {
-        let wheels = &mut self.sample.wheels;
-        if self.rest.is_over(&self.state.rest) {
-            wheels.end(self.rest.shorts());
-            return;
-        }
-        if self.rest.shrinks(&self.state.rest) {
-            self.rest.narrow(&self.state.rest, &mut wheels.range);
-            for i in 0..N {
-                wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
-            }
-        }
-        self.rest
-            .step(&mut self.state.rest, &mut [R::zero(); N], &wheels.applied.n_m);
-    }
-}
-
 impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     fn reset(&mut self) {
         self.state = TractionPolicyState::new();
@@ -352,24 +311,16 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
-        let state = &mut self.state;
         let mut readings = *readings;
-        readings.command = self.limiter.step(&mut state.limited, &readings.command);
-        self.traction.command(&mut state.traction, &readings.command);
-        let target = match &self.supervisor {
-            Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction),
-            None => TractionTarget::at(state.traction.commanded_m_s),
+        readings.command = self.limiter.step(&mut self.state.limited, &readings.command);
+        let supervised = Supervised {
+            supervisor: self.supervisor.as_ref(),
+            traction: &self.traction,
+            rest: self.rest,
+            within: None,
+            stops: false,
         };
-        if state.supervisor.mode() == SupervisorMode::GaveUp {
-            readings.command = BodyTwist::ZERO; // nothing pushes for ever
-        }
-        self.traction
-            .step_into(&mut state.traction, &readings, &target, &mut self.sample);
-        if readings.command == BodyTwist::ZERO {
-            self.end_torque();
-        } else {
-            self.rest.drive(&mut self.state.rest);
-        }
+        supervised.step(&mut self.state.supervised, &readings, &mut self.sample);
         for (torque, applied) in torques_n_m.iter_mut().zip(self.sample.wheels.applied.n_m) {
             *torque = applied;
         }
@@ -380,29 +331,11 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     }
 
     fn signal_name(&self, index: usize) -> Option<&str> {
-        SIGNALS.get(index).copied()
+        TractionSample::<R, N>::SIGNALS.get(index).copied()
     }
 
     fn signals(&self, values: &mut [R]) {
-        let (sample, supervisor) = (&self.sample, &self.state.supervisor);
-        let number = |x: u32| R::of(f64::from(x));
-        let told = [
-            sample.factor,
-            sample.speed_m_s,
-            sample.target_m_s,
-            sample.thrust_n_m,
-            // Counted from 1, as tables do; 0 is none.
-            sample
-                .believed
-                .map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
-            number(u32::from(supervisor.row())),
-            number(u32::from(supervisor.mode().number())),
-            number(u32::from(supervisor.tries())),
-            number(supervisor.retries()),
-            sample.heading_rad,
-            sample.gyro_zero_rad_s,
-            number(u32::from(sample.loops.number())),
-        ];
+        let told = self.sample.signals(self.supervisor());
         for (value, told) in values.iter_mut().zip(told) {
             *value = told;
         }

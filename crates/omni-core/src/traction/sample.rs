@@ -1,6 +1,6 @@
 //! Every signal of a period of traction control.
 
-use super::TractionLoops;
+use super::{SupervisorState, TractionLoops};
 use crate::{BodyTwist, Real, WheelSample};
 
 /// Every signal of a step of [`super::Traction`].
@@ -42,6 +42,49 @@ pub struct TractionSample<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> TractionSample<R, N> {
+    /// Names of [`TractionSample::signals`], as columns of a trace have them.
+    pub const SIGNALS: [&str; 12] = [
+        "traction_factor",
+        "traction_speed_m_s",
+        "traction_target_m_s",
+        "traction_thrust_n_m",
+        "traction_believed",
+        "traction_row",
+        "traction_mode",
+        "traction_tries",
+        "traction_retries",
+        "traction_heading_rad",
+        "traction_gyro_zero_rad_s",
+        "traction_loops",
+    ];
+
+    /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_believed` counts from 1, 0 is none.
+    ///
+    /// ```
+    /// use omni_core::{SupervisorState, TractionSample};
+    /// let sample = TractionSample::<f64, 7>::zero();
+    /// let signals = sample.signals(&SupervisorState::new());
+    /// assert_eq!((TractionSample::<f64, 7>::SIGNALS[0], signals[0]), ("traction_factor", 1.0));
+    /// ```
+    #[must_use]
+    pub fn signals(&self, supervisor: &SupervisorState<R>) -> [R; 12] {
+        let number = |x: u32| R::of(f64::from(x));
+        [
+            self.factor,
+            self.speed_m_s,
+            self.target_m_s,
+            self.thrust_n_m,
+            self.believed.map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
+            number(u32::from(supervisor.row())),
+            number(u32::from(supervisor.mode().number())),
+            number(u32::from(supervisor.tries())),
+            number(supervisor.retries()),
+            self.heading_rad,
+            self.gyro_zero_rad_s,
+            number(u32::from(self.loops.number())),
+        ]
+    }
+
     /// At rest.
     ///
     /// ```
@@ -74,6 +117,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
         (self.slip_rad_s[i], self.contact_n_m[i]) = (R::zero(), R::zero());
         let (zero, wheels) = (R::zero(), &mut self.wheels);
         (wheels.active[i], wheels.saturated[i]) = (false, false);
+        wheels.reference.rad_s[i] = zero;
         (wheels.p_n_m[i], wheels.i_n_m[i], wheels.d_n_m[i]) = (zero, zero, zero);
         (wheels.requested.n_m[i], wheels.applied.n_m[i]) = (zero, zero);
     }

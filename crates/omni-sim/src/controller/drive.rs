@@ -1,9 +1,13 @@
 //! omni-core's whole step in the loop: what firmware runs.
 
-use omni_core::{BodyTwist, CommandStatus, Drive, DrivePolicy, DriveSample, Fault, Policy, Readings, Real};
+use omni_core::{
+    BodyReadings, BodyTwist, CommandStatus, Drive, DriveInput, DrivePolicy, DriveSample, DriveState, Fault,
+    Policy, Readings, Real, TractionDrive, TractionDriveState,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::traction::{self, Hinges};
 use super::{ControlSample, Loop, scalar, velocities};
 use crate::Error;
 use crate::config::Scenario;
@@ -67,14 +71,14 @@ impl<const N: usize> Told<N> {
 }
 
 /// Names of the signals of a drive.
-pub(super) fn names(scenario: &Scenario) -> Vec<String> {
+pub(super) fn names(scenario: &Scenario) -> impl Iterator<Item = String> {
     let wheels = &scenario.vehicle().wheel;
     let of_wheel = |signal: &&str| {
         let signal = (*signal).to_owned();
         wheels.iter().map(move |wheel| format!("{signal}_{}", wheel.name))
     };
     let names = NAMES.iter().map(|name| (*name).to_owned());
-    names.chain(WHEEL.iter().flat_map(of_wheel)).collect()
+    names.chain(WHEEL.iter().flat_map(of_wheel))
 }
 
 /// Why the twist is what it is, as a number.
@@ -93,29 +97,49 @@ impl<R: Real, const N: usize> Driven<R, N> {
     pub(super) fn new(scenario: &Scenario, drive: Drive<R, N>) -> Self {
         Self {
             policy: DrivePolicy::new(drive),
-            names: names(scenario),
+            names: names(scenario).collect(),
         }
     }
+}
 
-    fn tell(&self, drive: &DriveSample<R, N>, measured: &[f64], sample: &mut ControlSample) {
-        let loops = omni_core::ControlSample {
-            command: drive.shaped.twist,
-            wheels: drive.wheels,
-        };
-        sample.take(&loops, &drive.slip.estimated, &drive.slip.residual);
-        let deviations = self.policy.state().covariance.standard_deviations();
-        let told = Told {
-            mode: drive.mode.number(),
-            motion_known: drive.motion_known,
-            status: status(drive.shaped.status),
-            pose: [drive.pose.x_m, drive.pose.y_m, drive.pose.yaw_rad].map(Real::as_f64),
-            deviations: deviations.map(Real::as_f64),
-            faults: drive.faults.map(|fault| fault.map_or(0, Fault::number)),
-            left_out: drive.slip.excluded,
-            brake: drive.brake,
-        };
-        told.put_into(measured, sample);
+/// Writes what a drive did into a sample.
+fn tell<R: Real, const N: usize>(
+    drive: &DriveSample<R, N>,
+    state: &DriveState<R, N>,
+    measured: &[f64],
+    sample: &mut ControlSample,
+) {
+    let loops = omni_core::ControlSample {
+        command: drive.shaped.twist,
+        wheels: drive.wheels,
+    };
+    sample.take(&loops, &drive.slip.estimated, &drive.slip.residual);
+    let deviations = state.covariance.standard_deviations();
+    let told = Told {
+        mode: drive.mode.number(),
+        motion_known: drive.motion_known,
+        status: status(drive.shaped.status),
+        pose: [drive.pose.x_m, drive.pose.y_m, drive.pose.yaw_rad].map(Real::as_f64),
+        deviations: deviations.map(Real::as_f64),
+        faults: drive.faults.map(|fault| fault.map_or(0, Fault::number)),
+        left_out: drive.slip.excluded,
+        brake: drive.brake,
+    };
+    told.put_into(measured, sample);
+}
+
+/// Presses the emergency stop of a drive, or releases it.
+fn press<R: Real, const N: usize>(state: &mut DriveState<R, N>, pressed: bool) {
+    if pressed {
+        state.emergency_stop();
+    } else {
+        state.release_emergency_stop();
     }
+}
+
+fn inverse<R: Real, const N: usize>(drive: &Drive<R, N>, twist: &BodyTwist<f64>) -> Vec<f64> {
+    let velocities = drive.kinematics().inverse(&scalar(twist));
+    velocities.rad_s.iter().map(|v| v.as_f64()).collect()
 }
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, N> {
@@ -125,7 +149,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
         told.new_command = readings.new_command;
         self.policy.step(&told, &mut [R::zero(); N]);
         if let Some(drive) = self.policy.sample() {
-            self.tell(drive, readings.wheels_rad_s, sample);
+            tell(drive, self.policy.state(), readings.wheels_rad_s, sample);
         }
         Ok(())
     }
@@ -135,17 +159,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
     }
 
     fn emergency_stop(&mut self, pressed: bool) {
-        let state = self.policy.state_mut();
-        if pressed {
-            state.emergency_stop();
-        } else {
-            state.release_emergency_stop();
-        }
+        press(self.policy.state_mut(), pressed);
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        let velocities = self.policy.drive().kinematics().inverse(&scalar(twist));
-        velocities.rad_s.iter().map(|v| v.as_f64()).collect()
+        inverse(self.policy.drive(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {
@@ -156,6 +174,65 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
         let state = postcard::from_bytes(state);
         state.is_ok_and(|state| {
             *self.policy.state_mut() = state;
+            true
+        })
+    }
+}
+
+/// A drive whose loops are traction control, with its state.
+pub(super) struct Gripping<R, const N: usize> {
+    drive: TractionDrive<R, N>,
+    state: TractionDriveState<R, N>,
+    names: Vec<String>,
+    hinges: Hinges<R>,
+}
+
+impl<R: Real, const N: usize> Gripping<R, N> {
+    pub(super) fn new(scenario: &Scenario, drive: TractionDrive<R, N>) -> Self {
+        Self {
+            state: TractionDriveState::new(&drive),
+            drive,
+            names: names(scenario).chain(traction::names(scenario)).collect(),
+            hinges: Hinges::new(),
+        }
+    }
+}
+
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R, N> {
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
+        self.hinges.take(readings);
+        let mut input = DriveInput::heard(&velocities(readings.wheels_rad_s));
+        input.command = readings.new_command.then(|| scalar(&readings.command));
+        let mut body = BodyReadings::none();
+        (body.hinges_rad, body.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);
+        body.imu = traction::imu(&readings.imu);
+        let did = self.drive.step(&mut self.state, &input, &body);
+        tell(&did.drive, &self.state.drive, readings.wheels_rad_s, sample);
+        traction::tell(&did.traction, self.state.supervisor(), readings, sample);
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        Ok(())
+    }
+
+    fn signal_names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn emergency_stop(&mut self, pressed: bool) {
+        press(&mut self.state.drive, pressed);
+    }
+
+    fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
+        inverse(self.drive.drive(), twist)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        postcard::to_allocvec(&self.state).ok()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> bool {
+        let state = postcard::from_bytes(state);
+        state.is_ok_and(|state| {
+            self.state = state;
             true
         })
     }

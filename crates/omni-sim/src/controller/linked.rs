@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
 use omni_link::{
-    Action, Answer, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request, ToController,
+    Action, Answer, Bodies, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request,
+    ToController,
 };
 
 use super::drive::{self, Told};
@@ -48,6 +49,8 @@ pub(super) struct Linked<const N: usize> {
     guard: Guard,
     /// Largest amount of each component of the commands so far: a limiter does not go beyond.
     asked: [f32; 3],
+    /// It is traction control, which reads the bodies' motion too.
+    grips: bool,
     /// Signals of its own: those of a drive, where it has one.
     names: Vec<String>,
     /// Start the loops afresh: until the controller says that it has.
@@ -84,8 +87,9 @@ impl<const N: usize> Linked<N> {
             motors,
             guard,
             asked: [0.0; 3],
+            grips: scenario.has_traction(),
             names: if scenario.drive.is_some() {
-                drive::names(scenario)
+                drive::names(scenario).collect()
             } else {
                 Vec::new()
             },
@@ -121,7 +125,11 @@ impl<const N: usize> Linked<N> {
             self.unanswered_rad_s.remove(0);
         }
         self.unanswered_rad_s.push(request.measured_rad_s);
-        self.link.send(&ToController::Request(request))?;
+        self.link.send(&if self.grips {
+            ToController::RequestWithBodies(request, bodies(readings))
+        } else {
+            ToController::Request(request)
+        })?;
         let mut undue = Undue(0);
         let until = Instant::now() + self.link.time_out;
         // A controller that has not seen the restart yet knows no number.
@@ -233,6 +241,22 @@ impl<const N: usize> Linked<N> {
             requests: self.last.counters,
         }
     }
+}
+
+/// The bodies' motion as a message has it. More hinges than that are refused with the scenario.
+fn bodies(readings: &Readings<'_, f64>) -> Bodies {
+    let mut bodies = Bodies::none();
+    let put = |to: &mut [f32], from: &[f64]| {
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = *from as f32;
+        }
+    };
+    put(&mut bodies.hinges_rad, readings.hinges_rad);
+    put(&mut bodies.hinges_rad_s, readings.hinges_rad_s);
+    put(&mut bodies.rate_rad_s, &readings.imu.rate_rad_s);
+    put(&mut bodies.specific_force_m_s2, &readings.imu.specific_force_m_s2);
+    (bodies.roll_rad, bodies.pitch_rad) = (readings.imu.roll_rad as f32, readings.imu.pitch_rad as f32);
+    bodies
 }
 
 /// Who is there? Asks again where the question or its answer is lost.

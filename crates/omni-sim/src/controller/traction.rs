@@ -1,6 +1,9 @@
 //! Traction control of omni-core in the loop, with everything that it knows.
 
-use omni_core::{BodyTwist, Imu, Policy, Readings, Real, TractionPolicy, TractionPolicyState};
+use omni_core::{
+    BodyTwist, Imu, Policy, Readings, Real, SupervisorState, TractionPolicy, TractionPolicyState,
+    TractionSample,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -16,18 +19,47 @@ const WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
 pub(super) struct Gripping<R, const N: usize> {
     policy: TractionPolicy<R, N>,
     names: Vec<String>,
-    hinges: [Vec<R>; 2],
-    /// Its signals that are of no wheel.
-    common: Vec<R>,
+    hinges: Hinges<R>,
+}
+
+/// What hinges are read to do, in the controller's scalar.
+pub(super) struct Hinges<R> {
+    pub(super) rad: Vec<R>,
+    pub(super) rad_s: Vec<R>,
+}
+
+impl<R: Real> Hinges<R> {
+    pub(super) fn new() -> Self {
+        Self {
+            rad: Vec::new(),
+            rad_s: Vec::new(),
+        }
+    }
+
+    pub(super) fn take(&mut self, readings: &Readings<'_, f64>) {
+        for (to, from) in [
+            (&mut self.rad, readings.hinges_rad),
+            (&mut self.rad_s, readings.hinges_rad_s),
+        ] {
+            to.clear();
+            to.extend(from.iter().map(|value| R::of(*value)));
+        }
+    }
+}
+
+/// A unit's readings in the controller's scalar.
+pub(super) fn imu<R: Real>(read: &Imu<f64>) -> Imu<R> {
+    let mut imu = Imu::silent();
+    imu.rate_rad_s = read.rate_rad_s.map(R::of);
+    imu.specific_force_m_s2 = read.specific_force_m_s2.map(R::of);
+    (imu.roll_rad, imu.pitch_rad) = (R::of(read.roll_rad), R::of(read.pitch_rad));
+    imu
 }
 
 /// Names of the signals of traction control of a scenario's vehicle.
-pub(super) fn names<R: Real, const N: usize>(
-    scenario: &Scenario,
-    policy: &TractionPolicy<R, N>,
-) -> Vec<String> {
+pub(super) fn names(scenario: &Scenario) -> impl Iterator<Item = String> {
     let vehicle = scenario.vehicle();
-    let common = (0..).map_while(|index| policy.signal_name(index).map(str::to_owned));
+    let common = TractionSample::<f64, 1>::SIGNALS.iter();
     let of_wheels = WHEEL.iter().flat_map(|signal| {
         vehicle
             .wheel
@@ -40,21 +72,41 @@ pub(super) fn names<R: Real, const N: usize>(
             .iter()
             .map(move |hinge| format!("{signal}_{}", hinge.name))
     });
-    let sensed = SENSED.iter().map(|name| (*name).to_owned());
-    common.chain(of_wheels).chain(sensed).chain(of_hinges).collect()
+    let whole = |name: &&str| (*name).to_owned();
+    common
+        .map(whole)
+        .chain(of_wheels)
+        .chain(SENSED.iter().map(whole))
+        .chain(of_hinges)
+}
+
+/// Writes the signals of traction control, and what it was told, behind those that are in a sample already.
+pub(super) fn tell<R: Real, const N: usize>(
+    told: &TractionSample<R, N>,
+    supervisor: &SupervisorState<R>,
+    readings: &Readings<'_, f64>,
+    sample: &mut ControlSample,
+) {
+    sample.retries = Some(supervisor.retries());
+    let own = &mut sample.own;
+    own.extend(told.signals(supervisor).iter().map(|value| value.as_f64()));
+    let of_wheels = [told.slip_rad_s, told.contact_n_m];
+    own.extend(of_wheels.iter().flatten().map(|value| value.as_f64()));
+    own.extend(readings.imu.rate_rad_s);
+    own.extend([readings.imu.roll_rad, readings.imu.pitch_rad]);
+    own.extend(readings.hinges_rad.iter().chain(readings.hinges_rad_s));
 }
 
 impl<R: Real, const N: usize> Gripping<R, N> {
     pub(super) fn new(scenario: &Scenario, policy: TractionPolicy<R, N>) -> Self {
         Self {
-            names: names(scenario, &policy),
-            common: vec![R::zero(); (0..).map_while(|index| policy.signal_name(index)).count()],
+            names: names(scenario).collect(),
             policy,
-            hinges: [Vec::new(), Vec::new()],
+            hinges: Hinges::new(),
         }
     }
 
-    fn tell(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) {
+    fn tell(&self, readings: &Readings<'_, f64>, sample: &mut ControlSample) {
         let told = self.policy.sample();
         let kinematics = self.policy.traction().kinematics();
         let loops = omni_core::ControlSample {
@@ -68,39 +120,20 @@ impl<R: Real, const N: usize> Gripping<R, N> {
             &kinematics.residual(measured),
         );
         sample.mark_silent(readings.wheels_rad_s);
-        sample.retries = Some(self.policy.supervisor().retries());
-        let own = &mut sample.own;
-        let of_wheels = [told.slip_rad_s, told.contact_n_m];
-        own.clear();
-        self.policy.signals(&mut self.common);
-        own.extend(self.common.iter().map(|value| value.as_f64()));
-        own.extend(of_wheels.iter().flatten().map(|value| value.as_f64()));
-        own.extend(readings.imu.rate_rad_s);
-        own.extend([readings.imu.roll_rad, readings.imu.pitch_rad]);
-        own.extend(readings.hinges_rad.iter().chain(readings.hinges_rad_s));
-        own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        sample.own.clear();
+        tell(told, self.policy.supervisor(), readings, sample);
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
     }
 }
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let wheels = velocities::<R, N>(readings.wheels_rad_s);
-        for (to, from) in self
-            .hinges
-            .iter_mut()
-            .zip([readings.hinges_rad, readings.hinges_rad_s])
-        {
-            to.clear();
-            to.extend(from.iter().map(|value| R::of(*value)));
-        }
+        self.hinges.take(readings);
         let mut told = Readings::new(scalar(&readings.command), &wheels.rad_s);
-        (told.hinges_rad, told.hinges_rad_s) = (&self.hinges[0], &self.hinges[1]);
+        (told.hinges_rad, told.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);
         told.new_command = readings.new_command;
-        let mut imu = Imu::silent();
-        imu.rate_rad_s = readings.imu.rate_rad_s.map(R::of);
-        imu.specific_force_m_s2 = readings.imu.specific_force_m_s2.map(R::of);
-        (imu.roll_rad, imu.pitch_rad) = (R::of(readings.imu.roll_rad), R::of(readings.imu.pitch_rad));
-        told.imu = imu;
+        told.imu = imu(&readings.imu);
         self.policy.step(&told, &mut [R::zero(); N]);
         self.tell(readings, sample);
         Ok(())

@@ -148,7 +148,7 @@ fn shortest_span_m(vehicle: &Vehicle) -> f64 {
 /// Wheels closer than that are side by side, as [`Vehicle::rows`] has it \[m\].
 const ABREAST_M: f64 = 0.02;
 
-/// Part of the energy that went through a run which finite steps may gain: ten times the hundredth within which every built-in run's balance closes,
+/// Part of the energy that went through a run which finite steps may gain: a thousand times what any built-in run's balance misses,
 /// and what it misses there is lost, not gained.
 const GAINED_PART: f64 = 0.1;
 /// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.

@@ -6,10 +6,11 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use omni_core::{BodyTwist, Drive, DriveInput, DriveState, Fault};
+use omni_core::{BodyTwist, DriveInput, DriveState, Fault};
 use omni_link::{
-    Action, Answer, DriveReport, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, PROTOCOL_VERSION,
-    Receiver, Request, Served, Server, ToController, answer_frame, decode, encode, request_frame,
+    Action, Answer, Bodies, DriveReport, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME,
+    PROTOCOL_VERSION, Receiver, Request, Served, Server, ToController, answer_frame, decode, encode,
+    request_with_bodies_frame,
 };
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::{AnyController, Firmware, Link, LinkCounters, emulator};
@@ -24,6 +25,36 @@ fn troubled() -> Scenario {
     let faults = "fault=[{kind='encoder_silent',wheel='2',from_s=0.8,until_s=1.5},{kind='command_lost',from_s=1.8,until_s=2.6},\
                   {kind='emergency_stop',from_s=2.8,until_s=3.1}]";
     Scenario::load(&file.display().to_string(), &[Override::parse(faults).unwrap()]).unwrap()
+}
+
+/// The step under traction control, in a `[drive]`, in single precision.
+fn climb() -> Scenario {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/traction.toml");
+    Scenario::load(&file.display().to_string(), &[]).unwrap()
+}
+
+/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone tells is in no answer.
+fn assert_it_climbs_as_the_host_does(linked: &Trace) {
+    let host = run(&climb()).unwrap();
+    assert!(host.outcome().climbed && linked.outcome().climbed);
+    for name in linked.names() {
+        if name == "drive_command_status" || name.starts_with("drive_std_") {
+            continue;
+        }
+        let bits = |trace: &Trace| {
+            trace
+                .column(name)
+                .unwrap()
+                .iter()
+                .map(|v| v.to_bits())
+                .collect::<Vec<_>>()
+        };
+        assert!(bits(linked) == bits(&host), "{name} differs");
+    }
+    assert!(
+        host.column("traction_loops").unwrap().contains(&1.0),
+        "it is traction control that climbs"
+    );
 }
 
 /// Is every column that an answer tells the host's, in every bit? Returns the modes that there were.
@@ -47,20 +78,33 @@ fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
 type Lie = fn(&mut Answer<N>);
 
 /// A drive that changes its answers from the hundredth on.
-struct Liar<L> {
-    drive: Drive<f32, N>,
+struct Liar<D, L> {
+    drive: D,
     lie: L,
 }
 
-impl<L: Fn(&mut Answer<N>)> Served<N> for Liar<L> {
-    type State = DriveState<f32, N>;
+impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
+    type State = D::State;
 
     fn start(&self) -> Self::State {
         self.drive.start()
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
-        Served::step(&self.drive, state, request, answer);
+        self.drive.step(state, request, answer);
+        if request.sequence > 100 {
+            (self.lie)(answer);
+        }
+    }
+
+    fn step_with_bodies(
+        &self,
+        state: &mut Self::State,
+        request: &Request<N>,
+        bodies: &Bodies,
+        answer: &mut Answer<N>,
+    ) {
+        self.drive.step_with_bodies(state, request, bodies, answer);
         if request.sequence > 100 {
             (self.lie)(answer);
         }
@@ -75,18 +119,29 @@ fn serve(
     lie: impl Fn(&mut Answer<N>),
     damaged: Option<usize>,
 ) {
+    if let Some(drive) = scenario.traction_drive::<f32, N>().unwrap() {
+        return answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+    }
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
-    let served = Liar { drive, lie };
-    let (mut from, mut to) = (from, to);
+    answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+}
+
+fn answer_all(
+    mut from: PipeReader,
+    mut to: PipeWriter,
+    scenario: &Scenario,
+    served: &impl Served<N>,
+    damaged: Option<usize>,
+) {
     let mut server = Server::new(
         scenario.constants_digest().unwrap(),
         scenario.control.period_us as u32,
     );
-    let mut receiver = Receiver::<{ request_frame(N) }>::new();
+    let mut receiver = Receiver::<{ request_with_bodies_frame(N) }>::new();
     let (mut out, mut byte, mut answers) = ([0; answer_frame(N)], [0], 0..);
     while from.read_exact(&mut byte).is_ok() {
         if let Some(frame) = receiver.push(byte[0]) {
-            let mut answer = server.answer(&served, frame, &mut out).to_vec();
+            let mut answer = server.answer(served, frame, &mut out).to_vec();
             if answers.next() == damaged {
                 answer[20] = if answer[20] == 1 { 2 } else { 1 }; // not 0, which ends a frame
             }
@@ -299,6 +354,21 @@ fn a_drive_cannot_pass_over_an_emergency_stop() {
         error.contains("mode 0, allowed: 3, because the emergency stop is pressed"),
         "{error}"
     );
+}
+
+#[test]
+fn a_climb_under_traction_control_over_a_link_is_the_hosts_bit_for_bit() {
+    assert_it_climbs_as_the_host_does(&run_linked(&climb(), |_| {}).unwrap());
+}
+
+#[test]
+#[ignore = "needs QEMU and the image of firmware/; make firmware runs it"]
+fn a_climb_under_traction_control_in_the_image_is_the_hosts_bit_for_bit() {
+    let scenario = climb();
+    let image = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/target/traction_loop");
+    let controller = AnyController::in_qemu(&scenario, &Firmware::new(image)).unwrap();
+    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    assert_it_climbs_as_the_host_does(&linked);
 }
 
 #[test]

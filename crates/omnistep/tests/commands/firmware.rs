@@ -34,14 +34,14 @@ fn with_emulator(script: &str) -> tempfile::TempDir {
 }
 
 #[test]
-fn a_policy_that_no_firmware_has_is_refused_whatever_image_there_is() {
+fn traction_control_without_a_drive_is_refused_whatever_image_there_is() {
     let folder = tempfile::tempdir().unwrap();
     let (code, line) = refused(folder.path(), &["--policy", "steady"]);
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: scenario flat: control.policy: \"steady\", allowed for a controller at the other end of a link: independent, paper, \
-         synchronised, load_sharing\n"
+        "error: scenario flat: control.policy: \"steady\", allowed without [drive] for a controller at the other end of a link: \
+         independent, paper, synchronised, load_sharing\n"
     );
 }
 

@@ -1,6 +1,8 @@
 //! What a supervisor is at and remembers.
 
+use super::TractionTarget;
 use crate::Real;
+use crate::traction::TractionState;
 
 /// What a [`super::Supervisor`] is at.
 ///
@@ -148,6 +150,16 @@ impl<R: Real> SupervisorState<R> {
         let (target, direction, retries) = (self.target_m_s, self.direction, self.retries);
         *self = Self::new();
         (self.target_m_s, self.direction, self.retries) = (target, direction, retries);
+    }
+
+    /// In a stop: no try goes on, and what was backing off or running up does not drive on ahead.
+    pub(in crate::traction) fn stop<const N: usize>(
+        &mut self,
+        traction: &TractionState<R, N>,
+    ) -> TractionTarget<R, N> {
+        self.forget();
+        self.target_m_s = self.target_m_s.limited(R::zero(), traction.commanded_m_s);
+        TractionTarget::at(self.target_m_s)
     }
 
     pub(super) fn start(&mut self, mode: SupervisorMode) {

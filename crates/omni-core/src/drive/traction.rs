@@ -1,0 +1,346 @@
+//! A drive whose loops are traction control.
+
+use super::{Drive, DriveInput, DriveSample, DriveState};
+use crate::constants::constant_struct;
+use crate::traction::{Supervised, SupervisedState};
+use crate::{
+    ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Traction, TractionSample, TractionState,
+};
+
+/// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
+///
+/// Wheels that the fault monitor lets go, and those that are not heard, have no torque and no say in the speed. `torque_ranges` of the
+/// input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+///
+/// ```
+/// use omni_core::{BodyReadings, BodyTwist, DriveInput, DriveMode, TractionDrive, TractionDriveState, WheelVelocities};
+/// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+/// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionWheel, WheelControlConfig, WheelLayout};
+/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+/// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+/// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+/// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+/// let drive = TractionDrive::new(drive, supervisor, traction)?;
+/// let mut state = TractionDriveState::new(&drive);
+/// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+/// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+/// input.readings_rad_s[3] = None; // wheel 4 is not heard from
+/// let sample = drive.step(&mut state, &input, &BodyReadings::none());
+/// assert_eq!((sample.drive.mode, sample.drive.wheels.applied.n_m[3]), (DriveMode::Degraded, 0.0));
+/// assert!(sample.drive.wheels.applied.n_m[0] > 0.0); // the others drive on
+/// assert!((sample.traction.target_m_s - 4.0 * 1e-3).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TractionDrive<R, const N: usize> {
+    drive: Drive<R, N>,
+    supervisor: Supervisor<R, N>,
+    traction: Traction<R, N>,
+}
+
+constant_struct!(TractionDrive<R, const N> { drive: Drive<R, N>, supervisor: Supervisor<R, N>, traction: Traction<R, N> });
+
+/// What a vehicle's bodies are read to do, for [`TractionDrive::step`].
+///
+/// ```
+/// use omni_core::{BodyReadings, Imu};
+/// let mut read = BodyReadings::none();
+/// (read.hinges_rad, read.hinges_rad_s, read.imu) = (&[0.1, 0.0], &[0.0, 0.0], Imu::level());
+/// assert_eq!((read.hinges_rad[0], read.imu.pitch_rad), (0.1, 0.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BodyReadings<'a, R> {
+    /// Angle of every hinge \[rad\], in the vehicle's order; empty where none are read.
+    pub hinges_rad: &'a [R],
+    /// Their rates \[rad/s\].
+    pub hinges_rad_s: &'a [R],
+    /// Inertial measurement unit of the base.
+    pub imu: Imu<R>,
+}
+
+impl<R: Real> BodyReadings<'_, R> {
+    /// Neither hinges nor a unit: traction control does with the wheels' encoders.
+    ///
+    /// ```
+    /// assert!(omni_core::BodyReadings::<f64>::none().imu.pitch_rad.is_nan());
+    /// ```
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            hinges_rad: &[],
+            hinges_rad_s: &[],
+            imu: Imu::silent(),
+        }
+    }
+}
+
+/// What a [`TractionDrive`] remembers.
+///
+/// ```
+/// use omni_core::TractionDriveState;
+/// assert!(size_of::<TractionDriveState<f32, 7>>() < 3072); // bytes
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct TractionDriveState<R, const N: usize> {
+    /// What is around the loops: stops are told here, faults and pose read.
+    pub drive: DriveState<R, N>,
+    supervised: SupervisedState<R, N>,
+}
+
+impl<R: Real, const N: usize> TractionDriveState<R, N> {
+    /// A fresh start.
+    ///
+    /// ```
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// let state = TractionDriveState::new(&drive);
+    /// assert_eq!((state.supervisor().retries(), state.drive.odometry.pose().x_m), (0, 0.0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn new(drive: &TractionDrive<R, N>) -> Self {
+        Self {
+            drive: DriveState::new(&drive.drive),
+            supervised: SupervisedState::new(),
+        }
+    }
+
+    /// What the supervisor is at.
+    ///
+    /// ```
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+    /// # let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// let state = TractionDriveState::new(&drive);
+    /// assert_eq!(state.supervisor().mode(), omni_core::SupervisorMode::Drive);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn supervisor(&self) -> &SupervisorState<R> {
+        &self.supervised.supervisor
+    }
+
+    /// What the law remembers.
+    ///
+    /// ```
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+    /// # let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// let state = TractionDriveState::new(&drive);
+    /// assert_eq!((state.traction().speed_m_s(), state.traction().thrust_n_m()), (0.0, 0.0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn traction(&self) -> &TractionState<R, N> {
+        &self.supervised.traction
+    }
+}
+
+/// Every signal of one step of a [`TractionDrive`].
+///
+/// ```
+/// # use omni_core::{BodyReadings, CarriedWheel, Coordination, Drive, DriveConfig, DriveInput, Kinematics, Linkage, PidConfig, PidGains};
+/// # use omni_core::{Supervisor, SupervisorConfig, TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel};
+/// # use omni_core::{WheelControlConfig, WheelLayout, WheelVelocities};
+/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+/// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+/// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+/// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+/// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+/// # let drive = TractionDrive::new(drive, supervisor, traction)?;
+/// let input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] });
+/// let sample = drive.step(&mut TractionDriveState::new(&drive), &input, &BodyReadings::none());
+/// assert_eq!(sample.drive.wheels, sample.traction.wheels);
+/// assert!((sample.drive.slip.estimated.vx_m_s - 0.5).abs() < 1e-12);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct TractionDriveSample<R, const N: usize> {
+    /// What is around the loops; `drive.wheels` are the law's.
+    pub drive: DriveSample<R, N>,
+    /// The law.
+    pub traction: TractionSample<R, N>,
+}
+
+impl<R: Real, const N: usize> TractionDrive<R, N> {
+    /// Traction control inside `drive`, whose own loops are not used but for how their torque ends.
+    ///
+    /// # Errors
+    /// `period_s`, where the law's is not that of the drive.
+    ///
+    /// ```
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?; // 1 ms
+    /// let slower = TractionConfig::steady(0.3, 2.0, 2e-3);
+    /// let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, slower)?;
+    /// let error = TractionDrive::new(drive, supervisor, traction).unwrap_err();
+    /// assert_eq!((error.parameter, error.value), ("period_s", 2e-3));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn new(
+        drive: Drive<R, N>,
+        supervisor: Supervisor<R, N>,
+        traction: Traction<R, N>,
+    ) -> Result<Self, ConfigError> {
+        for period_s in [traction.period_s(), supervisor.config().period_s] {
+            if period_s != drive.period_s {
+                let allowed = "that of the drive";
+                return Err(ConfigError::new("period_s", period_s.as_f64(), allowed));
+            }
+        }
+        Ok(Self {
+            drive,
+            supervisor,
+            traction,
+        })
+    }
+
+    /// What is around the loops.
+    ///
+    /// ```
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// assert_eq!(u8::from(drive.drive().shorts_at_rest()), 0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn drive(&self) -> &Drive<R, N> {
+        &self.drive
+    }
+
+    /// One period, as [`Drive::step`]; `body` is what the bodies are read to do. O(N).
+    ///
+    /// ```
+    /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
+    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
+    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
+    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
+    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
+    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
+    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
+    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
+    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
+    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// let mut state = TractionDriveState::new(&drive);
+    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// // Every encoder is stuck at 5 rad/s. After an emergency stop the motors pull for half a second at most.
+    /// let input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }).with_command(ahead);
+    /// state.drive.emergency_stop();
+    /// let torques = [(); 501].map(|()| drive.step(&mut state, &input, &BodyReadings::none()).drive.wheels.applied.n_m);
+    /// assert!(torques[0][0] < 0.0);
+    /// assert_eq!(torques[500], [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step(
+        &self,
+        state: &mut TractionDriveState<R, N>,
+        input: &DriveInput<R, N>,
+        body: &BodyReadings<'_, R>,
+    ) -> TractionDriveSample<R, N> {
+        let mut traction = TractionSample::zero();
+        let supervised = &mut state.supervised;
+        let drive = self.drive.step_with(&mut state.drive, input, |_, asked| {
+            let inputs = &asked.inputs;
+            let mut heard = inputs.measured.rad_s;
+            if let Some(dropped) = inputs.dropped {
+                for (heard, dropped) in heard.iter_mut().zip(dropped) {
+                    if *dropped {
+                        *heard = R::of(f64::NAN);
+                    }
+                }
+            }
+            let mut readings = Readings::new(*asked.twist, &heard);
+            (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
+                (body.hinges_rad, body.hinges_rad_s, body.imu);
+            let law = Supervised {
+                supervisor: Some(&self.supervisor),
+                traction: &self.traction,
+                rest: self.drive.controller.rest().where_held(inputs.holds),
+                within: inputs.within,
+                stops: !inputs.holds,
+            };
+            law.step(supervised, &readings, &mut traction);
+            traction.wheels
+        });
+        TractionDriveSample { drive, traction }
+    }
+}

@@ -1,0 +1,91 @@
+//! One period of a supervisor and its law, and how their torque ends.
+
+use super::{
+    Supervisor, SupervisorMode, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
+};
+use crate::wheel_loops::{RestRule, RestState};
+use crate::{BodyTwist, Readings, Real, TorqueRanges};
+
+/// A supervisor, its law, and how their torque ends.
+pub(crate) struct Supervised<'a, R, const N: usize> {
+    /// None: the target is the commanded speed, and there is one try.
+    pub(crate) supervisor: Option<&'a Supervisor<R, N>>,
+    pub(crate) traction: &'a Traction<R, N>,
+    pub(crate) rest: RestRule<R>,
+    /// Ranges of the torques that hold besides the motors' own.
+    pub(crate) within: Option<&'a TorqueRanges<R, N>>,
+    /// The command is that of a stop: nothing is tried any more.
+    pub(crate) stops: bool,
+}
+
+/// What it remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub(crate) struct SupervisedState<R, const N: usize> {
+    pub(crate) traction: TractionState<R, N>,
+    pub(crate) supervisor: SupervisorState<R>,
+    rest: RestState<R>,
+}
+
+impl<R: Real, const N: usize> SupervisedState<R, N> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            traction: TractionState::new(),
+            supervisor: SupervisorState::new(),
+            rest: RestState::new(),
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Supervised<'_, R, N> {
+    /// One period: a command within the vehicle's limits and readings in, torques in `sample`.
+    pub(crate) fn step(
+        &self,
+        state: &mut SupervisedState<R, N>,
+        readings: &Readings<'_, R>,
+        sample: &mut TractionSample<R, N>,
+    ) {
+        self.traction.command(&mut state.traction, &readings.command);
+        let target = match self.supervisor {
+            None => TractionTarget::at(state.traction.commanded_m_s),
+            Some(_) if self.stops => state.supervisor.stop(&state.traction),
+            Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction),
+        };
+        let mut readings = *readings;
+        if state.supervisor.mode() == SupervisorMode::GaveUp {
+            readings.command = BodyTwist::ZERO; // nothing pushes for ever
+        }
+        self.traction
+            .run(&mut state.traction, &readings, &target, self.within, sample);
+        if readings.command == BodyTwist::ZERO {
+            self.end_torque(&mut state.rest, sample);
+        } else {
+            self.rest.drive(&mut state.rest);
+        }
+    }
+
+    /// At a command of rest: the torques within what is left of their ranges, in the end none.
+    #[inline(never)]
+    fn end_torque(&self, state: &mut RestState<R>, sample: &mut TractionSample<R, N>) {
+        let wheels = &mut sample.wheels;
+        if self.rest.is_over(state) {
+            wheels.end(self.rest.shorts());
+            return;
+        }
+        if self.rest.shrinks(state) {
+            self.rest.narrow(state, &mut wheels.range);
+            for i in 0..N {
+                wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+            }
+        }
+        self.rest.step(state, &mut [R::zero(); N], &wheels.applied.n_m);
+    }
+}
