@@ -43,8 +43,6 @@ pub use thrust::TractionLoops;
 
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
 const BRAKING_PART: f64 = 0.025;
-/// Time within which integrals fall where the vehicle is commanded to rest \[s\].
-const REST_S: f64 = 0.25;
 /// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
 /// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is heard again after the last.
 const MUTE_PART: f64 = 0.5;
@@ -275,9 +273,6 @@ impl<R: Real, const N: usize> Traction<R, N> {
         wheels.measured.rad_s = rates_rad_s;
         wheels.reference.rad_s = state.reference_rad_s;
         self.find_torques(state, &asked, sample);
-        if state.is_resting() {
-            state.fade(R::one() - self.config.part(R::of(REST_S)));
-        }
         sample.command = readings.command;
         sample.loops = state.loops;
         sample.factor = state.speed_part();

@@ -191,14 +191,6 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.loops
     }
 
-    /// Where the vehicle is commanded to rest, integrals fall.
-    pub(super) fn fade(&mut self, left: R) {
-        self.integral_n_m *= left;
-        for wheel in &mut self.wheels {
-            wheel.integral_n_m *= left;
-        }
-    }
-
     /// The command is to stand, and not to turn.
     pub(super) fn is_resting(&self) -> bool {
         self.commanded_m_s == R::zero() && self.command.wz_rad_s == R::zero()

@@ -66,7 +66,7 @@ impl<R: Real, const N: usize> Supervised<'_, R, N> {
         self.traction
             .run(&mut state.traction, &readings, &target, self.within, sample);
         if readings.command == BodyTwist::ZERO {
-            self.end_torque(&mut state.rest, sample);
+            self.end_torque(state, sample);
         } else {
             self.rest.drive(&mut state.rest);
         }
@@ -74,18 +74,26 @@ impl<R: Real, const N: usize> Supervised<'_, R, N> {
 
     /// At a command of rest: the torques within what is left of their ranges, in the end none.
     #[inline(never)]
-    fn end_torque(&self, state: &mut RestState<R>, sample: &mut TractionSample<R, N>) {
-        let wheels = &mut sample.wheels;
-        if self.rest.is_over(state) {
+    fn end_torque(&self, state: &mut SupervisedState<R, N>, sample: &mut TractionSample<R, N>) {
+        let (wheels, rest) = (&mut sample.wheels, &mut state.rest);
+        let kept = &mut state.traction.wheels;
+        let mut integrals = [R::zero(); N];
+        if self.rest.is_over(rest) {
             wheels.end(self.rest.shorts());
-            return;
-        }
-        if self.rest.shrinks(state) {
-            self.rest.narrow(state, &mut wheels.range);
-            for i in 0..N {
-                wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+        } else {
+            if self.rest.shrinks(rest) {
+                self.rest.narrow(rest, &mut wheels.range);
+                for i in 0..N {
+                    wheels.applied.n_m[i] = wheels.range.clip(i, wheels.applied.n_m[i]);
+                }
             }
+            for i in 0..N {
+                integrals[i] = kept[i].integral_n_m;
+            }
+            self.rest.step(rest, &mut integrals, &wheels.applied.n_m);
         }
-        self.rest.step(state, &mut [R::zero(); N], &wheels.applied.n_m);
+        for i in 0..N {
+            (kept[i].integral_n_m, kept[i].applied_n_m) = (integrals[i], wheels.applied.n_m[i]);
+        }
     }
 }

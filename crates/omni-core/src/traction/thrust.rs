@@ -69,10 +69,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
     pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
         let zero = R::zero();
         if state.is_resting() {
-            if state.loops == TractionLoops::Fallback {
-                state.loops = TractionLoops::Plain;
+            // Every wheel stops by its own loop.
+            if state.loops == TractionLoops::Traction {
+                self.hand_back(state);
             }
+            state.loops = TractionLoops::Plain;
             (state.astray_s, state.held_up_s, state.calm_s) = (zero, zero, zero);
+            return;
         }
         let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
         let sign = state.target_sign();

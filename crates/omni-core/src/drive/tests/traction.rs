@@ -74,18 +74,17 @@ fn a_hot_motor_s_range_holds_in_the_common_thrust_too() {
         upper_n_m: 0.25,
     };
     input.torque_ranges.set(2, &hot);
-    let mut torques = [0.0; 4];
+    let (mut most, mut pushed) = ([0.0_f64; 4], false);
     for _ in 0..900 {
-        torques = drive
-            .step(&mut state, &input, &BodyReadings::none())
-            .drive
-            .wheels
-            .applied
-            .n_m;
-        assert!(torques[2].abs() <= 0.25, "{torques:?}");
+        let sample = drive.step(&mut state, &input, &BodyReadings::none());
+        for (most, torque) in most.iter_mut().zip(sample.drive.wheels.applied.n_m) {
+            *most = most.max(torque.abs());
+        }
+        pushed |=
+            sample.traction.loops == crate::TractionLoops::Traction && sample.traction.thrust_n_m == 2.0;
     }
-    assert_eq!(state.traction().loops(), crate::TractionLoops::Traction);
-    assert_eq!((torques[0], torques[2]), (2.0, 0.25));
+    assert!(pushed);
+    assert_eq!(most, [2.0, 2.0, 0.25, 2.0]);
 }
 
 /// What any stop does, whatever wheels read, in a scalar: no torque from its stated time on, and no try.
@@ -142,7 +141,8 @@ fn a_stop_takes_a_vehicle_that_backs_off_to_rest_and_not_ahead() {
         drive.step(&mut state, &input, &body);
     }
     assert!(backs(&state));
-    for _ in 0..100 {
+    // The target falls by 4 m/s^2.
+    for _ in 0..200 {
         drive.step(&mut state, &input, &body);
     }
     state.drive.emergency_stop();
