@@ -70,7 +70,9 @@ impl<R: Real> BodyReadings<'_, R> {
     /// Neither hinges nor a unit: traction control does with the wheels' encoders.
     ///
     /// ```
-    /// assert!(omni_core::BodyReadings::<f64>::none().imu.pitch_rad.is_nan());
+    /// let none = omni_core::BodyReadings::<f64>::none();
+    /// assert_eq!(none.hinges_rad.len(), 0);
+    /// assert!(none.imu.pitch_rad.is_nan());
     /// ```
     #[must_use]
     pub fn none() -> Self {
@@ -150,7 +152,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
     /// # let drive = TractionDrive::new(drive, supervisor, traction)?;
     /// let state = TractionDriveState::new(&drive);
-    /// assert_eq!(state.supervisor().mode(), omni_core::SupervisorMode::Drive);
+    /// assert_eq!(state.supervisor().tries(), 0);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]

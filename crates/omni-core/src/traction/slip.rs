@@ -10,6 +10,9 @@ const SOFTER: f64 = 0.7;
 const SOFTEST: f64 = 0.1;
 /// The time in which it recovers \[s\].
 const RECOVERS_S: f64 = 1.0;
+/// Part of the target up to which no wheel is slowed down, whatever speed is measured. 1 would leave wheels spinning that have no load, and
+/// twice as much of their spread.
+const BACK_PART: f64 = 0.5;
 /// A measured speed has a direction above this \[m/s\].
 const SURE_M_S: f64 = 5e-3;
 
@@ -132,6 +135,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             times.free_m_s
         };
         let lack = ahead * (state.target_m_s - speed);
+        let back = ahead * (R::of(BACK_PART) * state.target_m_s - speed);
         let sized = way.along * ahead; // of a torque along the thrust
         let mut own = sized
             * self.held(
@@ -139,7 +143,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 sized * contact,
                 ahead * slip,
                 free,
-                [-ahead * speed, lack],
+                [back, lack],
                 gain.abs(),
             );
         if climbs && asked.target.spin_m_s > zero {
@@ -166,9 +170,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The torque of a wheel that slips, everything along the thrust \[N.m\].
     ///
-    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down as far as it is faster than the vehicle, but never
-    /// further than to a stand, however fast the vehicle is said to go `back`: so a wrong speed can take thrust away, but turns no wheel back. A
-    /// slower wheel is driven only as far as it is slower than both the vehicle and its target.
+    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down only as far as it is faster than both the vehicle
+    /// (by `back`) and half of its target: so a wrong speed can take thrust away, but never turns a wheel back. A slower wheel is driven only
+    /// as far as it is slower than both the vehicle and its target.
     #[inline(always)]
     fn held(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());

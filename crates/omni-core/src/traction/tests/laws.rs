@@ -88,16 +88,10 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
             continue;
         }
         for (i, sign) in Plant::SIGNS.into_iter().enumerate() {
-            // Whatever the vehicle is believed to do, a wheel that goes ahead is slowed down by no more than what brings it to a stand within a
-            // slip time, and one that stands is not turned at all.
-            if sign != 0.0 {
+            // Ahead, and slower than half of the target: whatever the vehicle is believed to do, it is not slowed down, let alone turned back.
+            if sign != 0.0 && sign * rates[i] * 0.066 < 0.15 {
                 let torque = sign * sample.wheels.applied.n_m[i];
-                let stops = traction.inertia_kg_m2[i] * sign * rates[i] / traction.times.slip_s;
-                assert!(
-                    torque > -stops - 1e-9,
-                    "wheel {i} at {} rad/s: {torque} N.m",
-                    rates[i]
-                );
+                assert!(torque > -1e-9, "wheel {i} at {} rad/s: {torque} N.m", rates[i]);
             }
         }
     }

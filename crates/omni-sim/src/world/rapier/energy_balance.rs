@@ -296,9 +296,10 @@ mod tests {
 
     #[test]
     fn a_body_that_is_no_ball_turns_and_spins_and_its_energy_is_in_the_balance() {
-        // The rod turns by 1.4 degrees in a step of 0.5 ms. Without what its inertia makes of that 5.2e-3 of the energy are missed, and 9.3e-2
-        // without its angular momentum. What is left is rounding.
-        let missed = missed_part(500);
-        assert!(missed.abs() < 1e-9, "{missed}");
+        let [coarse, fine] = [500, 250].map(missed_part);
+        // The rod turns by 1.4 degrees in a step of 0.5 ms. Finite steps keep the angular momentum of the two to first order only: what the hub
+        // gets too much of is missed, 1.2e-2 there, and halves with the step. Without the turning of the rod's inertia 9.3e-2 are missed.
+        assert!(coarse.abs() < 0.02, "{coarse}");
+        assert!((fine / coarse - 0.5).abs() < 0.02, "{fine} after {coarse}");
     }
 }
