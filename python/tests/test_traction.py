@@ -120,8 +120,13 @@ def test_its_torque_ends_at_rest_too():
 def test_where_it_is_refused_it_says_where_and_what_would_do():
     with pytest.raises(omnistep.ConfigError, match=r"steady., allowed in a Controller, which does not read hinges"):
         omnistep.Controller("step", policy="steady")
-    with pytest.raises(omnistep.ConfigError, match=r"reach., allowed with a \[drive\]: independent, "):
-        omnistep.run("step", policy="reach", overrides={"drive.discretize": False})
+
+
+def test_in_a_drive_it_climbs_and_both_tell_what_they_do():
+    keys = {"physics.engine": "articulated", "drive.discretize": False}
+    trace = omnistep.run("step", policy="reach", overrides=keys, progress=False)
+    assert trace.outcome.climbed and trace.outcome.retries == 0
+    assert trace["drive_mode"].max() == 0.0 and (trace["traction_loops"] == 1.0).any()
 
 
 def test_in_a_simulation_it_is_stepped_saved_and_resumed_to_the_same_bits():
