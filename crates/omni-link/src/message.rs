@@ -18,7 +18,7 @@ pub const PROTOCOL_VERSION: u32 = 5;
 /// ```
 #[must_use]
 pub const fn request_frame(wheels: usize) -> usize {
-    framed(1 + 4 + 1 + 1 + 12 + 4 * wheels)
+    framed(request(wheels))
 }
 
 /// Bytes of the frame of a request with what the bodies do, for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a
@@ -29,7 +29,8 @@ pub const fn request_frame(wheels: usize) -> usize {
 /// ```
 #[must_use]
 pub const fn request_with_bodies_frame(wheels: usize) -> usize {
-    framed(1 + 4 + 1 + 1 + 12 + 4 * wheels + 2 * 4 * MAX_HINGES + 8 * 4)
+    // Of the base: two vectors and two angles.
+    framed(request(wheels) + 2 * 4 * MAX_HINGES + (3 + 3 + 2) * 4)
 }
 
 /// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller sends
@@ -42,6 +43,11 @@ pub const fn request_with_bodies_frame(wheels: usize) -> usize {
 pub const fn answer_frame(wheels: usize) -> usize {
     // Of a wheel: 10 numbers and 2 marks of its sample, its residual, and 2 bytes of the drive's report.
     framed(1 + 4 + 1 + 12 + 12 + (10 * 4 + 2) * wheels + 4 + 2 + 12 + 4 * wheels + 1 + 1 + 12 + 2 * wheels)
+}
+
+/// A request by itself, with the byte that says what it is.
+const fn request(wheels: usize) -> usize {
+    1 + 4 + 1 + 1 + 12 + 4 * wheels
 }
 
 /// The check, a byte of stuffing for each 254 and one, the closing zero.

@@ -11,13 +11,13 @@ use crate::{Answer, Bodies, DriveReport, Request};
 ///
 /// ```
 /// use omni_core::BodyTwist;
-/// use omni_link::{Answer, Request, Served};
+/// use omni_link::{Answer, Bodies, Request, Served};
 /// /// Every wheel by itself, 0.5 N.m a rad/s, and it counts its periods.
 /// struct Brake;
 /// impl Served<2> for Brake {
 ///     type State = u32;
 ///     fn start(&self) -> u32 { 0 }
-///     fn step(&self, periods: &mut u32, request: &Request<2>, answer: &mut Answer<2>) {
+///     fn step(&self, periods: &mut u32, request: &Request<2>, _: &Bodies, answer: &mut Answer<2>) {
 ///         *periods += 1;
 ///         answer.sample.wheels.applied.n_m = request.measured_rad_s.map(|velocity| -0.5 * velocity);
 ///     }
@@ -25,7 +25,7 @@ use crate::{Answer, Bodies, DriveReport, Request};
 /// let (restart, emergency_stop) = (true, false);
 /// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0, 0.0] };
 /// let (mut periods, mut answer) = (Brake.start(), Answer::stopped());
-/// Brake.step(&mut periods, &request, &mut answer);
+/// Brake.step(&mut periods, &request, &Bodies::none(), &mut answer);
 /// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
 /// ```
 pub trait Served<const N: usize> {
@@ -40,26 +40,16 @@ pub trait Served<const N: usize> {
         false
     }
 
-    /// One control period. Writes the signals of the answer; its number, action and counters are the server's.
-    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>);
-
-    /// One control period of which the bodies' motion is known too. What does not read it steps without.
-    fn step_with_bodies(
-        &self,
-        state: &mut Self::State,
-        request: &Request<N>,
-        _bodies: &Bodies,
-        answer: &mut Answer<N>,
-    ) {
-        self.step(state, request, answer);
-    }
+    /// One control period; `bodies` are [`Bodies::none`] where the request came without. Writes the signals of the answer; its number, action
+    /// and counters are the server's.
+    fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>);
 }
 
 /// The bare loops, with the limits that the command goes through.
 ///
 /// ```
 /// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
-/// use omni_link::{Answer, Loops, Request, Served};
+/// use omni_link::{Answer, Bodies, Loops, Request, Served};
 /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
 /// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
 /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
@@ -71,7 +61,7 @@ pub trait Served<const N: usize> {
 /// let (restart, emergency_stop) = (true, false);
 /// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
 /// let mut answer = Answer::stopped();
-/// loops.step(&mut loops.start(), &request, &mut answer);
+/// loops.step(&mut loops.start(), &request, &Bodies::none(), &mut answer);
 /// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);
 /// assert_eq!((answer.drive.mode, answer.drive.motion_known), (0, true)); // nothing watches over it
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -98,7 +88,13 @@ impl<const N: usize> Served<N> for Loops<'_, N> {
         self.controller.shorts_at_rest()
     }
 
-    fn step(&self, (limited, state): &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+    fn step(
+        &self,
+        (limited, state): &mut Self::State,
+        request: &Request<N>,
+        _: &Bodies,
+        answer: &mut Answer<N>,
+    ) {
         let measured = request.measured_rad_s.into();
         let Answer { sample, .. } = answer;
         let command = self.limiter.step(limited, &request.command);
@@ -123,7 +119,7 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
         Drive::shorts_at_rest(self)
     }
 
-    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
+    fn step(&self, state: &mut Self::State, request: &Request<N>, _: &Bodies, answer: &mut Answer<N>) {
         let input = ask(state, request);
         tell(&Drive::step(self, state, &input), answer);
     }
@@ -140,17 +136,7 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
         self.drive().shorts_at_rest()
     }
 
-    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
-        self.step_with_bodies(state, request, &Bodies::none(), answer);
-    }
-
-    fn step_with_bodies(
-        &self,
-        state: &mut Self::State,
-        request: &Request<N>,
-        bodies: &Bodies,
-        answer: &mut Answer<N>,
-    ) {
+    fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
         let input = ask(&mut state.drive, request);
         tell(
             &TractionDrive::step(self, state, &input, &bodies.readings()).drive,

@@ -84,11 +84,11 @@ impl<T, const N: usize> Server<T, N> {
         let message = match decode(received) {
             Ok(ToController::Hello) => FromController::Greeting(self.greeting),
             Ok(ToController::Request(request)) => {
-                self.take(served, &request, None);
+                self.take(served, &request, &Bodies::none());
                 FromController::Answer(&self.answer)
             }
             Ok(ToController::RequestWithBodies(request, bodies)) => {
-                self.take(served, &request, Some(&bodies));
+                self.take(served, &request, &bodies);
                 FromController::Answer(&self.answer)
             }
             Err(error) => {
@@ -100,7 +100,7 @@ impl<T, const N: usize> Server<T, N> {
         encode(&message, out).unwrap_or_default()
     }
 
-    fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>, bodies: Option<&Bodies>) {
+    fn take(&mut self, served: &impl Served<N, State = T>, request: &Request<N>, bodies: &Bodies) {
         let action = if request.restart {
             self.guard.restart(request.sequence);
             (self.state, self.shorts) = (Some(served.start()), served.shorts_at_rest());
@@ -112,10 +112,7 @@ impl<T, const N: usize> Server<T, N> {
         if action == Action::Step
             && let Some(state) = &mut self.state
         {
-            match bodies {
-                Some(bodies) => served.step_with_bodies(state, request, bodies, &mut self.answer),
-                None => served.step(state, request, &mut self.answer),
-            }
+            served.step(state, request, bodies, &mut self.answer);
         }
         self.settle(action);
         self.answer.sequence = request.sequence;

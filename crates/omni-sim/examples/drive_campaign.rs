@@ -2,13 +2,16 @@
 //! at half of its time and judged by laws. All but those of traction control run firmware's whole step (`[drive]`). `drive_campaign RUNS` prints a table as Markdown; the exit code is 1 where a law is broken.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+#[path = "campaigns/dice.rs"]
+mod dice;
+
 use std::process::ExitCode;
 
 use omni_core::Coordination;
 use omni_sim::config::{Fault, FileKind, Override, POLICIES, Scenario, Source, Vehicle};
 use omni_sim::{Error, Trace, Verdict, run};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use dice::Dice;
 
 /// Friction of what counts as ice.
 const ICE: f64 = 0.2;
@@ -52,52 +55,33 @@ const KINDS: [&str; 12] = [
     "emergency_stop",
 ];
 
-/// Random numbers of a seed.
-struct Dice(ChaCha8Rng);
-
-impl Dice {
-    /// From 0 up to 1.
-    fn part(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn within(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.part()
-    }
-
-    /// One of so many.
-    fn one_of(&mut self, count: usize) -> usize {
-        ((self.part() * count as f64) as usize).min(count - 1)
-    }
-}
-
 /// The run of a seed.
 ///
 /// # Errors
 /// None: every seed is a scenario.
 pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
-    let mut dice = Dice(ChaCha8Rng::seed_from_u64(seed));
+    let mut dice = Dice::new(seed);
     let (place, name) = PLACES[(seed % PLACES.len() as u64) as usize];
     let mut text = FileKind::Scenario.template(place)?.to_owned();
     let vehicle = Vehicle::load(name)?;
-    let policy = POLICIES[dice.one_of(POLICIES.len())];
+    let policy = dice.one_of(&POLICIES);
     // Half of traction control is by itself.
     let drives = Coordination::<f64>::preset(policy).is_some() || dice.part() < 0.5;
     if drives {
         text.push_str("\n[drive]\n[drive.slip]\n[drive.faults]\n");
     }
     let kinds = &KINDS[..KINDS.len() - if drives { 0 } else { 2 }];
-    let counts = [0, 256, 4096, 65536][dice.one_of(4)];
+    let counts = dice.one_of(&[0, 256, 4096, 65536]);
     // Encoders and motors that fail, for good or for a while, commands that stop, the emergency stop, a load.
-    for _ in 0..1 + dice.one_of(4) {
-        let (kind, from_s) = (kinds[dice.one_of(kinds.len())], dice.within(0.5, STOPS_S));
+    for _ in 0..1 + dice.below(4) {
+        let (kind, from_s) = (dice.one_of(kinds), dice.within(0.5, STOPS_S));
         // Without counts there is nothing that toggles.
         let kind = if kind == "encoder_toggles" && counts == 0 {
             "encoder_dead"
         } else {
             kind
         };
-        let wheel = &vehicle.wheel[dice.one_of(vehicle.wheel.len())].name;
+        let wheel = &vehicle.wheel[dice.below(vehicle.wheel.len())].name;
         text.push_str(&format!("\n[[fault]]\nkind = {kind:?}\nfrom_s = {from_s:.3}\n"));
         match kind {
             "command_lost" | "emergency_stop" | "supply_sag" => {}
@@ -122,11 +106,11 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         }
     }
     // It is stopped for good: by a button, by a lost connection, by command.
-    let stop = if drives { dice.one_of(3) } else { 2 };
+    let stop = if drives { dice.below(3) } else { 2 };
     if let Some(kind) = ["emergency_stop", "command_lost"].get(stop) {
         text.push_str(&format!("\n[[fault]]\nkind = {kind:?}\nfrom_s = {STOPS_S:.1}\n"));
     }
-    for _ in 0..dice.one_of(3) {
+    for _ in 0..dice.below(3) {
         let (x, y) = (dice.within(-0.2, 1.0), dice.within(-0.6, 0.2));
         text.push_str(&format!(
             "\n[[friction_patch]]\nx_m = [{x:.3}, {:.3}]\ny_m = [{y:.3}, {:.3}]\nfriction = {:.3}\n",
@@ -147,8 +131,8 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         Override::new("duration_s", DURATION_S),
         Override::new("sensors.encoder_counts", counts),
         Override::new("sensors.encoder_noise_rad_s", dice.within(0.0, 0.05)),
-        Override::new("sensors.delay_us", [0, 1000, 2000][dice.one_of(3)]),
-        Override::new("control.precision", ["f32", "f64"][dice.one_of(2)]),
+        Override::new("sensors.delay_us", dice.one_of(&[0, 1000, 2000])),
+        Override::new("control.precision", dice.one_of(&["f32", "f64"])),
         Override::new("control.policy", policy),
     ];
     if place == "flat" {

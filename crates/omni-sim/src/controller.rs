@@ -9,7 +9,7 @@ mod traction;
 
 use omni_config::for_wheel_count;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
-use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, Real, WheelVelocities};
+use omni_core::{BodyTwist, ControllerPolicy, Kinematics, Policy, Readings, Real, WheelVelocities};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -249,7 +249,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(self.0.controller(), twist)
+        inverse(self.0.controller().kinematics(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {
@@ -265,8 +265,9 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
     }
 }
 
-fn inverse<R: Real, const N: usize>(controller: &Controller<R, N>, twist: &BodyTwist<f64>) -> Vec<f64> {
-    let velocities = controller.kinematics().inverse(&scalar(twist));
+/// Actuator velocities that move a vehicle with `twist`.
+fn inverse<R: Real, const N: usize>(kinematics: &Kinematics<R, N>, twist: &BodyTwist<f64>) -> Vec<f64> {
+    let velocities = kinematics.inverse(&scalar(twist));
     velocities.rad_s.iter().map(|v| v.as_f64()).collect()
 }
 

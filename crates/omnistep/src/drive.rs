@@ -37,11 +37,13 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     if let Some(policy) = &args.policy {
         overrides.push(policy_key(policy)?);
     }
+    let rest_is_set = overrides
+        .iter()
+        .any(|each| each.key().starts_with("control.rest"));
     let mut scenario = scenario(&args.name, overrides)?;
-    if scenario.control.rest == Rest::default() {
+    if !rest_is_set && scenario.control.rest == Rest::default() {
         scenario.control.rest.bleed_s = BLEED_S;
     }
-    let scenario = scenario;
     announce_vehicle(&scenario);
     let pilot = Pilot::new();
     let mut live = Live::new(args.port);

@@ -3,14 +3,12 @@
 use super::{Drive, DriveInput, DriveSample, DriveState};
 use crate::constants::constant_struct;
 use crate::traction::{Supervised, SupervisedState};
-use crate::{
-    ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Traction, TractionSample, TractionState,
-};
+use crate::{ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Traction, TractionSample};
 
 /// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
 ///
-/// Wheels that the fault monitor lets go, and those that are not heard, have no torque and no say in the speed. `torque_ranges` of the
-/// input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+/// Wheels that the fault monitor lets go, and those of which no reading arrives, have no torque and no say in the speed. `torque_ranges` of
+/// the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 ///
 /// ```
 /// use omni_core::{BodyReadings, BodyTwist, DriveInput, DriveMode, TractionDrive, TractionDriveState, WheelVelocities};
@@ -30,7 +28,7 @@ use crate::{
 /// let mut state = TractionDriveState::new(&drive);
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-/// input.readings_rad_s[3] = None; // wheel 4 is not heard from
+/// input.readings_rad_s[3] = None; // no reading of wheel 4 arrived
 /// let sample = drive.step(&mut state, &input, &BodyReadings::none());
 /// assert_eq!((sample.drive.mode, sample.drive.wheels.applied.n_m[3]), (DriveMode::Degraded, 0.0));
 /// assert!(sample.drive.wheels.applied.n_m[0] > 0.0); // the others drive on
@@ -101,7 +99,7 @@ impl<R: Real> BodyReadings<'_, R> {
     ))
 )]
 pub struct TractionDriveState<R, const N: usize> {
-    /// What is around the loops: stops are told here, faults and pose read.
+    /// What is around the loops: stops are commanded here, faults and the pose are read here.
     pub drive: DriveState<R, N>,
     supervised: SupervisedState<R, N>,
 }
@@ -158,31 +156,6 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.supervised.supervisor
-    }
-
-    /// What the law remembers.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-    /// # let drive = TractionDrive::new(drive, supervisor, traction)?;
-    /// let state = TractionDriveState::new(&drive);
-    /// assert_eq!((state.traction().speed_m_s(), state.traction().thrust_n_m()), (0.0, 0.0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn traction(&self) -> &TractionState<R, N> {
-        &self.supervised.traction
     }
 }
 
@@ -322,15 +295,15 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
         let supervised = &mut state.supervised;
         let drive = self.drive.step_with(&mut state.drive, input, |_, asked| {
             let inputs = &asked.inputs;
-            let mut heard = inputs.measured.rad_s;
+            let mut wheels_rad_s = inputs.measured.rad_s;
             if let Some(dropped) = inputs.dropped {
-                for (heard, dropped) in heard.iter_mut().zip(dropped) {
+                for (rad_s, dropped) in wheels_rad_s.iter_mut().zip(dropped) {
                     if *dropped {
-                        *heard = R::of(f64::NAN);
+                        *rad_s = R::of(f64::NAN);
                     }
                 }
             }
-            let mut readings = Readings::new(*asked.twist, &heard);
+            let mut readings = Readings::new(*asked.twist, &wheels_rad_s);
             (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
                 (body.hinges_rad, body.hinges_rad_s, body.imu);
             let law = Supervised {

@@ -4,13 +4,16 @@
 //! broke a law. The exit code is 1 where traction control leaves a torque after a stop, a signal is no number or a run ends with an error.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+#[path = "../campaigns/dice.rs"]
+mod dice;
+
 use std::process::ExitCode;
 
 use omni_core::{SupervisorConfig, SupervisorMode};
 use omni_sim::config::{FileKind, Override, Scenario, Source, Vehicle};
 use omni_sim::{Error, Trace, run};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use dice::Dice;
 
 /// The vehicles; those with a slash are files beside this one.
 const VEHICLES: [&str; 6] = [
@@ -32,26 +35,9 @@ const FASTER: f64 = 1.5;
 /// Against the command a vehicle goes no farther than this beyond a stated back-off \[m\].
 const BACK_M: f64 = 0.05;
 
-/// Random numbers of a seed.
-struct Dice(ChaCha8Rng);
-
-impl Dice {
-    fn part(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn within(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.part()
-    }
-
-    fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
-        all[((self.part() * all.len() as f64) as usize).min(all.len() - 1)]
-    }
-}
-
 /// The run of a seed.
 fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
-    let mut dice = Dice(ChaCha8Rng::seed_from_u64(seed));
+    let mut dice = Dice::new(seed);
     let vehicle = match VEHICLES[(seed % VEHICLES.len() as u64) as usize] {
         file if file.starts_with('/') => {
             format!(
@@ -77,7 +63,7 @@ fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
     // Half of the runs have a broken encoder, for good or for a while.
     if dice.part() < 0.5 {
         let kind = dice.one_of(&["encoder_stuck", "encoder_dead", "encoder_silent"]);
-        let wheel = &parts.wheel[(dice.part() * parts.wheel.len() as f64) as usize].name;
+        let wheel = &parts.wheel[dice.below(parts.wheel.len())].name;
         let from_s = dice.within(0.0, STOPS_S);
         text.push_str(&format!(
             "\n[[fault]]\nkind = {kind:?}\nwheel = {wheel:?}\nfrom_s = {from_s:.3}\n"
@@ -131,7 +117,7 @@ fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         Override::new("command.vx_m_s", dice.one_of(&[0.05, 0.15, 0.3, 0.3, 0.5])),
     ];
     match ground {
-        // What plain loops climb, and what nobody does.
+        // What plain loops climb, and what no policy does.
         "step" => keys.push(Override::new(
             "terrain.height_m",
             radius_m * dice.within(0.1, 1.2),

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::traction::{self, Hinges};
-use super::{ControlSample, Loop, scalar, velocities};
+use super::{ControlSample, Loop, inverse, scalar, velocities};
 use crate::Error;
 use crate::config::Scenario;
 
@@ -137,11 +137,6 @@ fn press<R: Real, const N: usize>(state: &mut DriveState<R, N>, pressed: bool) {
     }
 }
 
-fn inverse<R: Real, const N: usize>(drive: &Drive<R, N>, twist: &BodyTwist<f64>) -> Vec<f64> {
-    let velocities = drive.kinematics().inverse(&scalar(twist));
-    velocities.rad_s.iter().map(|v| v.as_f64()).collect()
-}
-
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let measured = velocities::<R, N>(readings.wheels_rad_s);
@@ -163,7 +158,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(self.policy.drive(), twist)
+        inverse(self.policy.drive().kinematics(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {
@@ -222,7 +217,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(self.drive.drive(), twist)
+        inverse(self.drive.drive().kinematics(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {

@@ -226,7 +226,7 @@ impl<const N: usize> Loop for Linked<N> {
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(&self.here, twist)
+        inverse(self.here.kinematics(), twist)
     }
 
     fn link(&self) -> Option<LinkCounters> {

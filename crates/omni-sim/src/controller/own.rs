@@ -190,7 +190,7 @@ impl<const N: usize> Loop for Own<N> {
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        inverse(&self.here, twist)
+        inverse(self.here.kinematics(), twist)
     }
 
     /// The periods alone: what the policy remembers is its owner's to keep.

@@ -7,7 +7,7 @@ use omni_core::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{ControlSample, Loop, scalar, velocities};
+use super::{ControlSample, Loop, inverse, scalar, velocities};
 use crate::Error;
 use crate::config::Scenario;
 use crate::sensing::{SENSED, SENSED_HINGE};
@@ -144,8 +144,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
-        let velocities = self.policy.traction().kinematics().inverse(&scalar(twist));
-        velocities.rad_s.iter().map(|v| v.as_f64()).collect()
+        inverse(self.policy.traction().kinematics(), twist)
     }
 
     fn save(&self) -> Option<Vec<u8>> {

@@ -90,21 +90,8 @@ impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
         self.drive.start()
     }
 
-    fn step(&self, state: &mut Self::State, request: &Request<N>, answer: &mut Answer<N>) {
-        self.drive.step(state, request, answer);
-        if request.sequence > 100 {
-            (self.lie)(answer);
-        }
-    }
-
-    fn step_with_bodies(
-        &self,
-        state: &mut Self::State,
-        request: &Request<N>,
-        bodies: &Bodies,
-        answer: &mut Answer<N>,
-    ) {
-        self.drive.step_with_bodies(state, request, bodies, answer);
+    fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
+        self.drive.step(state, request, bodies, answer);
         if request.sequence > 100 {
             (self.lie)(answer);
         }

@@ -117,7 +117,7 @@ fn stops<R: Real>(stop: impl Fn(&mut TractionDriveState<R, 4>, &mut DriveInput<R
 
 #[test]
 fn every_stop_of_a_drive_with_traction_control_ends_without_torque_whatever_is_measured() {
-    // Pressed; a command of rest; nobody commands: 0.1 s until the time-out, 0.125 s of deceleration, 0.5 s of bleed.
+    // The button is pressed; a command of rest; no command arrives: 0.1 s until the time-out, 0.125 s of deceleration, 0.5 s of bleed.
     stops::<f32>(|state, _| state.drive.emergency_stop());
     stops::<f64>(|state, _| state.drive.emergency_stop());
     stops::<f32>(|_, input| input.command = Some(BodyTwist::zero()));
