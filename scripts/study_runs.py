@@ -23,7 +23,7 @@ FRICTION, TORQUE, HEIGHT = "terrain.friction", "vehicle.motor.stall_torque_n_m",
 POLICIES = ["independent", "paper", "synchronised", "load_sharing", "steady", "reach"]
 SLOPE = "vehicle.motor.slope_n_m_s_rad"
 NO_LOAD_RAD_S = 15.0  # of motors whose torque falls with the speed: 1 m/s at the rims
-DRAWS = 2000  # of the safety table
+
 KEEP_S = 30.0  # rows are on the disk at least as often
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 
@@ -194,7 +194,7 @@ def planned(short: bool) -> list[dict]:
         step("grid", pair, grid, seeds, engine="rapier", wheels="rollers"),
         study_situations.situations(),
         study_situations.vehicles(),
-        study_safety.planned(range(60 if short else DRAWS)),
+        study_safety.planned(range(60 if short else study_safety.DRAWS)),
     ]
     every = list(itertools.chain(*runs))
     firsts = {seeds[0], study_situations.SEEDS[0]}

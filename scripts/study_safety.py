@@ -1,8 +1,9 @@
-"""Is traction control safe whatever its sensors say? Runs drawn by seed, judged by laws, beside plain loops on the same draw.
+"""Is traction control safe whatever its sensors say? Runs drawn by seed and judged by laws, beside plain loops.
 
-Every draw has its sensors' noise, bias, delay and counts, its motors' lag, perhaps a broken encoder, a vehicle, a ground
-and a command, and is stopped on the way. ``python scripts/study_safety.py DRAWS [FIRST]`` prints how many runs went beyond
-each limit; the exit code is 1 where one left a torque after the stop, gave what is no number, or ended with an error.
+Every draw has its sensors' noise, bias, delay and counts, its motors' lag, perhaps a broken encoder, a vehicle, a
+ground and a command, and is stopped on the way. ``python scripts/study_safety.py DRAWS [FIRST]`` says which runs went
+beyond which limit; the exit code is 1 where one left a torque after the stop, gave what is no number, or ended with an
+error.
 """
 
 import argparse
@@ -31,8 +32,7 @@ BACKS_OFF = 1  # as `traction_mode` says it
 #: The laws, and those that nothing may break.
 LAWS = ["too fast", "back", "rim", "torque", "no number"]
 NEVER = ["torque", "no number"]
-
-
+DRAWS = 2000  # of the study
 ROBOTS = Path(__file__).resolve().parent / "study_robots"
 
 

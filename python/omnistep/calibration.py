@@ -12,7 +12,7 @@ import numpy as np
 
 from omnistep import _plausibility
 from omnistep._calibration_runs import ENDS, CalibrationRun, number
-from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, table
+from omnistep._estimates import CONFIDENCE, Estimate, Floats, scipy_part, table
 from omnistep._omnistep import Kinematics, Layout, Odometry, Vehicle, Wheel
 from omnistep._wheel_logs import WheelLog, read
 from omnistep.errors import ConfigError
@@ -30,6 +30,16 @@ REST_S = 0.5
 STANDS, STANDS_OVER_S = 0.04, 0.2
 #: Errors that a drawing may have: of radii and levers as a part, of directions in radians.
 SCALE = 0.05
+#: What all wheels have in common may be off by so many times that.
+COMMON = 4.0
+#: A number is told where its standard deviation is below this part of what the drawing may be wrong by.
+TOLD = 0.3
+#: Residuals tell their own size from so many degrees of freedom on, and are no smaller than this [m, rad].
+ENOUGH, LEAST_M = 3.0, 1e-6
+#: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
+DIFFERENCE, LARGEST, SMALLEST, FARTHEST, ITERATIONS = 1e-3, 2.0, 1e-6, 9.0, 30
+#: Ends that are off by so many times what was stated refute the statement, and every interval with it.
+REFUTED = 3.0
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
 OFF_M, OFF_RAD = 0.1, 0.2
 
@@ -39,6 +49,8 @@ class Calibration:
     """Result of :func:`calibrate`.
 
     Attributes:
+        common: what all wheels have in common: ``all.radius`` and ``all.lever``, factors on the radii and lever arms of
+            the file, and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise.
         estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
         cannot_tell: parameters that the runs do not determine, and runs that would; a line each.
@@ -47,6 +59,7 @@ class Calibration:
         yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
     """
 
+    common: tuple[Estimate, ...]
     estimates: tuple[Estimate, ...]
     cannot_tell: tuple[str, ...]
     vehicle: Vehicle = field(repr=False)
@@ -54,10 +67,11 @@ class Calibration:
     yaw_rms_rad: float
 
     def __getitem__(self, name: str) -> Estimate:
-        for each in self.estimates:
+        every = (*self.common, *self.estimates)
+        for each in every:
             if each.name == name:
                 return each
-        raise KeyError(f"{name}, allowed: {', '.join(each.name for each in self.estimates)}")
+        raise KeyError(f"{name}, allowed: {', '.join(each.name for each in every)}")
 
     def table(self) -> str:
         """The estimates and the undetermined parameters, as text."""
@@ -69,7 +83,7 @@ class Calibration:
             )
             if isfinite(rms)
         ]
-        return "\n".join([table(self.estimates), *left, *self.cannot_tell])
+        return "\n".join([table((*self.common, *self.estimates)), *left, *self.cannot_tell])
 
 
 def calibrate(
@@ -82,15 +96,18 @@ def calibrate(
     """Find wheel radii, positions and directions from runs with measured ends.
 
     Odometry of every run is compared with the measurement at its end, by least squares over all runs. With more than
-    three wheels the wheels are compared with each other too. Parameters that the runs do not determine keep the values
-    of the file and are named. A wheel determines only its rolling distance, its push direction, and the lever arm of
-    its push: its position along the push, and a roller angle separate from the radius, keep their values.
+    three wheels the wheels are compared with each other too. First comes what all wheels have in common; single wheels
+    differ from that only where the measurements are more probable then. What the runs do not determine is named and
+    has no interval; nothing has one where the ends are much farther off than was stated. A wheel determines only
+    its rolling distance, its push direction, and the lever arm of its push: its position along the push, and a roller
+    angle separate from the radius, keep their values.
 
     Args:
         runs: squares both ways, straight lines forward and sideways, turns on the spot.
         vehicle: the vehicle as designed: a built-in name, the path of a .toml file or a :class:`Vehicle`.
-        position_sd_m: standard deviation of measured positions and distances [m]: their weight against headings. With
-            enough runs, intervals follow from the residuals instead.
+        position_sd_m: standard deviation of measured positions and distances [m], slip on the way included: their
+            weight against headings. With enough runs, intervals follow from the residuals instead; residuals that are
+            three times as large refute the number.
         yaw_sd_rad: the same for measured headings [rad].
 
     Raises:
@@ -119,19 +136,45 @@ def calibrate(
     if not drives:
         raise ConfigError("runs: empty, allowed: at least one run", key="runs")
     problem = _Problem(drawn, drives, position_sd_m, yaw_sd_rad)
-    found = problem.solve()
-    parts = estimates(problem.parameters, found, needed_by=NEEDED_BY)
-    ends = [drive.errors(Kinematics(layout=problem.layout(found.x))) for drive in drives]
+    found, single = problem.solve()
+    ends = [drive.errors(Kinematics(layout=problem.layout(found.u))) for drive in drives]
+    places, turns = (_rms([e for end in ends for e in end[kind]]) for kind in (0, 1))
+    refuted = _refuted(places, position_sd_m, "m") or _refuted(turns, yaw_sd_rad, "rad")
+    common, parts = problem.common_estimates(found, refuted), problem.estimates(found, single, refuted)
     return Calibration(
+        common=common,
         estimates=parts,
         cannot_tell=(
             *_doubtful(drawn, drives, ends),
-            *_cannot_tell(parts, drawn),
-            *at_bounds(problem.parameters, found),
+            *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts)),
+            *_far((*common, *parts)),
         ),
-        vehicle=problem.vehicle(found.x),
-        position_rms_m=_rms([e for places, _ in ends for e in places]),
-        yaw_rms_rad=_rms([e for _, turns in ends for e in turns]),
+        vehicle=problem.vehicle(found.u),
+        position_rms_m=places,
+        yaw_rms_rad=turns,
+    )
+
+
+def _refuted(rms: float, stated: float, unit: str) -> str:
+    """Why intervals would be wrong: ends that are much farther off than was stated."""
+    if not rms > REFUTED * stated:
+        return ""
+    key = "position_sd_m" if unit == "m" else "yaw_sd_rad"
+    return (
+        f"the ends are {rms:.2g} {unit} off where {key} = {stated:g}; state how well they were measured and how far"
+        " wheels slip, or find the run that is wrong"
+    )
+
+
+def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
+    """Say what ends where the search does."""
+    most = 0.99 * FARTHEST * SCALE
+    far = [each for each in parts if abs(each.value - each.before) > most * (each.before or 1.0)]
+    return tuple(
+        f"{each.name} is {each.value:.4g} {each.unit}".rstrip()
+        + f" after {each.before:.4g} in the file, as far as is searched: check units, signs and names in the log, and"
+        " the vehicle file"
+        for each in far
     )
 
 
@@ -197,6 +240,18 @@ class _Drive:
         return places, turns
 
 
+@dataclass
+class _Found:
+    """The parameters that fit best, in units of what a drawing may be wrong by, and what is known of them."""
+
+    u: Floats
+    covariance: Floats
+    #: Degrees of freedom of what the variances rest on.
+    freedom: float
+    #: Logarithm of how probable the measurements are under this model; larger is better.
+    evidence: float
+
+
 class _Problem:
     """Parameters, and the residuals of all runs for them."""
 
@@ -204,32 +259,26 @@ class _Problem:
         self.drawn, self.drives = vehicle, drives
         self.wheels = vehicle.layout.wheels
         lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in self.wheels]))
-        self.parameters = []
-        for name, wheel in zip(vehicle.wheel_names, self.wheels, strict=True):
-            radius = wheel.radius_m
-            self.parameters += [
-                Parameter(
-                    name=f"{name}.radius_m",
-                    unit="m",
-                    start=radius,
-                    scale=SCALE * radius,
-                    lower=0.5 * radius,
-                    upper=2.0 * radius,
-                ),
-                Parameter(
-                    name=f"{name}.shift_m", unit="m", start=0.0, scale=SCALE * lever, lower=-lever, upper=lever, rank=1
-                ),
-                Parameter(name=f"{name}.turn_rad", unit="rad", start=0.0, scale=SCALE, lower=-0.5, upper=0.5, rank=2),
+        start, scale, common = [], [], []
+        for wheel in self.wheels:
+            push = atan2(*wheel.rolling_direction[::-1]) + wheel.roller_angle_rad
+            x, y = wheel.position_m
+            start += [wheel.radius_m, 0.0, 0.0]
+            scale += [SCALE * wheel.radius_m, SCALE * lever, SCALE]
+            # All radii, all levers larger by the same part; the whole vehicle turned, levers and all.
+            common += [
+                [1.0, 0.0, 0.0],
+                [0.0, (x * sin(push) - y * cos(push)) / lever, 0.0],
+                [0.0, -(x * cos(push) + y * sin(push)) / lever, 1.0],
             ]
-        # Standard deviations of places, turns, and of a part of a wheel's way that no motion explains.
-        rolled = float(np.sqrt(np.mean([np.mean(drive.parts**2) for drive in drives])))
-        if rolled == 0.0:
+        self.start, self.scale, self.common = np.array(start), np.array(scale), np.array(common)
+        self.stated = np.array([position_sd, yaw_sd])
+        if all(not drive.parts.any() for drive in drives):
             raise ConfigError("runs: no wheel turns in any run, allowed: runs that drive", key="runs")
-        self.deviation = np.array([position_sd, yaw_sd, 1e-3 * rolled])
 
-    def layout(self, x: Floats) -> Layout:
+    def layout(self, u: Floats) -> Layout:
         wheels = []
-        for wheel, (radius, shift, turn) in zip(self.wheels, x.reshape(-1, 3), strict=True):
+        for wheel, (radius, shift, turn) in zip(self.wheels, self.numbers(u).reshape(-1, 3), strict=True):
             place, direction = _moved(wheel, shift, turn)
             wheels.append(
                 Wheel(
@@ -243,9 +292,13 @@ class _Problem:
             )
         return Layout(wheels=wheels)
 
-    def groups(self, x: Floats) -> list[Floats]:
+    def numbers(self, u: Floats) -> Floats:
+        """Radius [m], shift [m], turn [rad] of every wheel."""
+        return np.asarray(self.start + self.scale * u)
+
+    def groups(self, u: Floats) -> list[Floats]:
         """Errors of positions, of headings, and of wheels against each other."""
-        kinematics = Kinematics(layout=self.layout(x))
+        kinematics = Kinematics(layout=self.layout(u))
         ends = [drive.errors(kinematics) for drive in self.drives]
         places, turns = ([e for end in ends for e in end[kind]] for kind in (0, 1))
         spread = np.zeros(0)
@@ -253,52 +306,121 @@ class _Problem:
             spread = kinematics.residual(np.concatenate([drive.parts for drive in self.drives])).ravel()
         return [np.array(places), np.array(turns), spread]
 
-    def solve(self) -> Fit:
-        """Least squares, each group weighted by its residuals; a few iterations converge."""
+    def solve(self) -> tuple[_Found, _Found]:
+        """The better of two models, and the second: what wheels have in common is all, or every wheel differs.
+
+        Better is what makes the measurements more probable (MacKay, "Bayesian interpolation", 1992): each further
+        number must pay for itself.
+        """
+        common, single = self._fit(single=False), self._fit(single=True)
+        return (single if single.evidence > common.evidence else common), single
+
+    def _fit(self, *, single: bool) -> _Found:
+        """Least squares about the drawing, each group weighted by its residuals.
+
+        A wheel is believed to be as drawn but for what all wheels have in common: within ``SCALE``, if it may differ at
+        all. What runs do not tell stays so, with the uncertainty that it has; no number is held at the file's value
+        while others move.
+        """
+        wide = np.full(self.common.shape[1], COMMON)
+        moves = np.hstack([self.common, np.eye(len(self.start))]) if single else self.common
+        prior = np.diag(1.0 / np.r_[wide, np.ones(len(self.start)) if single else []] ** 2)
+        z = np.zeros(moves.shape[1])
         parts = len(self.drives) * PARTS if len(self.wheels) > 3 else 0
-        sizes = [len(group) for group in self.groups(np.array([p.start for p in self.parameters]))]
-        independent = np.array(sizes) - np.array([0, 0, 3 * parts])
-        begin = None
-        for _ in range(4):
-            weights = np.repeat(1.0 / self.deviation, sizes)
-
-            def weighted(x: Floats, weights: Floats = weights) -> Floats:
-                return np.asarray(weights * np.concatenate(self.groups(x)))
-
-            found = fit(
-                weighted,
-                self.parameters,
-                needed_by=NEEDED_BY,
-                redundant=3 * parts,
-                begin=begin,
-            )
-            begin = found.x
+        # What the drawing leaves of the comparison of wheels, of counts and slip, is how well it is believed at first.
+        groups = self.groups(moves @ z)
+        spread = np.sqrt((groups[2] ** 2).sum() / max(1, len(groups[2]) - 3 * parts))
+        sd = np.r_[self.stated, max(spread, LEAST_M)]
+        for _ in range(ITERATIONS):
+            groups = self.groups(moves @ z)
+            sizes = [len(group) for group in groups]
+            independent = np.array(sizes) - np.array([0, 0, 3 * parts])
+            residual, jacobian = np.concatenate(groups), self._jacobian(moves @ z) @ moves
+            weights = 1.0 / np.repeat(sd, sizes)
+            weighted, slopes = weights * residual, weights[:, None] * jacobian
+            covariance = np.linalg.inv(slopes.T @ slopes + prior)
+            step = -covariance @ (slopes.T @ weighted + prior @ z)
             # What each group has told of the parameters is gone from its residuals.
-            hat = np.einsum(
-                "ij,jk,ik->i", found.jacobian, np.linalg.pinv(found.jacobian.T @ found.jacobian), found.jacobian
-            )
-            before, at, free = self.deviation.copy(), 0, np.zeros(3)
+            left = residual + jacobian @ step
+            hat = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
+            before, free, at = sd.copy(), np.zeros(3), 0
             for k, size in enumerate(sizes):
                 rows = slice(at, at + size)
                 free[k] = independent[k] - hat[rows].sum()
-                if free[k] >= 3.0:
-                    self.deviation[k] *= max(1e-3, np.sqrt((found.residual[rows] ** 2).sum() / free[k]))
+                if free[k] >= ENOUGH:
+                    sd[k] = max(LEAST_M, np.sqrt((left[rows] ** 2).sum() / free[k]))
                 at += size
-            if np.allclose(self.deviation, before, rtol=0.02):
+            z = z + np.clip(step, -LARGEST, LARGEST)
+            z = self._within(moves, z)
+            if np.abs(step).max() < SMALLEST and np.allclose(sd, before, rtol=0.01):
                 break
+        said = independent > 0
+        evidence = -0.5 * (weighted @ weighted + z @ prior @ z) - float(independent[said] @ np.log(sd[said]))
+        evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
         # The ends tell lengths; few of them, and intervals are wide.
-        if parts:
-            found.freedom = float(max(1.0, free[:2].sum()))
-        return found
+        known = free[:2].sum() if (free[:2] >= ENOUGH).any() else np.inf
+        return _Found(moves @ z, moves @ covariance @ moves.T, float(max(1.0, known)), float(evidence))
 
-    def vehicle(self, x: Floats) -> Vehicle:
+    def _jacobian(self, u: Floats) -> Floats:
+        """How residuals move with every number of every wheel."""
+        columns = []
+        for k in range(len(u)):
+            ends = [np.concatenate(self.groups(u + side * np.eye(len(u))[k])) for side in (-DIFFERENCE, DIFFERENCE)]
+            columns.append((ends[1] - ends[0]) / (2 * DIFFERENCE))
+        return np.stack(columns, axis=1)
+
+    def _within(self, moves: Floats, z: Floats) -> Floats:
+        """No wheel is half or twice as large as drawn, nor turned by half a radian."""
+        most = np.abs(moves @ z).max(initial=0.0)
+        return z * min(1.0, FARTHEST / most) if most > 0.0 else z
+
+    def vehicle(self, u: Floats) -> Vehicle:
         keys: dict[str, Any] = {}
-        for k, (wheel, (radius, shift, turn)) in enumerate(zip(self.wheels, x.reshape(-1, 3), strict=True)):
+        for k, (wheel, numbers) in enumerate(zip(self.wheels, self.numbers(u).reshape(-1, 3), strict=True)):
+            radius, shift, turn = numbers
             place, direction = _moved(wheel, shift, turn)
             keys[f"wheel.{k}.radius_m"] = float(radius)
             keys[f"wheel.{k}.position_m"] = list(place)
             keys[f"wheel.{k}.rolling_direction"] = list(direction)
         return self.drawn.replace(keys)
+
+    def common_estimates(self, found: _Found, refuted: str) -> tuple[Estimate, ...]:
+        """What all wheels have in common; an interval where the runs tell, and do not refute it."""
+        # A mean over the wheels for a radius and a turn, by their levers for a lever.
+        common = np.linalg.pinv(self.common)
+        rows = [
+            ("all.radius", "", 1.0, SCALE, common[0]),
+            ("all.lever", "", 1.0, SCALE, common[1]),
+            ("all.turn_rad", "rad", 0.0, SCALE, common[2]),
+        ]
+        return tuple(self._estimate(*row, found, found, refuted) for row in rows)
+
+    def estimates(self, found: _Found, single: _Found, refuted: str) -> tuple[Estimate, ...]:
+        """Every wheel, likewise: what is known of it where it may differ from the others."""
+        given = []
+        names = [f"{wheel}.{kind}" for wheel in self.drawn.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
+        for k, (name, row) in enumerate(zip(names, np.eye(len(names)), strict=True)):
+            unit = "rad" if name.endswith("rad") else "m"
+            given.append(self._estimate(name, unit, self.start[k], self.scale[k], row, found, single, refuted))
+        return tuple(given)
+
+    @staticmethod
+    def _estimate(
+        name: str, unit: str, start: float, scale: float, row: Floats, found: _Found, known: _Found, refuted: str
+    ) -> Estimate:
+        value, middle = (start + scale * float(row @ each.u) for each in (found, known))
+        deviation = float(np.sqrt(row @ known.covariance @ row))
+        told = not refuted and deviation < TOLD
+        half = scale * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
+        return Estimate(
+            name=name,
+            unit=unit,
+            value=value,
+            low=min(value, middle - half) if told else None,
+            high=max(value, middle + half) if told else None,
+            before=float(start),
+            note="" if told else refuted or "these runs do not tell it",
+        )
 
 
 def _moved(wheel: Wheel, shift: float, turn: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -362,18 +484,29 @@ def _rest(positions: Floats, rows: int) -> int:
     return int(moves[0]) if len(moves) else len(positions)
 
 
-def _cannot_tell(parts: Sequence[Estimate], vehicle: Vehicle) -> tuple[str, ...]:
+def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate]) -> tuple[str, ...]:
+    """What was determined, what was not, and the drives that would, in words of the robot."""
     drives = {
-        "radius_m": "straight lines with a measured distance_m, forward and sideways",
-        "shift_m": "turns on the spot and squares both ways with end_yaw_rad or a gyro",
-        "turn_rad": "straight lines forward and sideways with end_x_m and end_y_m",
+        "radius": ("radius", "straight lines with a measured distance_m, forward and sideways"),
+        "lever": ("shift_m", "turns on the spot and squares both ways with end_yaw_rad or a gyro"),
+        "turn": ("turn_rad", "straight lines forward and sideways with end_x_m and end_y_m"),
     }
-    said = []
-    for kind, drive in drives.items():
-        held = [each for each in parts if not each.told and each.name.endswith(f".{kind}")]
-        if held:
-            names = ", ".join(each.name for each in held)
-            said.append(f"these runs cannot tell {names} ({held[0].note}); held at those of the file; drive {drive}")
+    words = {
+        "all.radius": "one radius for all wheels",
+        "all.lever": "the lever",
+        "all.turn_rad": "the turn of the whole",
+    }
+    told = [words[each.name] for each in common if each.told]
+    said = [f"these runs tell {', '.join(told) or 'nothing that all wheels have in common'}"]
+    for kind, (ending, drive) in drives.items():
+        lacks = [each for each in single if f".{ending}" in each.name and not each.told]
+        whole = next(each for each in common if kind in each.name)
+        if not whole.told:
+            names = ", ".join(each.name for each in lacks) or whole.name
+            said.append(f"these runs cannot tell {words[whole.name]} ({names}); drive {drive}")
+        elif lacks:
+            names = ", ".join(each.name for each in lacks)
+            said.append(f"not single wheels: {names} are as all wheels are")
     said.append(
         "no run can tell the position of a wheel along its force, or separate a roller's angle from its wheel's radius"
     )

@@ -192,7 +192,7 @@ def import_log(
         scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
         signals = _signals(log_map, read, columns)
         period_s = log_map.scenario.period_s
-        doubts = _doubtful(log_map, columns, signals)
+        doubts = _doubtful(log_map, read, columns, signals)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     write_recording(path, scenario, columns, facts, log_map.text)
@@ -279,15 +279,29 @@ def _names(log_map: LogMap, table: str) -> list[str]:
     }[table]
 
 
-def _doubtful(log_map: LogMap, columns: Mapping[str, Floats], signals: Sequence[ImportedSignal]) -> tuple[str, ...]:
+def _doubtful(
+    log_map: LogMap,
+    read: Mapping[str, list[Channel]],
+    columns: Mapping[str, Floats],
+    signals: Sequence[ImportedSignal],
+) -> tuple[str, ...]:
     vehicle = log_map.scenario.vehicle
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
     twists = np.column_stack([columns[f"estimated_{axis}"] for axis in AXES])
     rates = [each.rate_hz for each in signals if each.signal == "wheels" and each.rate_hz > 0.0]
     doubts = _plausibility.of_steps(1.0 / max(rates)) if rates else []
+    wheels = log_map.signals["wheels"]
+    if wheels.unit == "count":
+        for channel, factor in zip(read["wheels"], wheels.factors, strict=True):
+            doubts += _plausibility.of_counter(channel.name, np.asarray(channel.time_ns * 1e-9), channel.value / factor)
+    beyond = [(each.signal, each.name, each.beyond, each.known) for each in signals]
+    doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
     if "gyro_rad_s" in columns:
         doubts += _plausibility.of_yaw(twists[:, 2], columns["gyro_rad_s"])
+    if "pose" in log_map.signals:
+        pose = np.column_stack([columns[f"pose_{name}"] for name in _PLACE])
+        doubts += _plausibility.of_pose(vehicle, measured, log_map.scenario.period_s, pose)
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
         doubts += _plausibility.of_command(vehicle, measured, asked)

@@ -121,6 +121,58 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds():
     assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
 
 
+@pytest.mark.parametrize("counts", [4096, 1024, 360, 210])
+@pytest.mark.parametrize(("tape_m", "turn_rad"), [(0.002, 0.005), (0.01, 0.02)])
+def test_a_radius_that_all_wheels_share_is_found_with_coarse_counts_too(counts, tape_m, turn_rad):
+    # Every radius 7.3 % above the drawing; eight drives of 1.5 m and 4 rad.
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(0)
+    real = drawn.replace({f"wheel.{k}.radius_m": 1.073 * 0.076 for k in range(4)})
+    runs = []
+    for twist in [(0.3, 0, 0), (0, 0.3, 0), (0, 0, 0.8), (0.3, 0.1, 0.4)]:
+        for sign in (1, -1):
+            parts = [(*(sign * np.array(twist)), 5.0)]
+            log, end = drive(real, parts, rng, counts=counts, noise=0.0)
+            x, y, yaw = end + rng.standard_normal(3) * [tape_m, tape_m, turn_rad]
+            runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+    found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=tape_m, yaw_sd_rad=turn_rad)
+    # Four lines of 1.5 m, each to 10 mm: 0.3 % of their common length; three times that.
+    assert found["all.radius"].value == pytest.approx(1.073, rel=0.01)
+    assert found["all.radius"].told and found["all.lever"].told
+    assert "these runs tell one radius for all wheels, the lever" in found.cannot_tell[0]
+    for name in drawn.wheel_names:
+        each = found[f"{name}.radius_m"]
+        assert each.value == pytest.approx(1.073 * 0.076, rel=0.02), each
+        # Nothing pretends to know a single wheel better than the ends tell all of them.
+        assert not each.told or each.high - each.low > 0.5 * 0.076 * (
+            found["all.radius"].high - found["all.radius"].low
+        )
+
+
+def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
+    drawn, covered = omnistep.Vehicle("mecanum4"), []
+    for seed in range(24):
+        rng = np.random.default_rng(1000 + seed)
+        real = built(drawn, rng)
+        runs = runs_of(real, rng, counts=210, slip=0.01)
+        found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.01, yaw_sd_rad=0.02)
+        truth = truth_of(drawn, real)
+        covered += [each.low <= truth[each.name] <= each.high for each in found.estimates if each.told]
+    # Of 288 numbers that all but a few are told; 12 of a run go together, so 24 runs leave 4 %.
+    assert len(covered) > 150 and 0.88 <= np.mean(covered) <= 1.0, (len(covered), np.mean(covered))
+
+
+def test_ends_that_refute_what_was_stated_have_no_interval():
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(2)
+    runs = runs_of(built(drawn, rng), rng, noise=20.0)  # 4 cm where 2 mm are stated
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    assert not any(each.told for each in (*found.common, *found.estimates))
+    (line,) = [line for line in found.cannot_tell if line.startswith("no interval is given")]
+    assert "the ends are 0.0" in line and "where position_sd_m = 0.002" in line
+    # Stated as it is, there is one.
+    honest = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.04, yaw_sd_rad=0.08)
+    assert honest["all.radius"].told and honest["all.radius"].low < 1.0 + 0.01 < honest["all.radius"].high + 0.02
+
+
 def test_the_estimate_is_where_scipy_ends_with_odometry_of_its_own():
     drawn = omnistep.Vehicle("omni3")
     rng = np.random.default_rng(11)

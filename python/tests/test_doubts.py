@@ -219,3 +219,79 @@ def test_how_soon_motors_are_followed_does_not_change_with_the_side_of_the_gear_
     assert times[:2] == pytest.approx(times[2:], rel=1e-9)
     # In the air the wheel's inertia over the brake.
     assert times[1] == pytest.approx(0.0035 / 0.11, rel=1e-9)
+
+
+POSE_MAP = MAP.split("[command]")[0].replace('unit = "rad/s"', 'unit = "count"\ncounts_per_turn = 210')
+PARTS = [(0.25, 0, 0)] * 400 + [(0, 0.25, 0)] * 400 + [(0, 0, 0.6)] * 500 + [(0.2, 0, 0.3)] * 500
+
+
+def imported_with_pose(tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1)):
+    """The doubts of a drive ahead, aside, on the spot and round a bend, in whole counts, with the pose."""
+    kinematics = omnistep.Kinematics(layout=omnistep.Vehicle("mecanum4").layout)
+    turned = np.cumsum(kinematics.inverse(PARTS) * 0.01, axis=0)
+    at, poses = np.zeros(3), []
+    for twist in PARTS:
+        at = np.asarray(omnistep.moved_by(at, 0.01 * np.array(twist)))
+        poses.append(at * signs)
+    table = {"t": 0.01 * np.arange(1, len(PARTS) + 1)}
+    table |= dict(zip("abcd", np.floor(turned.T * 210 / (2 * np.pi)), strict=True))
+    table |= dict(zip("xyh", np.array(poses).T, strict=True))
+    rows = [",".join(table), *(",".join(repr(float(c[k])) for c in table.values()) for k in range(len(PARTS)))]
+    (tmp_path / "pose.csv").write_text("\n".join(rows))
+    listed = ", ".join(f'"{name}"' for name in wheels)
+    keys = POSE_MAP.replace('["a", "b", "c", "d"]', f"[{listed}]").replace(
+        "counts_per_turn = 210", f"counts_per_turn = {counts}"
+    )
+    of_pose = ", ".join(f'"{name}"' for name in pose)
+    (tmp_path / "pose.toml").write_text(f'{keys}[pose]\nnames = [{of_pose}]\nunit = "{unit}"\n')
+    return omnistep.import_log(tmp_path / "pose.csv", map=tmp_path / "pose.toml", out=tmp_path / "pose.mcap").doubts
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({}, None),
+        ({"wheels": "abdc"}, "read as front_left, front_right, rear_right, rear_left"),
+        ({"wheels": "badc"}, "read as front_right, front_left, rear_right, rear_left"),
+        ({"wheels": "dbca"}, "read as rear_right, front_right, rear_left, front_left"),
+        ({"pose": "yxh"}, "x and y of the pose look exchanged"),
+        ({"signs": (-1, 1, 1)}, "x of the pose looks reversed"),
+        ({"signs": (1, -1, 1)}, "y of the pose looks reversed"),
+        ({"signs": (1, 1, -1)}, "the heading of the pose looks reversed"),
+        ({"signs": (1, 1, 180 / np.pi)}, "the heading of the pose looks like degrees"),
+        ({"counts": 420}, "the vehicle moves 2 times what the wheels say"),
+    ],
+)
+def test_a_pose_in_the_log_finds_what_the_map_has_wrong(tmp_path, change, said):
+    doubts = [line for line in imported_with_pose(tmp_path, **change) if "otherwise than the pose" in line]
+    if said is None:
+        assert doubts == []
+        return
+    (line,) = doubts
+    # What is left is a count more or less in half a second, 1 in 50 to 100.
+    assert said in line and line.endswith(("then 1 %", "then 2 %")), line
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda true: true, None),
+        (lambda true: np.where(true > 32766, true % 32767, true), "wrap_bits = 15"),
+        (lambda true: (true + 30000) % 65536, "wrap_bits = 16"),
+        (lambda true: np.where(true > 20000, true - 20000, true), "the counter began again"),
+    ],
+)
+def test_a_counter_that_starts_again_is_told(tmp_path, read, said):
+    counts = read(100 * np.arange(400))
+    rows = ["t,a,b,c,d", *(f"{0.01 * k:.2f}," + ",".join([str(count)] * 4) for k, count in enumerate(counts))]
+    (tmp_path / "c.csv").write_text("\n".join(rows))
+    (tmp_path / "c.toml").write_text(POSE_MAP.replace("210", "4096"))
+    summary = omnistep.import_log(tmp_path / "c.csv", map=tmp_path / "c.toml", out=tmp_path / "c.mcap")
+    doubts = [line for line in summary.doubts if " jumps by " in line]
+    assert len(doubts) == (0 if said is None else 4) and all(said in line for line in doubts)
+
+
+def test_rates_that_no_motor_has_are_told_in_words(tmp_path):
+    summary = imported(tmp_path, scaled("abcd", 60.0), MAP.split("[command]")[0])
+    (line,) = [line for line in summary.doubts if "faster than the motors without load, 30 rad/s" in line]
+    assert line.startswith("wheels: a (") and "rad/min is 60" in line
