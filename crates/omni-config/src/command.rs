@@ -258,6 +258,13 @@ impl Command {
 
     /// Largest parts that are ever commanded, forward, sideways \[m/s\] and about \[rad/s\], in either direction; of a path 0.
     pub(crate) fn largest(&self) -> [f64; 3] {
+        self.twists().fold([0.0; 3], |most, twist| {
+            [0, 1, 2].map(|axis| twist[axis].abs().max(most[axis]))
+        })
+    }
+
+    /// Every twist that it names.
+    pub(crate) fn twists(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let rows = self
             .file
             .iter()
@@ -267,10 +274,8 @@ impl Command {
             .then
             .iter()
             .map(|then| [then.vx_m_s, then.vy_m_s, then.wz_rad_s]);
-        let own = [self.vx_m_s, self.vy_m_s, self.wz_rad_s];
-        rows.chain(later).chain([own]).fold([0.0; 3], |most, twist| {
-            [0, 1, 2].map(|axis| twist[axis].abs().max(most[axis]))
-        })
+        rows.chain(later)
+            .chain([[self.vx_m_s, self.vy_m_s, self.wz_rad_s]])
     }
 
     /// The key and what is wrong with it, where the times do not ascend, or where there is more than one of a twist, a path and a table.

@@ -38,6 +38,26 @@ impl Scenario {
             };
             doubts.push(format!("command: up to {asked} {unit}, but {why}"));
         }
+        if doubts.is_empty()
+            && let Some(no_load) = vehicle.no_load_rad_s()
+        {
+            let (rows, _) = vehicle.actuators()?;
+            let rate = |twist: &[f64; 3], row: &[f64; 3]| {
+                (0..3).map(|axis| twist[axis] * row[axis]).sum::<f64>().abs()
+            };
+            let fastest = |twist: &[f64; 3]| rows.iter().map(|row| rate(twist, row)).fold(0.0, f64::max);
+            let twists = self.command.twists().map(|twist| (fastest(&twist), twist));
+            if let Some((needed, [vx, vy, wz])) = twists.max_by(|a, b| a.0.total_cmp(&b.0))
+                && needed > SLACK * no_load
+            {
+                doubts.push(format!(
+                    "command: {vx} m/s forward, {vy} m/s sideways and {wz} rad/s in yaw together turn a wheel's motor at {} rad/s; the motors reach \
+                     {} without load",
+                    digits(needed),
+                    digits(no_load)
+                ));
+            }
+        }
         let times = self.command.file.iter().flat_map(|file| file.rows());
         let late = times.map(|row| row[0]).filter(|time_s| *time_s > self.duration_s);
         if let Some(last_s) = late.clone().reduce(f64::max) {

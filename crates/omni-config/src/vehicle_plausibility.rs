@@ -13,6 +13,14 @@ const LEVER_PART: f64 = 0.7;
 const FAST_M_S: f64 = 6.0;
 /// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.
 const HIGH: f64 = 3.0;
+/// Gains are doubtful beyond so many times, or below such a part of, what follows from masses and motors.
+const GAINS: f64 = 5.0;
+/// Motors are doubtful that push with so many times the weight: kg.cm taken for N.m.
+const STRONG: f64 = 8.0;
+/// Wheels are doubtful that are denser than steel \[kg/m^3\], as wide as they are high.
+const DENSE_KG_M3: f64 = 9000.0;
+/// A wheel is doubtful that with the other roller angle makes the motion so many times as well conditioned.
+const WRONG_HAND: f64 = 1.5;
 /// Limits are doubtful beyond what the motors reach by more than this part.
 const BEYOND: f64 = 1.05;
 
@@ -36,13 +44,26 @@ impl Vehicle {
         let mut doubts = Vec::new();
         doubts.extend(self.unreplaceable()?);
         doubts.extend(self.mirrored_rollers()?);
+        doubts.extend(self.wrong_hand()?);
         doubts.extend(self.wheel.iter().filter_map(flywheel));
+        doubts.extend(self.too_dense());
+        doubts.extend(self.too_strong()?);
         doubts.extend(self.too_high());
         doubts.extend(self.unequal_wheels());
         doubts.extend(self.no_load_rad_s().and_then(|no_load| self.too_fast(no_load)));
         doubts.extend(self.never_reached()?);
-        if self.gains.is_none() {
-            let derived = self.derived_gains(period_s)?;
+        let derived = self.derived_gains(period_s)?;
+        if let Some(gains) = &self.gains {
+            let times = gains.kp_n_m_s_rad / derived.gains.kp_n_m_s_rad;
+            if !(1.0 / GAINS..=GAINS).contains(&times) {
+                doubts.push(format!(
+                    "gains: kp_n_m_s_rad = {} is {} times what follows from masses and motors, {}; leave [gains] out, or tune them",
+                    gains.kp_n_m_s_rad,
+                    digits(times),
+                    digits(derived.gains.kp_n_m_s_rad)
+                ));
+            }
+        } else {
             if derived.time_constant_s > SLOW_S {
                 doubts.push(format!(
                     "gains: the derived time constant is {:.2} s, for {:.3} kg and motors of {} N.m: the wheels follow slowly; \
@@ -140,14 +161,74 @@ impl Vehicle {
             wheel.roller_angle_rad = -wheel.roller_angle_rad;
         }
         // Rollers mirrored may not move it at all: then they are right as they are.
-        let Ok(other) = mirrored.lever_m() else {
+        let Ok((other, _)) = mirrored.levers_m() else {
             return Ok(None);
         };
-        let own = self.lever_m()?;
+        let (own, _) = self.levers_m()?;
         Ok((own < LEVER_PART * other).then(|| {
             format!(
                 "roller_angle_rad: the wheels' forces have a lever arm of {own:.3} m about the centre of the wheels, {other:.3} m with the other sign: the vehicle \
                  hardly turns; choose signs with which the roller axes on the ground form a diamond"
+            )
+        }))
+    }
+
+    /// One wheel whose rollers are mounted the other way round than those of the others ask for.
+    fn wrong_hand(&self) -> Result<Option<String>, Error> {
+        let (_, own) = self.actuators()?;
+        let mut best: Option<(f64, &WheelSpec)> = None;
+        for (index, wheel) in self.wheel.iter().enumerate() {
+            let mut turned = self.clone();
+            turned.wheel[index].roller_angle_rad *= -1.0;
+            if wheel.roller_angle_rad != 0.0
+                && let Ok((_, condition)) = turned.actuators()
+                && best.is_none_or(|(least, _)| condition < least)
+            {
+                best = Some((condition, wheel));
+            }
+        }
+        let wrong = best.filter(|(condition, _)| own > WRONG_HAND * condition);
+        Ok(wrong.map(|(condition, wheel)| {
+            format!(
+                "wheel {}: roller_angle_rad = {} looks like that of a wheel for the other side: the condition number is {own:.2}, and {condition:.2} \
+                 with the other sign (1 is best)",
+                wheel.name, wheel.roller_angle_rad
+            )
+        }))
+    }
+
+    /// Wheels that are denser than steel.
+    fn too_dense(&self) -> Option<String> {
+        let kg_m3 = |wheel: &WheelSpec| {
+            wheel.mass_kg / (core::f64::consts::PI * wheel.radius_m * wheel.radius_m * 2.0 * wheel.radius_m)
+        };
+        let dense: Vec<_> = self
+            .wheel
+            .iter()
+            .filter(|wheel| kg_m3(wheel) > DENSE_KG_M3)
+            .collect();
+        let first = dense.first()?;
+        let names: Vec<_> = dense.iter().map(|wheel| wheel.name.as_str()).collect();
+        Some(format!(
+            "wheel {}: mass_kg = {} with radius_m = {}: {} kg a litre, even as wide as it is high, and steel has 7.9",
+            names.join(", "),
+            first.mass_kg,
+            first.radius_m,
+            digits(kg_m3(first) / 1000.0)
+        ))
+    }
+
+    /// Motors that nobody builds into so light a vehicle.
+    fn too_strong(&self) -> Result<Option<String>, Error> {
+        let (rows, _) = self.actuators()?;
+        let stall = self.motor.stall_torque_n_m;
+        let push_n = stall * rows.iter().map(|[ax, ay, _]| libm::hypot(*ax, *ay)).sum::<f64>();
+        let times = push_n / (9.81 * self.mass_kg());
+        Ok((times > STRONG).then(|| {
+            format!(
+                "motor.stall_torque_n_m = {stall}: the wheels push with {} times the weight; {stall} kg.cm are {} N.m",
+                digits(times),
+                digits(stall * 0.098_066_5)
             )
         }))
     }
@@ -196,8 +277,8 @@ impl Vehicle {
             .collect())
     }
 
-    /// How far from the wheels' middle their pushes pass it, the root of the mean square \[m\].
-    fn lever_m(&self) -> Result<f64, Error> {
+    /// How far from the wheels' middle their pushes pass it, and how far the wheels are from it, roots of mean squares \[m\].
+    pub(crate) fn levers_m(&self) -> Result<(f64, f64), Error> {
         let (rows, _) = self.actuators()?;
         let count = self.wheel.len() as f64;
         let [cx, cy] =
@@ -206,7 +287,14 @@ impl Vehicle {
             let about_the_middle = turned + ax * cy - ay * cx;
             about_the_middle * about_the_middle / (ax * ax + ay * ay)
         });
-        Ok((squares.sum::<f64>() / count).sqrt())
+        let circle = self.wheel.iter().map(|wheel| {
+            let [x, y] = wheel.position_m;
+            (x - cx) * (x - cx) + (y - cy) * (y - cy)
+        });
+        Ok((
+            (squares.sum::<f64>() / count).sqrt(),
+            (circle.sum::<f64>() / count).sqrt(),
+        ))
     }
 }
 

@@ -7,6 +7,9 @@ use crate::load::Source;
 use crate::suggestion::did_you_mean;
 use crate::wheel_spec::{WheelContact, WheelSpec};
 
+/// Wheels that push past their middle by less than this part of their distance from it do not turn the vehicle.
+const LEAST_LEVER: f64 = 0.01;
+
 impl Vehicle {
     /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
@@ -81,15 +84,48 @@ impl Vehicle {
             let key = error
                 .index
                 .map_or_else(|| "wheel".to_owned(), |i| format!("wheel[{i}]"));
-            source.refuse(
-                key,
-                format!(
-                    "{} = {}, allowed: {}",
-                    error.parameter, error.value, error.allowed
-                ),
-            )
+            let found = format!("{} = {}", error.parameter, error.value);
+            let message = self.pushes_one_way().map_or_else(
+                || format!("{found}, allowed: {}", error.allowed),
+                |way| {
+                    format!(
+                        "all wheels push along {way}: nothing moves the vehicle across that, allowed: omni and mecanum wheels that push in \
+                         different directions; plain, steered and tracked wheels are not supported"
+                    )
+                },
+            );
+            source.refuse(key, message)
         })?;
+        self.check_levers(source)?;
         self.check_shape(source)
+    }
+
+    /// The direction, in words, where all wheels push in one.
+    fn pushes_one_way(&self) -> Option<String> {
+        let pushes = || {
+            self.wheel.iter().map(|wheel| {
+                let [x, y] = wheel.rolling_direction;
+                libm::atan2(y, x) + wheel.roller_angle_rad
+            })
+        };
+        let first = pushes().next()?;
+        // Parallel: a difference of 0 or half a turn.
+        pushes()
+            .all(|push| libm::sin(push - first).abs() < 1e-6)
+            .then(|| format!("{:.0} degrees from ahead", first.to_degrees()))
+    }
+
+    /// Do the wheels' pushes pass their middle at a distance that turns the vehicle?
+    fn check_levers(&self, source: &Source) -> Result<(), Error> {
+        let (lever_m, circle_m) = self.levers_m()?;
+        if lever_m >= LEAST_LEVER * circle_m {
+            return Ok(());
+        }
+        let message = format!(
+            "roller_angle_rad: the wheels push past their middle at {lever_m:.2e} m of {circle_m:.3} m, and hardly turn the vehicle, allowed: at least \
+             {LEAST_LEVER} of that; choose signs with which the roller axes on the ground form a diamond"
+        );
+        Err(source.refuse("wheel", message))
     }
 
     fn check_couplings(&self, source: &Source) -> Result<(), Error> {

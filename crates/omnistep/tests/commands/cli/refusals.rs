@@ -355,7 +355,7 @@ fn wheels_that_cannot_move_the_vehicle_three_ways_are_refused() {
     let said = refused(folder.path(), &args);
     assert!(
         said.contains(
-            "built-in chugo7: wheel: layout = 2, allowed: rank 3: wheels that move the vehicle in 3 directions"
+            "built-in chugo7: wheel: all wheels push along 0 degrees from ahead: nothing moves the vehicle across that"
         ),
         "{said}"
     );
