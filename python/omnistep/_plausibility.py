@@ -29,8 +29,11 @@ OVER_S = 0.2
 MOTOR, BEYOND = ("wheels", "references", "torques", "commanded_torques", "duty"), 0.05
 #: A step of a counter this many times the usual ones is a jump; up to so many, or one in a thousand, are single ones.
 JUMP, MOST_JUMPS = 20.0, 10
-#: Wheels and a measured pose are compared by what they move in this time [s]; a reading fits that leaves so much of it.
-POSE_OVER_S, FITS = 0.5, 0.4
+#: Wheels and a measured pose are compared by what they move in this time [s], where it is as much as this [m].
+POSE_OVER_S, MOVES_M = 0.5, 0.05
+#: A reading fits that leaves so much of what is apart; others within so much of it are as likely. What is apart by less
+#: than `DISAGREE` but more than this is said only where a reading fits.
+FITS, ALSO, SLIGHT = 0.4, 0.01, 0.04
 #: A wheel that turns, or is told to, by less than this part of the fastest one says nothing of the others.
 SLOW = 0.1
 
@@ -97,87 +100,129 @@ def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats) -> list[
     ]
 
 
-def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats) -> list[str]:
+def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, pose_hz: float) -> list[str]:
     """Report wheels, (T, N), that move the vehicle otherwise than a measured pose, (T, 3), and which reading would fit.
 
-    Both are compared as twists over parts of a second. Readings that are tried: another order of the wheels, one wheel
-    the other way, axes of the pose exchanged or the other way, a heading in degrees, another scale, a frame that is
-    turned.
+    Both are compared as ways over parts of a second in which something moves, less what the noise of the pose makes.
     """
-    rows, pose = max(1, round(POSE_OVER_S / period_s)), pose.copy()
+    pose = pose.copy()
     there = np.isfinite(pose[:, 2])
     pose[there, 2] = np.unwrap(pose[there, 2])
-    ends = np.arange(0, len(pose) - rows, rows)
-    over_s = rows * period_s
-    # A row's pose is at the end of its period: what the wheels turn from the next row on leads to the next pose.
-    turned = (
-        np.stack([measured_rad_s[at + 1 : at + 1 + rows].mean(axis=0) for at in ends])
-        if len(ends)
-        else np.zeros((0, 0))
-    )
-    known = np.isfinite(turned).all(axis=1) & np.isfinite(pose[ends]).all(axis=1)
-    known &= np.isfinite(pose[ends + rows]).all(axis=1)
-    if known.sum() < 10:
+    rows = max(1, round(max(POSE_OVER_S, 2.0 / pose_hz if pose_hz > 0.0 else 0.0) / period_s))
+    seen = _Seen(vehicle, measured_rad_s, rows, period_s, pose)
+    rolled, way = seen.rolled(np.eye(len(vehicle.wheel_names))), seen.way(np.eye(3))
+    if len(way) < 10:
         return []
-    turned, first, last = turned[known], pose[ends][known], pose[ends + rows][known]
-    back = np.asarray(Kinematics(layout=vehicle.layout).forward_matrix)
-    lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in vehicle.layout.wheels]))
+    before = seen.apart(rolled, way)
+    likely, exact = seen.readings()
+    if before < DISAGREE:
+        # Little ones are said only where one reading explains them all.
+        likely = [each for each in likely if each[2]] if before > SLIGHT else []
+        if not likely or min(likely)[0] > FITS * before:
+            return []
+    said = f"the wheels move the vehicle otherwise than the pose: {100 * before:.0f} % apart"
+    every = sorted([*likely, *(exact if before >= DISAGREE else [])], key=lambda each: each[0])
+    best = every[0][0]
+    if best > FITS * before:
+        return [f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
+    readings = [reading for apart, reading, _ in every if apart < best + ALSO][:3]
+    return [f"{said}; {', or '.join(readings)}, then {100 * best:.0f} %"]
 
-    def twists(axes: Floats) -> Floats:
-        """Of poses whose x, y, yaw are these parts of those that were read, with turns as metres at the wheels."""
-        begin, end = first @ axes.T, last @ axes.T
+
+class _Seen:
+    """Parts of a drive by wheels and by pose, and the readings of them that are tried."""
+
+    def __init__(self, vehicle: Vehicle, measured_rad_s: Floats, rows: int, period_s: float, pose: Floats) -> None:
+        self.names, self.rows, self.period_s, self.pose = list(vehicle.wheel_names), rows, period_s, pose
+        layout = vehicle.layout
+        lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in layout.wheels]))
+        self.lever, self.scaled = lever, np.array([1.0, 1.0, lever])
+        self.back = np.asarray(Kinematics(layout=layout).forward_matrix)
+        # A row's pose is at the end of its period: what wheels turn from the next row on leads to the next pose.
+        starts = np.arange(0, len(pose) - rows, rows)
+        turned = [measured_rad_s[at + 1 : at + 1 + rows].sum(axis=0) * period_s for at in starts]
+        self.starts, self.turned = starts, np.array(turned).reshape(len(starts), len(self.names))
+        with np.errstate(invalid="ignore"):
+            twist, way = self.turned @ self.back.T * self.scaled, self.way(np.eye(3))
+            moves = np.maximum(np.linalg.norm(twist, axis=1), np.linalg.norm(way, axis=1)) > MOVES_M
+            kept = np.isfinite(twist).all(axis=1) & np.isfinite(way).all(axis=1) & moves
+            # Where it turns far in a part, slow poses do not say by how much.
+            kept &= np.abs(twist[:, 2]) < 0.5 * np.pi * lever
+        self.starts, self.turned = starts[kept], self.turned[kept]
+        # Noise of a pose by how much it bends from row to row: of both ends of a part.
+        bends = np.diff(pose, n=2, axis=0)
+        sigma = [np.median(np.abs(each[np.isfinite(each)])) / 0.6745 / 6**0.5 if np.isfinite(each).any() else 0.0
+                 for each in bends.T]  # fmt: skip
+        self.noise = float(np.mean(2.0 * (np.array(sigma) * self.scaled) ** 2))
+
+    def rolled(self, read: Floats) -> Floats:
+        """Ways by the wheels, whose readings are these combinations of what was read; turns at the wheels [m]."""
+        return np.asarray(self.turned @ read.T @ self.back.T * self.scaled)
+
+    def way(self, axes: Floats, later: int = 0) -> Floats:
+        """Ways by the pose, whose axes are these combinations of what was read, so many rows later."""
+        last = len(self.pose) - 1
+        begin, end = (self.pose[np.clip(self.starts + k + later, 0, last)] @ axes.T for k in (0, self.rows))
         turn = end[:, 2] - begin[:, 2]
         way = (end[:, 0] - begin[:, 0]) + 1j * (end[:, 1] - begin[:, 1])
-        way = way * np.exp(-1j * (begin[:, 2] + 0.5 * turn)) / np.sinc(0.5 * turn / np.pi)
-        return np.column_stack([way.real, way.imag, lever * turn]) / over_s
+        way = way * np.exp(-1j * (begin[:, 2] + 0.5 * turn)) / np.sinc(0.5 * np.clip(turn, -np.pi, np.pi) / np.pi)
+        return np.column_stack([way.real, way.imag, self.lever * turn])
 
-    def apart(of: Floats, what: Floats) -> float:
-        return float(np.sqrt(np.mean((of - what) ** 2) / max(float(np.mean(what**2)), 1e-300)))
+    def apart(self, of: Floats, what: Floats) -> float:
+        """How far two kinds of ways are apart, as a part of the second, beyond noise."""
+        there = np.isfinite(what).all(axis=1)
+        if there.sum() < 10:
+            return np.inf
+        square = max(float(np.mean((of - what)[there] ** 2)) - self.noise, 0.0)
+        return float(np.sqrt(square / max(float(np.mean(what[there] ** 2)), 1e-300)))
 
-    seen = twists(np.eye(3))
-    if np.sqrt(np.mean(seen**2)) < STILL:
-        return []
-    scaled = np.array([1.0, 1.0, lever])
-    rolled = turned @ back.T * scaled
-    before = apart(rolled, seen)
-    if before < DISAGREE:
-        return []
-    names, found = list(vehicle.wheel_names), []
-    for order in _orders(len(names)):
-        moved = [names[k] for k in order]
-        found.append((apart(turned[:, order] @ back.T * scaled, seen), f"the wheels look read as {', '.join(moved)}"))
-    for k, name in enumerate(names):
-        signs = np.where(np.arange(len(names)) == k, -1.0, 1.0)
-        found.append((apart(turned * signs @ back.T * scaled, seen), f"wheel {name} looks reversed"))
-    found.append((apart(-rolled, seen), "all wheels look reversed"))
-    for axes, reading in (
-        (np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]]), "x and y of the pose look exchanged"),
-        (np.diag([-1.0, 1, 1]), "x of the pose looks reversed"),
-        (np.diag([1.0, -1, 1]), "y of the pose looks reversed"),
-        (np.diag([1.0, 1, -1]), "the heading of the pose looks reversed: a turn to the left is positive"),
-        (np.diag([1.0, 1, np.pi / 180]), "the heading of the pose looks like degrees"),
-        (np.diag([1.0, 1, 180 / np.pi]), "the heading of the pose looks converted from degrees twice"),
-    ):
-        there = twists(axes)
-        found.append((apart(rolled, there), reading))
-    scale = float((rolled * seen).sum() / (rolled**2).sum())
-    found.append(
-        (
-            apart(scale * rolled, seen),
-            f"the vehicle moves {scale:.3g} times what the wheels say: counts a turn, gear, radius",
-        )
-    )
-    turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (seen[:, 0] + 1j * seen[:, 1])).sum()))
-    ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
-    turned_frame = np.column_stack([ahead.real, ahead.imag, rolled[:, 2]])
-    found.append(
-        (apart(turned_frame, seen), f"the pose's heading looks {np.degrees(turn):.0f} degrees off the vehicle's")
-    )
-    best, reading = min(found, key=lambda each: each[0])
-    said = f"the wheels move the vehicle otherwise than the pose: {100 * before:.0f} % apart"
-    if best < FITS * before:
-        return [f"{said}; {reading}, then {100 * best:.0f} %"]
-    return [f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
+    def readings(self) -> tuple[list[tuple[float, str, bool]], list[tuple[float, str, bool]]]:
+        """What other readings leave: those that may be wrong by a little, and those that are or are not."""
+        rolled, way, wheels = self.rolled(np.eye(len(self.names))), self.way(np.eye(3)), np.eye(len(self.names))
+        found: list[tuple[float, str, bool]] = []
+        scale = float((rolled * way).sum() / max((rolled**2).sum(), 1e-300))
+        said = f"the vehicle moves {scale:.3g} times what the wheels say: counts a turn, gear, radius, units"
+        found.append((self.apart(scale * rolled, way), said, True))
+        turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (way[:, 0] + 1j * way[:, 1])).sum()))
+        ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
+        said = f"the pose's heading looks {np.degrees(turn):.1f} degrees off the vehicle's"
+        found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said, True))
+        # A marker beside the vehicle's middle moves aside as it turns.
+        turns = way[:, 2] / self.lever
+        place = [float((off * turns).sum() / max((turns**2).sum(), 1e-300))
+                 for off in (way[:, 1] - rolled[:, 1], rolled[:, 0] - way[:, 0])]  # fmt: skip
+        moved = rolled + np.column_stack([-place[1] * turns, place[0] * turns, 0.0 * turns])
+        said = f"the pose looks taken {place[0]:.2f} m ahead and {place[1]:.2f} m left of the vehicle's middle"
+        found.append((self.apart(moved, way), said, True))
+        for part in (0.1, 0.2, 0.3, 0.5, 1.0):
+            for later in {round(sign * part / self.period_s) for sign in (1, -1)} - {0}:
+                said = f"the pose looks {abs(part):g} s {'late' if later > 0 else 'early'}"
+                found.append((self.apart(rolled, self.way(np.eye(3), later)), said, True))
+        exact: list[tuple[float, str, bool]] = []
+        for order in _orders(len(self.names)):
+            said = f"the wheels look read as {', '.join(self.names[k] for k in order)}"
+            exact.append((self.apart(self.rolled(wheels[order]), way), said, False))
+        for count in (1, 2):
+            for some in combinations(range(len(self.names)), count):
+                signs = np.where(np.isin(np.arange(len(self.names)), some), -1.0, 1.0)
+                said = f"wheel {' and '.join(self.names[k] for k in some)} look{'s' * (count == 1)} reversed"
+                exact.append((self.apart(self.rolled(np.diag(signs)), way), said, False))
+        exact.append((self.apart(-rolled, way), "all wheels look reversed", False))
+        for axes, said in AXES_READ:
+            exact.append((self.apart(rolled, self.way(axes)), said, False))
+        return found, exact
+
+
+#: Axes of a pose as combinations of what was read.
+AXES_READ = (
+    (np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]]), "x and y of the pose look exchanged"),
+    (np.diag([-1.0, 1, 1]), "x of the pose looks reversed"),
+    (np.diag([1.0, -1, 1]), "y of the pose looks reversed"),
+    (np.diag([1.0, 1, -1]), "the heading of the pose looks reversed: a turn to the left is positive"),
+    (np.diag([1.0, 1, np.pi / 180]), "the heading of the pose looks like degrees"),
+    (np.diag([1.0, 1, 180 / np.pi]), "the heading of the pose looks converted from degrees twice"),
+    (np.diag([1e-3, 1e-3, 1]), "x and y of the pose look like millimetres"),
+)
 
 
 def _orders(wheels: int) -> list[list[int]]:
@@ -205,21 +250,35 @@ def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float
     ]
 
 
-def of_counter(name: str, time_s: Floats, counts: Floats) -> list[str]:
-    """Report single steps of a counter that no wheel makes: it began again, or went round."""
-    steps = np.diff(counts)
-    usual = float(np.quantile(np.abs(steps), 0.9)) if len(steps) >= MOST_JUMPS * 10 else np.inf
-    jumps = np.flatnonzero(np.abs(steps) > JUMP * max(usual, 1.0))
-    if not 0 < len(jumps) <= max(MOST_JUMPS, len(steps) // 1000):
+def of_counter(name: str, time_s: Floats, counts: Floats, most_per_s: float) -> list[str]:
+    """Report steps of a counter that no motor makes: it began again, went round, or was not read.
+
+    ``most_per_s`` is what the motor can turn in counts a second; infinite where nobody knows.
+    """
+    steps, times = np.diff(counts), np.diff(time_s)
+    turns = np.abs(steps[steps != 0.0])
+    usual = float(np.median(turns)) if len(turns) else 0.0
+    most = np.where(np.isfinite(most_per_s), 1.5 * most_per_s * times, JUMP * usual) + 2.0
+    jumps = np.flatnonzero(np.abs(steps) > most)
+    if not len(jumps):
         return []
-    first = jumps[0]
-    size = float(steps[first])
-    times = "once" if len(jumps) == 1 else f"and {len(jumps) - 1} times more"
-    said = f"{name} jumps by {size:.0f} counts at {time_s[first + 1]:.3f} s, {times}"
-    bits = round(float(np.log2(abs(size) + usual)))
-    if abs(abs(size) - 2.0**bits) <= 3 * usual + 1 and bits >= 8:
+    # There and back in the next row: one reading that is none.
+    there = jumps[:-1][(np.diff(jumps) == 1) & (np.abs(steps[jumps[:-1]] + steps[jumps[1:]]) <= 2.0 * most[jumps[:-1]])]
+    if 2 * len(there) >= 0.8 * len(jumps):
+        read = counts[there[0] + 1]
+        return [
+            f"{name} reads {read:.0f} in {len(there)} rows, the first at {time_s[there[0] + 1]:.3f} s: leave them out"
+        ]
+    size, first = float(np.median(np.abs(steps[jumps]))), int(jumps[0])
+    bits = round(float(np.log2(size + usual)))
+    round_ = np.abs(np.abs(steps[jumps]) - 2.0**bits) <= most[jumps] + usual
+    again = "once" if len(jumps) == 1 else f"and {len(jumps) - 1} times more"
+    said = f"{name} jumps by {steps[first]:.0f} counts at {time_s[first + 1]:.3f} s, {again}"
+    if bits >= 7 and round_.mean() > 0.9:
         return [f"{said}: a counter of {bits} bits goes round, wrap_bits = {bits}"]
-    return [f"{said}: the counter began again; import the log in pieces"]
+    if len(jumps) <= max(MOST_JUMPS, len(steps) // 1000):
+        return [f"{said}: the counter began again; import the log in pieces"]
+    return []
 
 
 def of_steps(median_s: float) -> list[str]:

@@ -38,6 +38,17 @@ TOLD = 0.3
 ENOUGH, LEAST_M = 3.0, 1e-6
 #: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
 DIFFERENCE, LARGEST, SMALLEST, FARTHEST, ITERATIONS = 1e-3, 2.0, 1e-6, 9.0, 30
+#: How much farther a vehicle goes where something is taken for something else.
+MISTAKEN = {
+    2.0: "diameters for radii",
+    0.5: "radii for diameters",
+    57.3: "radians for degrees",
+    1 / 57.3: "degrees for radians",
+    2 * np.pi: "radians for turns",
+    0.5 / np.pi: "turns for radians",
+}
+#: A run is wrong that fits so badly by chance in fewer than so many calibrations.
+BY_CHANCE = 0.02
 #: Ends that are off by so many times what was stated refute the statement, and every interval with it.
 REFUTED = 3.0
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
@@ -137,9 +148,10 @@ def calibrate(
         raise ConfigError("runs: empty, allowed: at least one run", key="runs")
     problem = _Problem(drawn, drives, position_sd_m, yaw_sd_rad)
     found, single = problem.solve()
+    wrong = _wrong(drives, found, problem.stated)
     ends = [drive.errors(Kinematics(layout=problem.layout(found.u))) for drive in drives]
     places, turns = (_rms([e for end in ends for e in end[kind]]) for kind in (0, 1))
-    refuted = _refuted(places, position_sd_m, "m") or _refuted(turns, yaw_sd_rad, "rad")
+    refuted = wrong or _refuted(found.sd[0], position_sd_m, "m") or _refuted(found.sd[1], yaw_sd_rad, "rad")
     common, parts = problem.common_estimates(found, refuted), problem.estimates(found, single, refuted)
     return Calibration(
         common=common,
@@ -155,14 +167,33 @@ def calibrate(
     )
 
 
-def _refuted(rms: float, stated: float, unit: str) -> str:
+def _refuted(sd: float, stated: float, unit: str) -> str:
     """Why intervals would be wrong: ends that are much farther off than was stated."""
-    if not rms > REFUTED * stated:
+    if not sd > REFUTED * stated:
         return ""
     key = "position_sd_m" if unit == "m" else "yaw_sd_rad"
     return (
-        f"the ends are {rms:.2g} {unit} off where {key} = {stated:g}; state how well they were measured and how far"
+        f"the ends are {sd:.2g} {unit} off where {key} = {stated:g}; state how well they were measured and how far"
         " wheels slip, or find the run that is wrong"
+    )
+
+
+def _wrong(drives: Sequence[_Drive], found: _Found, stated: Floats) -> str:
+    """Name the run without which the others fit much better: one end that was measured or written down wrong."""
+    if (found.sd[:2] <= stated).all():
+        return ""
+    worst = max(range(len(drives)), key=lambda run: found.left_out[run][0] / max(1, found.left_out[run][1]))
+    less, numbers = found.left_out[worst]
+    rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
+    if numbers == 0 or left < ENOUGH:
+        return ""
+    by_chance = scipy_part("stats", NEEDED_BY).f.sf((less / numbers) / (rest / left), numbers, left)
+    if by_chance * len(drives) > BY_CHANCE:
+        return ""
+    times = np.sqrt(found.ends_left / found.ends_freedom / (rest / left))
+    return (
+        f"{drives[worst].where} does not fit the others, which fit {times:.1f} times as well without it; measure its"
+        " end again, or leave it out"
     )
 
 
@@ -180,7 +211,7 @@ def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
 
 def _doubtful(vehicle: Vehicle, drives: Sequence[_Drive], ends: Sequence[tuple[list[float], list[float]]]) -> list[str]:
     """Report runs that fit no vehicle near the designed one: signs, units, the order of wheels or of positions."""
-    doubts = []
+    doubts = _times(vehicle, drives)
     for drive in drives:
         doubts += [f"{drive.where}: {doubt}" for doubt in _plausibility.of_parts(vehicle, drive.parts)]
     for kind, unit, most, why in (
@@ -194,6 +225,23 @@ def _doubtful(vehicle: Vehicle, drives: Sequence[_Drive], ends: Sequence[tuple[l
                 f"{drives[worst].where}: its end is {off[worst]:.3g} {unit} off, the largest of all runs: {why}"
             )
     return doubts
+
+
+def _times(vehicle: Vehicle, drives: Sequence[_Drive]) -> list[str]:
+    """Report wheels that go another multiple of their way than one that a drawing may be wrong by."""
+    kinematics, times = Kinematics(layout=vehicle.layout), []
+    for drive in drives:
+        odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
+        odometry.step_positions(drive.positions)
+        way, run = float(np.hypot(*odometry.pose[:2])), drive.run
+        seen = run.distance_m if run.distance_m is not None else np.hypot(run.end_x_m or 0.0, run.end_y_m or 0.0)
+        if seen > OFF_M and way > OFF_M * seen / 100.0:
+            times.append(float(seen) / way)
+    factor = float(np.median(times)) if times else 1.0
+    for of, why in MISTAKEN.items():
+        if abs(factor / of - 1.0) < 0.15:
+            return [f"the ends are {factor:.3g} times as far as the wheels say: check for {why}, and the gear"]
+    return []
 
 
 class _Drive:
@@ -223,6 +271,11 @@ class _Drive:
         ends = np.linspace(0, len(self.positions) - 1, PARTS + 1).astype(int)
         self.parts = np.diff(self.positions[ends], axis=0)
 
+    def numbers(self) -> tuple[int, int]:
+        """How many numbers were measured at its end: of places and of turns."""
+        run = self.run
+        return sum(each is not None for each in (run.end_x_m, run.end_y_m, run.distance_m)), int(self.yaw is not None)
+
     def errors(self, kinematics: Kinematics) -> tuple[list[float], list[float]]:
         """Odometry less the measurement: positions [m], headings [rad]."""
         odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
@@ -248,6 +301,13 @@ class _Found:
     covariance: Floats
     #: Degrees of freedom of what the variances rest on.
     freedom: float
+    #: Standard deviations of places [m], of turns [rad] and of wheels against each other, by what is left.
+    sd: Floats
+    #: What is left of the ends, in squares of these, and its degrees of freedom.
+    ends_left: float
+    ends_freedom: float
+    #: Of each run by how much less is left without it, and how many numbers it has.
+    left_out: list[tuple[float, int]]
     #: Logarithm of how probable the measurements are under this model; larger is better.
     evidence: float
 
@@ -265,11 +325,11 @@ class _Problem:
             x, y = wheel.position_m
             start += [wheel.radius_m, 0.0, 0.0]
             scale += [SCALE * wheel.radius_m, SCALE * lever, SCALE]
-            # All radii, all levers larger by the same part; the whole vehicle turned, levers and all.
+            # Columns: all radii, all levers larger by the same part; the whole vehicle turned, with levers that stay.
             common += [
                 [1.0, 0.0, 0.0],
-                [0.0, (x * sin(push) - y * cos(push)) / lever, 0.0],
-                [0.0, -(x * cos(push) + y * sin(push)) / lever, 1.0],
+                [0.0, (x * sin(push) - y * cos(push)) / lever, -(x * cos(push) + y * sin(push)) / lever],
+                [0.0, 0.0, 1.0],
             ]
         self.start, self.scale, self.common = np.array(start), np.array(scale), np.array(common)
         self.stated = np.array([position_sd, yaw_sd])
@@ -359,7 +419,31 @@ class _Problem:
         evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:2].sum() if (free[:2] >= ENOUGH).any() else np.inf
-        return _Found(moves @ z, moves @ covariance @ moves.T, float(max(1.0, known)), float(evidence))
+        return _Found(
+            u=moves @ z,
+            covariance=moves @ covariance @ moves.T,
+            freedom=float(max(1.0, known)),
+            sd=sd,
+            ends_left=float((weighted[: sizes[0] + sizes[1]] ** 2).sum()),
+            ends_freedom=float(free[:2].sum()),
+            left_out=[self._without(run, weighted, slopes, covariance) for run in range(len(self.drives))],
+            evidence=float(evidence),
+        )
+
+    def _without(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[float, int]:
+        """By how much less squares are left without a run, and how many numbers its end has."""
+        counts = np.array([drive.numbers() for drive in self.drives])
+        rows: list[int] = []
+        at = 0
+        for kind in (0, 1):
+            begin = at + int(counts[:run, kind].sum())
+            rows += range(begin, begin + int(counts[run, kind]))
+            at += int(counts[:, kind].sum())
+        if not rows:
+            return 0.0, 0
+        own, left = slopes[rows], weighted[rows]
+        alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
+        return float(left @ np.linalg.solve(alone, left)), len(rows)
 
     def _jacobian(self, u: Floats) -> Floats:
         """How residuals move with every number of every wheel."""
@@ -439,8 +523,21 @@ def _positions(log: WheelLog, where: str) -> Floats:
     longest = _longest_gap(np.isnan(rows).any(axis=1)) * log.period_s
     if longest > GAP_S:
         raise ConfigError(f"{where}: {longest:.3g} s without encoders, allowed: gaps up to {GAP_S} s", key="log")
+    # Before the first and after the last row that all have, wheels that are known must stand.
+    whole = np.flatnonzero(~np.isnan(rows).any(axis=1))
+    if not len(whole):
+        raise ConfigError(f"{where}: no row has every encoder, allowed: at least two", key="log")
+    for ends, edge in ((rows[: whole[0]], "starts"), (rows[whole[-1] + 1 :], "ends")):
+        moved = (
+            np.ptp(ends, axis=0) if log.positions is not None and len(ends) else np.abs(ends).max(axis=0, initial=0.0)
+        )
+        if np.nanmax(moved, initial=0.0) > 0.0:
+            raise ConfigError(
+                f"{where}: it {edge} without an encoder while it moves, allowed: logs that have every wheel then",
+                key="log",
+            )
+    rows = rows[whole[0] : whole[-1] + 1].copy()
     at = np.arange(len(rows))
-    rows = rows.copy()
     for wheel in rows.T:
         there = ~np.isnan(wheel)
         wheel[~there] = np.interp(at[~there], at[there], wheel[there])

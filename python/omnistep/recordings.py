@@ -292,8 +292,11 @@ def _doubtful(
     doubts = _plausibility.of_steps(1.0 / max(rates)) if rates else []
     wheels = log_map.signals["wheels"]
     if wheels.unit == "count":
-        for channel, factor in zip(read["wheels"], wheels.factors, strict=True):
-            doubts += _plausibility.of_counter(channel.name, np.asarray(channel.time_ns * 1e-9), channel.value / factor)
+        gears = [wheel.gear if wheels.at_wheel else 1.0 for wheel in vehicle.layout.wheels]
+        no_load = vehicle.no_load_rad_s or math.inf
+        for channel, factor, gear in zip(read["wheels"], wheels.factors, gears, strict=True):
+            time_s, counts = np.asarray(channel.time_ns * 1e-9), channel.value / factor
+            doubts += _plausibility.of_counter(channel.name, time_s, counts, no_load * gear / abs(factor))
     beyond = [(each.signal, each.name, each.beyond, each.known) for each in signals]
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
@@ -301,7 +304,8 @@ def _doubtful(
         doubts += _plausibility.of_yaw(twists[:, 2], columns["gyro_rad_s"])
     if "pose" in log_map.signals:
         pose = np.column_stack([columns[f"pose_{name}"] for name in _PLACE])
-        doubts += _plausibility.of_pose(vehicle, measured, log_map.scenario.period_s, pose)
+        slowest = min(each.rate_hz for each in signals if each.signal == "pose")
+        doubts += _plausibility.of_pose(vehicle, measured, log_map.scenario.period_s, pose, slowest)
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
         doubts += _plausibility.of_command(vehicle, measured, asked)

@@ -148,6 +148,66 @@ def test_a_radius_that_all_wheels_share_is_found_with_coarse_counts_too(counts, 
         )
 
 
+@pytest.mark.parametrize("name", ["mecanum4", "chugo7"])
+def test_what_all_wheels_have_in_common_is_told_apart(name):
+    drawn = omnistep.Vehicle(name)
+    wheels = drawn.layout.wheels
+
+    def moved(lever=1.0, turn=0.0):
+        keys = {}
+        for k, wheel in enumerate(wheels):
+            angle = np.arctan2(*wheel.rolling_direction[::-1]) + turn
+            x, y = lever * np.array(wheel.position_m)
+            keys[f"wheel.{k}.position_m"] = [np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y]
+            keys[f"wheel.{k}.rolling_direction"] = [np.cos(angle), np.sin(angle)]
+        return drawn.replace(keys)
+
+    for real, expected in [(moved(lever=1.04), (1.0, 1.04, 0.0)), (moved(turn=0.03), (1.0, 1.0, 0.03))]:
+        found = omnistep.calibrate(runs_of(real, np.random.default_rng(3)), vehicle=drawn)
+        for each, value in zip(found.common, expected, strict=True):
+            # Eight turns of 2 pi and twelve rad to 4 mrad and 2 mm: a part in 1500 each, and three times that.
+            assert each.told and each.value == pytest.approx(value, abs=2e-3), each
+    # Straight lines to a tape tell no lever, whatever wheels say of each other.
+    rng, runs = np.random.default_rng(0), []
+    for parts in [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]:
+        log, (x, y, _) = drive(moved(lever=1.04), parts, rng)
+        runs.append(omnistep.CalibrationRun(log=log, distance_m=float(np.hypot(x, y))))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    assert found["all.radius"].told and not found["all.lever"].told and not found["all.turn_rad"].told
+
+
+@pytest.mark.parametrize("name", ["omni3", "mecanum4", "chugo7"])
+def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
+    drawn, rng = omnistep.Vehicle(name), np.random.default_rng(4)
+    runs = runs_of(built(drawn, rng), rng)
+    assert all(each.told for each in omnistep.calibrate(runs, vehicle=drawn).common)
+    wrong = runs[5]
+    runs[5] = omnistep.CalibrationRun(
+        log=wrong.log, end_x_m=wrong.end_x_m + 0.05, end_y_m=wrong.end_y_m, end_yaw_rad=wrong.end_yaw_rad
+    )
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    assert not any(each.told for each in (*found.common, *found.estimates))
+    assert any("run[5] does not fit the others" in line for line in found.cannot_tell), found.cannot_tell
+
+
+def test_a_log_that_begins_without_an_encoder_on_the_way_is_refused_and_units_are_named():
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(1)
+    runs = runs_of(drawn, rng)
+    log = {key: column.copy() for key, column in runs[2].log.items()}
+    log["wheel_front_left_position_rad"][:3] = np.nan
+    with pytest.raises(omnistep.ConfigError, match=r"run\[0\]: it starts without an encoder while it moves"):
+        omnistep.calibrate([omnistep.CalibrationRun(log=log, end_x_m=2.4)], vehicle=drawn)
+    # Somebody took radii for diameters: the wheels are twice as large as drawn.
+    far = [
+        omnistep.CalibrationRun(
+            log=run.log, end_x_m=2 * run.end_x_m, end_y_m=2 * run.end_y_m, end_yaw_rad=run.end_yaw_rad
+        )
+        for run in runs
+    ]
+    found = omnistep.calibrate(far, vehicle=drawn)
+    assert any("2 times as far as the wheels say: check for diameters for radii" in line for line in found.cannot_tell)
+
+
 def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
     drawn, covered = omnistep.Vehicle("mecanum4"), []
     for seed in range(24):

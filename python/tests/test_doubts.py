@@ -225,14 +225,20 @@ POSE_MAP = MAP.split("[command]")[0].replace('unit = "rad/s"', 'unit = "count"\n
 PARTS = [(0.25, 0, 0)] * 400 + [(0, 0.25, 0)] * 400 + [(0, 0, 0.6)] * 500 + [(0.2, 0, 0.3)] * 500
 
 
-def imported_with_pose(tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1)):
+def imported_with_pose(
+    tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1), marker=(0, 0), late=0, noise=0.0
+):
     """The doubts of a drive ahead, aside, on the spot and round a bend, in whole counts, with the pose."""
     kinematics = omnistep.Kinematics(layout=omnistep.Vehicle("mecanum4").layout)
     turned = np.cumsum(kinematics.inverse(PARTS) * 0.01, axis=0)
     at, poses = np.zeros(3), []
     for twist in PARTS:
         at = np.asarray(omnistep.moved_by(at, 0.01 * np.array(twist)))
-        poses.append(at * signs)
+        cos, sin = np.cos(at[2]), np.sin(at[2])
+        off = [cos * marker[0] - sin * marker[1], sin * marker[0] + cos * marker[1], 0.0]
+        poses.append((at + off) * signs)
+    poses = [poses[0]] * late + poses[: len(poses) - late]
+    poses = np.array(poses) + noise * np.random.default_rng(0).normal(size=(len(poses), 3))
     table = {"t": 0.01 * np.arange(1, len(PARTS) + 1)}
     table |= dict(zip("abcd", np.floor(turned.T * 210 / (2 * np.pi)), strict=True))
     table |= dict(zip("xyh", np.array(poses).T, strict=True))
@@ -260,6 +266,10 @@ def imported_with_pose(tmp_path, wheels="abcd", pose="xyh", counts=210, unit="ra
         ({"signs": (1, 1, -1)}, "the heading of the pose looks reversed"),
         ({"signs": (1, 1, 180 / np.pi)}, "the heading of the pose looks like degrees"),
         ({"counts": 420}, "the vehicle moves 2 times what the wheels say"),
+        ({"counts": 231}, "the vehicle moves 1.1 times what the wheels say"),
+        ({"marker": (-0.2, 0.1)}, "the pose looks taken -0.20 m ahead and 0.10 m left of the vehicle's middle"),
+        ({"late": 30}, "the pose looks 0.3 s late"),
+        ({"noise": 0.01}, None),
     ],
 )
 def test_a_pose_in_the_log_finds_what_the_map_has_wrong(tmp_path, change, said):
