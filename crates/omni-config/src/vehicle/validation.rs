@@ -89,8 +89,8 @@ impl Vehicle {
                 || format!("{found}, allowed: {}", error.allowed),
                 |way| {
                     format!(
-                        "all wheels push along {way}: nothing moves the vehicle across that, allowed: omni and mecanum wheels that push in \
-                         different directions; plain, steered and tracked wheels are not supported"
+                        "all wheels push {way}, allowed: omni and mecanum wheels that push in different directions; plain, steered and tracked \
+                         wheels are not supported"
                     )
                 },
             );
@@ -122,8 +122,8 @@ impl Vehicle {
             return Ok(());
         }
         let message = format!(
-            "roller_angle_rad: the wheels push past their middle at {lever_m:.2e} m of {circle_m:.3} m, and hardly turn the vehicle, allowed: at least \
-             {LEAST_LEVER} of that; choose signs with which the roller axes on the ground form a diamond"
+            "roller_angle_rad: lever {lever_m:.1e} m, allowed: {LEAST_LEVER} of the wheels' distance from their middle, {circle_m:.3} m, or more, or \
+             nothing turns the vehicle: on the ground the roller axes form a diamond"
         );
         Err(source.refuse("wheel", message))
     }

@@ -131,11 +131,17 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         &[("stall_torque_n_m = 2.0", "stall_torque_n_m = 0.2")],
     );
     let (warnings, _) = checked(path, &["--step", "0.05"]);
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    // Gains for ten times the torque are none for these motors.
+    let [gains, step] = &warnings[..] else {
+        panic!("{warnings:?}")
+    };
     assert!(
-        warnings[0].contains("impossible at 0.3 m/s with the motor's 0.2 N.m"),
-        "{}",
-        warnings[0]
+        gains.starts_with("gains: kp_n_m_s_rad = 0.3 is 11.4 times"),
+        "{gains}"
+    );
+    assert!(
+        step.contains("impossible at 0.3 m/s with the motor's 0.2 N.m"),
+        "{step}"
     );
     let allowed = |step: &str, file: &str| refused(path, &["check", file, "--step", step]);
     let wall = "allowed: less than the radius of every wheel: wheels cannot climb an edge above their axle\n";
@@ -212,4 +218,41 @@ fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
         "warning: flat: command.file: 2 rows come after the run's end at 0.1 s, the last at 2001 s",
     ];
     assert!(table.contains(turn) && table.contains(late), "{table}");
+}
+
+#[test]
+fn wheels_motors_and_commands_that_nobody_builds_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let doubts = |changes: &[(&str, &str)]| {
+        edited(path, "mecanum4", changes);
+        checked(path, &[]).0
+    };
+    assert!(doubts(&[]).is_empty());
+    // 40 N.m * sqrt(2) / 0.076 m at each of four wheels are 2977 N, 24 kg weigh 235 N.
+    let strong = doubts(&[("stall_torque_n_m = 3.0", "stall_torque_n_m = 40.0")]);
+    let said =
+        "motor.stall_torque_n_m = 40: the wheels push with 12.6 times the weight; 40 kg.cm are 3.92 N.m";
+    assert!(strong.iter().any(|line| line == said), "{strong:?}");
+    // 36 kg in a cylinder of 152 mm, as wide as it is high: 2.76 litres.
+    let dense = doubts(&[
+        ("mass_kg = 1.0", "mass_kg = 36.0"),
+        ("inertia_kg_m2 = 0.0035", "inertia_kg_m2 = 0.1"),
+    ]);
+    assert!(
+        dense
+            .iter()
+            .any(|line| line.contains("13.1 kg a litre") && line.contains("steel has 7.9")),
+        "{dense:?}"
+    );
+    let hand = doubts(&[(
+        "roller_angle_rad = -0.7853981634 # 45 degrees to the right of forward\nradius_m = 0.076                # 6 inches",
+        "roller_angle_rad = 0.7853981634\nradius_m = 0.076 # 6 inches",
+    )]);
+    assert!(
+        hand.iter().any(|line| line.contains(
+            "wheel front_left: roller_angle_rad = 0.7853981634 looks like that of a wheel for the other side"
+        )),
+        "{hand:?}"
+    );
 }
