@@ -382,7 +382,10 @@ fn wheels_that_push_past_their_middle_by_nothing_are_refused() {
         ]);
         args.extend([
             "--set".to_owned(),
-            format!("vehicle.wheel.{wheel}.roller_angle_rad={}", sign * 0.7853981634),
+            format!(
+                "vehicle.wheel.{wheel}.roller_angle_rad={}",
+                sign * std::f64::consts::FRAC_PI_4
+            ),
         ]);
     }
     let args: Vec<_> = args.iter().map(String::as_str).collect();
