@@ -117,15 +117,15 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     likely, exact = seen.readings()
     if before < DISAGREE:
         # Little ones are said only where one reading explains them all.
-        likely = [each for each in likely if each[2]] if before > SLIGHT else []
+        likely, exact = likely if before > SLIGHT else [], []
         if not likely or min(likely)[0] > FITS * before:
             return []
     said = f"the wheels move the vehicle otherwise than the pose: {100 * before:.0f} % apart"
-    every = sorted([*likely, *(exact if before >= DISAGREE else [])], key=lambda each: each[0])
+    every = sorted([*likely, *exact])
     best = every[0][0]
     if best > FITS * before:
         return [f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
-    readings = [reading for apart, reading, _ in every if apart < best + ALSO][:3]
+    readings = [reading for apart, reading in every if apart < best + ALSO][:3]
     return [f"{said}; {', or '.join(readings)}, then {100 * best:.0f} %"]
 
 
@@ -176,40 +176,40 @@ class _Seen:
         square = max(float(np.mean((of - what)[there] ** 2)) - self.noise, 0.0)
         return float(np.sqrt(square / max(float(np.mean(what[there] ** 2)), 1e-300)))
 
-    def readings(self) -> tuple[list[tuple[float, str, bool]], list[tuple[float, str, bool]]]:
+    def readings(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
         """What other readings leave: those that may be wrong by a little, and those that are or are not."""
         rolled, way, wheels = self.rolled(np.eye(len(self.names))), self.way(np.eye(3)), np.eye(len(self.names))
-        found: list[tuple[float, str, bool]] = []
+        found: list[tuple[float, str]] = []
         scale = float((rolled * way).sum() / max((rolled**2).sum(), 1e-300))
         said = f"the vehicle moves {scale:.3g} times what the wheels say: counts a turn, gear, radius, units"
-        found.append((self.apart(scale * rolled, way), said, True))
+        found.append((self.apart(scale * rolled, way), said))
         turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (way[:, 0] + 1j * way[:, 1])).sum()))
         ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
         said = f"the pose's heading looks {np.degrees(turn):.1f} degrees off the vehicle's"
-        found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said, True))
+        found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said))
         # A marker beside the vehicle's middle moves aside as it turns.
         turns = way[:, 2] / self.lever
         place = [float((off * turns).sum() / max((turns**2).sum(), 1e-300))
                  for off in (way[:, 1] - rolled[:, 1], rolled[:, 0] - way[:, 0])]  # fmt: skip
         moved = rolled + np.column_stack([-place[1] * turns, place[0] * turns, 0.0 * turns])
         said = f"the pose looks taken {place[0]:.2f} m ahead and {place[1]:.2f} m left of the vehicle's middle"
-        found.append((self.apart(moved, way), said, True))
+        found.append((self.apart(moved, way), said))
         for part in (0.1, 0.2, 0.3, 0.5, 1.0):
             for later in {round(sign * part / self.period_s) for sign in (1, -1)} - {0}:
                 said = f"the pose looks {abs(part):g} s {'late' if later > 0 else 'early'}"
-                found.append((self.apart(rolled, self.way(np.eye(3), later)), said, True))
-        exact: list[tuple[float, str, bool]] = []
+                found.append((self.apart(rolled, self.way(np.eye(3), later)), said))
+        exact: list[tuple[float, str]] = []
         for order in _orders(len(self.names)):
             said = f"the wheels look read as {', '.join(self.names[k] for k in order)}"
-            exact.append((self.apart(self.rolled(wheels[order]), way), said, False))
+            exact.append((self.apart(self.rolled(wheels[order]), way), said))
         for count in (1, 2):
             for some in combinations(range(len(self.names)), count):
                 signs = np.where(np.isin(np.arange(len(self.names)), some), -1.0, 1.0)
                 said = f"wheel {' and '.join(self.names[k] for k in some)} look{'s' * (count == 1)} reversed"
-                exact.append((self.apart(self.rolled(np.diag(signs)), way), said, False))
-        exact.append((self.apart(-rolled, way), "all wheels look reversed", False))
+                exact.append((self.apart(self.rolled(np.diag(signs)), way), said))
+        exact.append((self.apart(-rolled, way), "all wheels look reversed"))
         for axes, said in AXES_READ:
-            exact.append((self.apart(rolled, self.way(axes)), said, False))
+            exact.append((self.apart(rolled, self.way(axes)), said))
         return found, exact
 
 
@@ -253,7 +253,7 @@ def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float
 def of_counter(name: str, time_s: Floats, counts: Floats, most_per_s: float) -> list[str]:
     """Report steps of a counter that no motor makes: it began again, went round, or was not read.
 
-    ``most_per_s`` is what the motor can turn in counts a second; infinite where nobody knows.
+    ``most_per_s`` is what the motor can turn in counts a second; infinite where that is unknown.
     """
     steps, times = np.diff(counts), np.diff(time_s)
     turns = np.abs(steps[steps != 0.0])

@@ -130,11 +130,15 @@ def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
         if fault["kind"] == "encoder_slips":
             fault["part"] = 0.5
         broken.append(fault)
-    if chance.random() < 0.5:
-        keys["drive.faults"] = {}
-    else:
-        keys["drive"] = {}
-    stop = chance.choice(("rest", "emergency_stop", "command_lost"))
+    stops = ["rest"]
+    # Half of traction control is by itself.
+    if policy not in ("steady", "reach") or chance.random() < 0.5:
+        stops += ["emergency_stop", "command_lost"]
+        if chance.random() < 0.5:
+            keys["drive.faults"] = {}
+        else:
+            keys["drive"] = {}
+    stop = chance.choice(stops)
     if stop == "rest":
         keys["command.then"] = [{"at_s": STOP_S, "vx_m_s": 0.0, "vy_m_s": 0.0, "wz_rad_s": 0.0}]
     else:

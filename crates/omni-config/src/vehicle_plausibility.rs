@@ -63,16 +63,14 @@ impl Vehicle {
                     digits(derived.gains.kp_n_m_s_rad)
                 ));
             }
-        } else {
-            if derived.time_constant_s > SLOW_S {
-                doubts.push(format!(
+        } else if derived.time_constant_s > SLOW_S {
+            doubts.push(format!(
                     "gains: the derived time constant is {:.2} s, for {:.3} kg and motors of {} N.m: the wheels follow slowly; \
                      use stronger motors, a lower mass or [limits]",
                     derived.time_constant_s,
                     self.mass_kg(),
                     self.motor.stall_torque_n_m
                 ));
-            }
         }
         Ok(doubts)
     }
@@ -218,7 +216,7 @@ impl Vehicle {
         ))
     }
 
-    /// Motors that nobody builds into so light a vehicle.
+    /// Motors that are too strong for so light a vehicle.
     fn too_strong(&self) -> Result<Option<String>, Error> {
         let (rows, _) = self.actuators()?;
         let stall = self.motor.stall_torque_n_m;

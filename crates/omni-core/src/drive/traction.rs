@@ -7,8 +7,8 @@ use crate::{ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Tract
 
 /// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
 ///
-/// Wheels that the fault monitor lets go, and those of which no reading arrives, have no torque and no say in the speed. `torque_ranges` of
-/// the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+/// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+/// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 ///
 /// ```
 /// use omni_core::{BodyReadings, BodyTwist, DriveInput, DriveMode, TractionDrive, TractionDriveState, WheelVelocities};

@@ -23,6 +23,7 @@ mod suggestions;
 mod traction;
 mod untrusted_files;
 mod warnings;
+mod wheel_layouts;
 
 use std::fs;
 use std::path::Path;
