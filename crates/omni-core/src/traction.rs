@@ -255,11 +255,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
             wheels.range.restrict(within);
         }
         self.find_largest(state, &wheels.range);
-        self.choose_loops(state, target);
+        self.choose_loops(state, target, believed);
         if state.loops == TractionLoops::Traction {
             self.find_thrust(state);
         } else {
-            state.thrust_n_m = self.mean_thrust(state);
+            state.thrust_n_m = self.mean_thrust(state, |wheel| wheel.applied_n_m);
         }
         // 4. and 5. Slip of each wheel; heading and level.
         let turn = self.turn(state, target);

@@ -6,23 +6,24 @@ use crate::pid::is_plausible;
 use crate::{Attitude, LinkageMotion, Readings, Real};
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, or mute.
+    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, mute, or doubted.
     pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
-        let resting = state.is_resting();
+        let (resting, tells) = (state.is_resting(), state.tells);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
             let before = wheel.heard;
             let read = readings.wheels_rad_s.get(i).copied();
             let read = read.filter(|read| is_plausible(*read));
-            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting));
+            wheel.doubted &= !resting;
+            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
             let Some(read) = read.filter(|_| wheel.heard) else {
                 wheel.forget();
                 continue;
             };
             let count_rad = self.times.count_rad;
-            *rate = if count_rad > R::zero() {
+            *rate = if count_rad > R::zero() && tells {
                 wheel.encoder.step(read, count_rad, period_s)
             } else {
                 read

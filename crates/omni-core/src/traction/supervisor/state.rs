@@ -162,6 +162,16 @@ impl<R: Real> SupervisorState<R> {
         TractionTarget::at(self.target_m_s)
     }
 
+    /// Nothing is tried: the target is the commanded speed.
+    pub(in crate::traction) fn drive<const N: usize>(
+        &mut self,
+        traction: &TractionState<R, N>,
+    ) -> TractionTarget<R, N> {
+        self.forget();
+        self.target_m_s = traction.commanded_m_s;
+        TractionTarget::at(self.target_m_s)
+    }
+
     pub(super) fn start(&mut self, mode: SupervisorMode) {
         self.mode = mode;
         (self.in_mode_s, self.back_m) = (R::zero(), R::zero());
