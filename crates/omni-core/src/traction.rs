@@ -255,7 +255,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             wheels.range.restrict(within);
         }
         self.find_largest(state, &wheels.range);
-        self.choose_loops(state, target, believed);
+        self.choose_loops(state, target);
         if state.loops == TractionLoops::Traction {
             self.find_thrust(state);
         } else {

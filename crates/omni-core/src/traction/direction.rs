@@ -11,6 +11,7 @@ const DRIVEN_PART: f64 = 0.3;
 const ENOUGH_PART: f64 = 0.6;
 /// Where sensors may hide this part of the commanded speed, slip is not told from noise.
 const HIDDEN_PART: f64 = 0.5;
+const HIDDEN_AGAIN: f64 = 0.4;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
 const BALANCED_PART: f64 = 0.01;
 
@@ -79,7 +80,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let mut direction = state.direction;
         if speed > zero {
             direction = [asked[0] / speed, asked[1] / speed];
-            state.tells = self.times.hidden_m_s <= R::of(HIDDEN_PART) * speed;
+        }
+        // With a gap between coming and going; a vehicle that only turns hides whatever there is.
+        if *command != BodyTwist::ZERO {
+            let part = R::of(if state.tells { HIDDEN_PART } else { HIDDEN_AGAIN });
+            state.tells = self.times.hidden_m_s <= part * speed;
         }
         if state.has_direction && direction == state.direction {
             return;

@@ -12,9 +12,6 @@ const LEVEL_RAD: f64 = 0.02;
 /// A gyro is used once its zero was looked at for so long \[s\].
 const FOUND_S: f64 = 0.05;
 
-/// So many wheels tell how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
-const MOTIONS: usize = 3;
-
 /// What turning asks of the wheels.
 #[derive(Clone, Copy)]
 pub(super) struct Turn<R> {
@@ -41,14 +38,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
             state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);
             state.gyro_zero_rad_s = state.gyro_zero_rad_s.limited(-most, most);
         }
-        let heard = state.wheels.iter().filter(|wheel| wheel.heard).count();
-        state.spare = heard >= if gyro.is_some() { MOTIONS } else { MOTIONS + 1 };
-        let found = state.gyro_found_s >= R::of(FOUND_S) || config.gyro_zero_s == R::zero();
         let rate = match gyro {
-            Some(rate) if found => rate - state.gyro_zero_rad_s,
+            Some(rate) if self.knows_zero(state) => rate - state.gyro_zero_rad_s,
             _ => self.turned(state, free_rad_s),
         };
         follow(&mut state.yaw_rad_s, rate, config.part(self.times.speed_s));
+    }
+
+    /// Has the gyro's zero been looked at for long enough?
+    pub(super) fn knows_zero(&self, state: &TractionState<R, N>) -> bool {
+        state.gyro_found_s >= R::of(FOUND_S) || self.config.gyro_zero_s == R::zero()
     }
 
     /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].

@@ -61,9 +61,12 @@ pub struct TractionState<R, const N: usize> {
     pub(super) held_up_s: R,
     pub(super) calm_s: R,
     pub(super) astray_s: R,
-    /// The sensors tell slip from noise at the commanded speed, and a wheel more is heard than the motion takes.
+    /// The sensors tell slip from noise at the commanded speed.
     pub(super) tells: bool,
-    pub(super) spare: bool,
+    /// Time that is left until a wheel was to spare for long enough \[s\].
+    pub(super) lacked_s: R,
+    /// Thrust at which every driven wheel gives all it has.
+    pub(super) whole_n_m: R,
     /// For how long the ground has carried most driven wheels faster than the measured speed \[s\].
     pub(super) carried_s: R,
     /// Part of the slip's gain that swinging wheels have left.
@@ -165,7 +168,8 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             calm_s: R::ZERO,
             astray_s: R::ZERO,
             tells: true,
-            spare: true,
+            lacked_s: R::ZERO,
+            whole_n_m: R::ZERO,
             carried_s: R::ZERO,
             softness: R::ONE,
             wheels: [WheelState::new(); N],
@@ -209,7 +213,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
 
     /// Slip can be told from noise, and a wrong wheel from the others.
     pub(super) fn can_tell(&self) -> bool {
-        self.tells && self.spare
+        self.tells && self.lacked_s == R::zero()
     }
 
     /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].

@@ -30,6 +30,7 @@ const ASTRAY_S: f64 = 0.3;
 /// at least \[s\], are carried by the ground.
 const CARRIED: f64 = 2.0;
 const CARRIED_S: f64 = 0.06;
+const LEAK: f64 = 4.0;
 
 /// What drives the wheels.
 ///
@@ -72,12 +73,7 @@ impl TractionLoops {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
-    pub(super) fn choose_loops(
-        &self,
-        state: &mut TractionState<R, N>,
-        target: &TractionTarget<R, N>,
-        slowest: Option<usize>,
-    ) {
+    pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
         let zero = R::zero();
         if state.is_resting() || !state.can_tell() {
             // Every wheel by its own loop.
@@ -98,18 +94,24 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.held_up_s = count(state.held_up_s, held_up);
         // The largest slip, and do most driven wheels go against the target, or much faster?
         let (mut slip, mut astray, mut carried, mut driven) = (zero, 0, 0, 0);
-        for (way, wheel) in state.way.iter().zip(&state.wheels) {
+        let carries = R::of(BACK_PART) * wanted + R::of(SLIPS) * self.times.free_m_s;
+        let (mut least_m_s, mut slowest) = (wanted, None);
+        for (i, (way, wheel)) in state.way.iter().zip(&state.wheels).enumerate() {
             if way.driven && wheel.heard {
                 let ahead = sign * wheel.speed_m_s;
                 slip = larger(slip, (ahead - speed).abs());
                 driven += 1;
                 astray += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(ASTRAY_M_S));
                 let idle = sign * way.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
-                carried += u32::from(idle && ahead > R::of(BACK_PART) * wanted + self.times.free_m_s);
+                carried += u32::from(idle && ahead > carries);
+                if ahead < least_m_s {
+                    (least_m_s, slowest) = (ahead, Some(i));
+                }
             }
         }
         let astray = 2 * astray > driven || speed < -R::of(BACKWARD_M_S);
-        let wrong = speed < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
+        // One says that the vehicle is slow, and the ground carries the others.
+        let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
         let held_up_s = R::of(if state.sees { HELD_UP_S } else { HELD_UP_BLIND_S });
         let climbs = || {
@@ -134,13 +136,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
             TractionLoops::Traction => {
                 state.astray_s = count(state.astray_s, astray);
-                // A late loop swings about that.
-                let carried_s = larger(state.carried_s - self.config.period_s, zero);
-                state.carried_s = larger(count(state.carried_s, wrong), carried_s);
+                // A late loop swings about that: so it is where it is four times as often as not.
+                let leak = R::of(LEAK) * self.config.period_s;
+                state.carried_s = larger(
+                    count(state.carried_s, wrong),
+                    larger(state.carried_s - leak, zero),
+                );
                 let mut undecided = false;
                 if state.carried_s > larger(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
-                    // The one that says it is wrong; of two nobody knows which.
-                    undecided = 2 * carried == driven;
+                    // Of half against half nobody knows which is wrong, and two are not wrong at once.
+                    undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
                     if let Some(slowest) = slowest.filter(|_| !undecided) {
                         state.wheels[slowest].doubted = true;
                     }
@@ -183,7 +188,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ) -> R {
         let (mut sum, mut parts) = (R::zero(), R::zero());
         for (way, wheel) in state.way.iter().zip(&state.wheels) {
-            if way.driven {
+            if way.driven && wheel.heard {
                 sum += way.along * torque_n_m(wheel);
                 parts += way.part.abs();
             }
@@ -201,7 +206,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
-        let (error, largest) = (state.lack_rad_s(), state.largest_n_m);
+        let (error, largest) = (state.lack_rad_s(), state.whole_n_m);
         let asked = self.proportional(state) + state.integral_n_m;
         state.thrust_n_m = asked.limited(-largest, largest);
         // It does not wind up at the limit.
@@ -211,15 +216,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.integral_n_m = state.integral_n_m.limited(-largest, largest);
     }
 
-    /// The thrust at which every driven wheel gives what it has \[N.m\]: one with less way per turn gets a smaller part of it.
+    /// The thrust that a driven wheel has at most, and that at which every one gives what it has \[N.m\]: those with less way per turn get a
+    /// smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
-        state.largest_n_m = R::zero();
+        (state.largest_n_m, state.whole_n_m) = (R::zero(), R::zero());
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             wheel.most_n_m = larger(range.upper_n_m[i], -range.lower_n_m[i]);
             if state.way[i].driven {
+                state.largest_n_m = larger(state.largest_n_m, wheel.most_n_m);
                 let whole = state.largest_per_m * state.way[i].way_m.abs(); // over its part
-                state.largest_n_m = larger(state.largest_n_m, whole * wheel.most_n_m);
+                state.whole_n_m = larger(state.whole_n_m, whole * wheel.most_n_m);
             }
         }
     }

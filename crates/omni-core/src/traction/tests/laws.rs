@@ -290,8 +290,9 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
         );
         assert!(fastest_m_s < 1.5 * 0.3, "{stuck_rad_s} rad/s: {fastest_m_s}");
     }
-    // One that reads half of its speed slows the others to the target and no further: all go on.
-    let (_, fastest_m_s) = with_dead_wheel(|_| {}, |rate| 0.5 * rate);
+    // So is one that reads less than half of its speed.
+    let (out, fastest_m_s) = with_dead_wheel(|_| {}, |rate| 0.4 * rate);
+    assert!(out.is_some_and(|period| period < 400), "{out:?}");
     assert!(fastest_m_s < 1.5 * 0.3, "{fastest_m_s}");
     // A motor that follows 20 ms late: two slip times of 0.12 s.
     let (out, fastest_m_s) = with_dead_wheel(|sensors| sensors.lag_s = 0.02, |_| next());
@@ -345,4 +346,71 @@ fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
     assert_eq!(with_heard(2, true), TractionLoops::Plain);
     assert_eq!(with_heard(4, false), TractionLoops::Traction);
     assert_eq!(with_heard(3, false), TractionLoops::Plain);
+}
+
+#[test]
+fn a_wheel_that_reads_nothing_for_a_moment_is_not_doubted_whatever_the_speed() {
+    for target_m_s in [0.3, 0.6, 1.0] {
+        let (traction, mut plant) = (steady(), Plant::new(10.0));
+        let mut state = engaged(&traction);
+        let ahead = BodyTwist {
+            vx_m_s: target_m_s,
+            ..BodyTwist::ZERO
+        };
+        for period in 0..3000 {
+            let mut rates = plant.rate_rad_s;
+            if (1500..1520).contains(&period) {
+                rates[3] = 1e-9 * f64::from(period);
+            }
+            let sample = traction.step(&mut state, &level(ahead, &rates), &TractionTarget::at(target_m_s));
+            plant.step(&sample.wheels.applied.n_m);
+            assert!(sample.wheels.active[3], "{target_m_s} m/s, period {period}");
+        }
+    }
+}
+
+#[test]
+fn wheels_without_grip_do_not_outvote_the_one_that_pushes() {
+    // Held at a wall: wheel 4 stands, the others spin free.
+    let (traction, inertia, mut rates) = (steady(), 0.002178, [0.0; 7]);
+    let mut state = engaged(&traction);
+    for period in 0..3000 {
+        rates[3] = 1e-9 * f64::from(period); // not mute
+        let sample = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
+        for wheel in [0, 2, 4, 6] {
+            rates[wheel] += sample.wheels.applied.n_m[wheel] / inertia * T;
+        }
+        assert!(
+            sample.wheels.active[3] && sample.loops != TractionLoops::Fallback,
+            "period {period}"
+        );
+    }
+}
+
+#[test]
+fn a_second_wheel_that_contradicts_ends_in_plain_loops_and_rest_forgives() {
+    let (traction, mut plant) = (steady(), Plant::new(10.0));
+    let (mut state, mut loops, mut active) = (engaged(&traction), TractionLoops::Traction, [true; 7]);
+    for period in 0..4000 {
+        let mut rates = plant.rate_rad_s;
+        for (wheel, from) in [(3, 1000), (4, 2000)] {
+            if period >= from {
+                rates[wheel] = 1e-9 * f64::from(period);
+            }
+        }
+        let sample = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
+        plant.step(&sample.wheels.applied.n_m);
+        (loops, active) = (sample.loops, sample.wheels.active);
+        assert!(plant.speed_m_s < 2.0 * 0.3, "{} m/s", plant.speed_m_s);
+    }
+    assert!(
+        !active[3] && active[4] && loops == TractionLoops::Fallback,
+        "{active:?} {loops:?}"
+    );
+    let sample = traction.step(
+        &mut state,
+        &level(BodyTwist::ZERO, &[0.0; 7]),
+        &TractionTarget::at(0.0),
+    );
+    assert!(sample.wheels.active[3] && sample.loops == TractionLoops::Plain);
 }
