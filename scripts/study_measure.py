@@ -27,7 +27,8 @@ RPM = np.pi / 30
 def build() -> str:
     """What tells these measurements from those of another build: the compiled part and what measures."""
     measures = inspect.getsource(sys.modules[__name__]) + inspect.getsource(study_safety)
-    source = Path(_omnistep.__file__).read_bytes() + measures.encode()
+    robots = b"".join(robot.read_bytes() for robot in sorted(study_safety.ROBOTS.iterdir()))
+    source = Path(_omnistep.__file__).read_bytes() + measures.encode() + robots
     return hashlib.sha256(source).hexdigest()[:16]
 
 

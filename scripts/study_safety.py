@@ -24,6 +24,9 @@ DURATION_S = 8.0
 STOPS_S = 5.0  # stopped for good
 ENDS_S = 2.0  # from the stop on torque may last so long: a time-out, a deceleration, the bleed
 FASTER = 1.5  # of the command or the stated run-up
+FASTEST_M_S = 1.0  # of a run-up
+#: Ways that are commanded, from ahead [rad]: most go ahead.
+WAYS = [0.0, 0.0, 0.0, 0.0, 0.5, float(np.pi / 2), float(np.pi)]
 BACK_M = 0.05  # beyond a stated back-off
 #: What the policies state of their retries: how many times the command a run-up is, and how far they back off [m].
 RUN_UP_TIMES = {"steady": 2.0, "reach": 4.0}
@@ -66,8 +69,11 @@ def drawn(seed: int) -> dict[str, Any]:
         "actuators.torque_lag_s": dice.choice([0.0, 0.0, 0.005, 0.02]),
         "perturbation.yaw_rad": dice.uniform(0.0, 0.2),
         "perturbation.start_m": 0.02,
-        "command.vx_m_s": dice.choice([0.05, 0.15, 0.3, 0.3, 0.5]),
     }
+    speed, angle = dice.choice([0.05, 0.15, 0.3, 0.3, 0.5]), dice.choice(WAYS)
+    if name == "rocker_bogie6":
+        angle = 0.0 if angle < 2.0 else np.pi
+    keys |= {"command.vx_m_s": speed * float(np.cos(angle)), "command.vy_m_s": speed * float(np.sin(angle))}
     faults, broken = [], ""
     # Half of the runs have a broken encoder, for good or for a while.
     if dice.random() < 0.5:
@@ -102,19 +108,22 @@ def planned(seeds: range) -> list[dict]:
 
 def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[str, float]:
     """How far a run went in each law: 1 is the limit."""
-    period_s, asked = keys["control.period_us"] * 1e-6, keys["command.vx_m_s"]
-    tried = "traction_mode" in trace and bool((trace["traction_mode"] == BACKS_OFF).any())
-    most = FASTER * asked * (RUN_UP_TIMES[traction] if tried else 1.0)
-    torque = np.stack([trace.wheels("torque_n_m")[:, wheel] for wheel in range(len(trace.wheel_names))], axis=1)
+    period_s, asked = keys["control.period_us"] * 1e-6, np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
+    way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
+    rows = round(STOPS_S / period_s)
+    # From its first back-off on a policy states that it runs up faster and goes back.
+    backs = trace["traction_mode"] == BACKS_OFF if "traction_mode" in trace else np.zeros(len(trace), dtype=bool)
+    tried = np.maximum.accumulate(backs)[:rows]
+    most = FASTER * np.where(tried, max(asked, min(RUN_UP_TIMES[traction] * asked, FASTEST_M_S)), asked)
     # Without torque a vehicle without friction rolls wherever the ground inclines it to.
-    pushed = (trace.wheels("applied_n_m") != 0.0).any(axis=1)[: round(STOPS_S / period_s)]
-    started = int(np.argmax(pushed))
-    rests = np.flatnonzero(~pushed[started:])
-    driven = slice(0, started + int(rests[0]) if len(rests) else len(pushed))
-    vx, vy, z = trace["twist_vx_m_s"][driven], trace["twist_vy_m_s"][driven], trace["pose_z_m"][driven]
+    torque = trace.wheels("torque_n_m")
+    pushed = (trace.wheels("applied_n_m") != 0.0).any(axis=1)[:rows]
+    vx, vy, z = trace["twist_vx_m_s"][:rows], trace["twist_vy_m_s"][:rows], trace["pose_z_m"][:rows]
     # What falls may go faster by what it fell.
     may = np.sqrt(most**2 + 2.0 * 9.81 * (np.maximum.accumulate(z) - z))
-    along_m = np.cumsum(vx) * period_s  # along the way as commanded, in the vehicle's axes
+    speeds = np.where(pushed, np.hypot(vx, vy) / may, 0.0)
+    # Along the way as commanded, in the vehicle's axes.
+    along_m = np.cumsum(np.where(pushed, vx * way[0] + vy * way[1], 0.0)) * period_s
     back_m = np.max(np.maximum.accumulate(along_m) - along_m, initial=0.0)
     vehicle = omnistep.Vehicle(keys["vehicle"])
     no_load = vehicle.no_load_rad_s
@@ -123,9 +132,15 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     ]
     rim = np.abs(trace.wheels("rim_m_s") / gears).max() / no_load if no_load else 0.0
     after = torque[round((STOPS_S + ENDS_S) / period_s) :]
-    finite = all(np.isfinite(trace[name]).all() for name in ("twist_vx_m_s", "twist_vy_m_s", "pose_yaw_rad"))
-    parts = [np.max(np.hypot(vx, vy) / may, initial=0.0), back_m / (BACK_M + (BACK_OFF_M[traction] if tried else 0.0)),
-             rim / 1.01, np.inf if (after != 0.0).any() else 0.0, 0.0 if finite else np.inf]  # fmt: skip
+    told = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
+    finite = all(np.isfinite(trace[name]).all() for name in told) and np.isfinite(trace.wheels("requested_n_m")).all()
+    parts = [
+        np.max(speeds, initial=0.0),
+        back_m / (BACK_M + (BACK_OFF_M[traction] if tried.any() else 0.0)),
+        rim / 1.01,
+        np.inf if (after != 0.0).any() else 0.0,
+        0.0 if finite else np.inf,
+    ]
     return dict(zip(LAWS, map(float, parts), strict=True))
 
 
