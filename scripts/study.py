@@ -1,7 +1,7 @@
 """Runs the study of traction control, judges it, and writes docs/study.md: python scripts/study.py [--check].
 
-Some twenty minutes on two cores, most of it rapier's rollers. Results are in out/study; runs that are there are not
-run again, unless the package was built anew. Exit code 1 where a gate fails.
+Some half an hour on two cores, most of it rapier's rollers and the draws of the safety table. Results are in out/study;
+runs that are there are not run again, unless the package was built anew. Exit code 1 where a gate fails.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import study_gates
 import study_measure
 import study_page
 import study_runs
+import study_safety
 
 OUT = study_runs.ROOT / "out" / "study"
 ON_DAMPERS = ["independent", "paper", "synchronised", "steady", "reach"]
@@ -32,6 +33,7 @@ def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study_gates.Gate]:
     gates += study_gates.grounds(rows, study_runs.GROUNDS, "articulated", study_gates.GROUND_RUNS)
     gates += study_gates.grounds(rows, study_runs.GROUNDS, "rapier", 2)
     gates += study_gates.reach(rows, possible, study_runs.HARD, len(seeds))
+    gates += study_gates.situations(rows) + study_gates.vehicles(rows) + study_gates.safety(rows, study_safety.DRAWS)
     return [*gates, *study_gates.bouncing(rows), *study_gates.on_dampers(dampers)]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from study_gates import CELL, NAMES, PARTS, of, paired
 from study_runs import IMPOSSIBLE, POLICIES, ROOT, hard_cells
+from study_safety import VEHICLES
 from study_tables import HARD, PLACES
 
 import omnistep
@@ -102,10 +103,32 @@ def on_dampers(speeds: pd.DataFrame) -> plt.Figure:
     return figure
 
 
+def safety(rows: pd.DataFrame) -> plt.Figure:
+    """A point a draw: how far traction control and plain loops went, 1 is the limit."""
+    here, keys = of(rows, group="safety"), ["seed", "vehicle"]
+    plain = here["policy"] == "independent"
+    pairs = here[~plain].merge(here[plain], on=keys)
+    laws = {"too fast": "speed", "back": "way back", "rim": "rims"}
+    figure, axes = plt.subplots(1, len(laws), figsize=(11.5, 4.2), layout="constrained")
+    for ax, (law, title) in zip(axes, laws.items(), strict=True):
+        for vehicle in VEHICLES:
+            each = of(pairs, vehicle=vehicle)
+            x, y = (each[f"{law}_{end}"].astype(float).clip(lower=0.01) for end in "yx")
+            ax.plot(x, y, "o", ms=3, alpha=0.5, mew=0, label=vehicle)
+        ax.axhline(1, color="0.6", lw=1)
+        ax.axvline(1, color="0.6", lw=1)
+        ax.set(xscale="log", yscale="log", title=f"{title}, in limits", xlabel="independent")
+        ax.set_ylabel("traction control")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize="small")
+    return figure
+
+
 def draw(rows: pd.DataFrame, speeds: pd.DataFrame) -> None:
     """Write every picture."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     pictures = {"grid": grid(rows), "impact": impact(rows), "reach": reach(rows), "dampers": on_dampers(speeds)}
+    pictures["safety"] = safety(rows)
     for name, figure in pictures.items():
         figure.savefig(FOLDER / f"study-{name}.png", dpi=DPI)
         plt.close(figure)

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
+import study_safety
+from study_situations import SEEDS, SITUATIONS, VEHICLES
 
 from omnistep._omnistep import mean_interval, wilson
 
@@ -25,6 +27,8 @@ GROUND_FIGURES = ["crossing_s", "heat_n2m2s", "linkage_spread"]
 TOLD = {("half_step", "linkage_spread")}
 REACH_CELLS, REACH_RAPIER = 32, 14
 APART_RPM, FALL_RPM = 6.0, 1.0
+#: Of the situations an audit counted.
+SITUATION_CLIMBS, SITUATION_RUNS = 190, 276
 
 
 @dataclass(frozen=True)
@@ -191,6 +195,49 @@ def reach(rows: pd.DataFrame, possible: Sequence[tuple], hard: Sequence[tuple], 
         ),
         Gate("reach", "hard cells, rapier", most, found, complete(slow, len(hard)) and climbed(slow) >= REACH_RAPIER),
     ]
+
+
+def situations(rows: pd.DataFrame) -> list[Gate]:
+    """Situations beyond the paper's step: of as many as an audit had, 190 of 276."""
+    here = of(rows, group="situations")
+    steady, runs = of(here, policy="steady"), len(SITUATIONS) * len(SEEDS)
+    least = -(-SITUATION_CLIMBS * runs // SITUATION_RUNS)
+    measured = f"{counted(climbed(steady), len(steady))}; independent {climbed(of(here, policy='independent'))}"
+    held = complete(steady, runs) and climbed(steady) >= least
+    return [Gate("situations", "steady climbs", f"at least {least} of {runs}", measured, held)]
+
+
+def vehicles(rows: pd.DataFrame) -> list[Gate]:
+    """Every vehicle on every height: never fewer climbs than independent, in at most a tenth more time and heat."""
+    gates = []
+    for name, (_, _, heights_m) in VEHICLES.items():
+        for height_m in heights_m:
+            here = of(rows, group="vehicles", case=name, height_m=height_m)
+            for policy in ("steady", "reach"):
+                ours, theirs = of(here, policy=policy), of(here, policy="independent")
+                pairs = paired(here, policy, "independent")
+                more = {NAMES[figure]: part(pairs, figure) for figure in ("crossing_s", "heat_n2m2s") if len(pairs)}
+                held = complete(ours, len(SEEDS)) and complete(theirs, len(SEEDS)) and climbed(ours) >= climbed(theirs)
+                held = held and all(each <= MORE for each in more.values())
+                measured = f"{climbed(ours)}; independent {climbed(theirs)}"
+                measured += "".join(f"; {figure} {each:.2f}" for figure, each in more.items())
+                demand = f"no fewer climbs, time and heat at most {MORE}"
+                gates.append(Gate("vehicles", f"{name}, {100 * height_m:g} cm, {policy}", demand, measured, held))
+    return gates
+
+
+def safety(rows: pd.DataFrame, draws: int) -> list[Gate]:
+    """Drawn runs with wrong sensors: what may never be, and what plain loops do as often."""
+    here = of(rows, group="safety")
+    traction, plain = here[here["policy"] != "independent"], of(here, policy="independent")
+    whole, gates = complete(traction, draws) and complete(plain, draws), []
+    for law in study_safety.LAWS:
+        ours, theirs = (int((each[law] > 1.0).sum()) for each in (traction, plain))
+        most = 0 if law in study_safety.NEVER else theirs
+        demand = "none" if law in study_safety.NEVER else "no more than independent's"
+        measured = f"{ours} of {len(traction)}; independent {theirs}"
+        gates.append(Gate("safety", law, demand, measured, whole and ours <= most))
+    return gates
 
 
 def bouncing(rows: pd.DataFrame) -> list[Gate]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import study_safety
 
 import omnistep
 from omnistep import _omnistep
@@ -24,8 +25,10 @@ RPM = np.pi / 30
 
 
 def build() -> str:
-    """What tells these measurements from those of another build: the compiled part and this file."""
-    source = Path(_omnistep.__file__).read_bytes() + inspect.getsource(sys.modules[__name__]).encode()
+    """What tells these measurements from those of another build: the compiled part and what measures."""
+    measures = inspect.getsource(sys.modules[__name__]) + inspect.getsource(study_safety)
+    robots = b"".join(robot.read_bytes() for robot in sorted(study_safety.ROBOTS.iterdir()))
+    source = Path(_omnistep.__file__).read_bytes() + measures.encode() + robots
     return hashlib.sha256(source).hexdigest()[:16]
 
 

@@ -13,6 +13,8 @@ from typing import Any
 
 import pandas as pd
 import study_measure
+import study_safety
+import study_situations
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -21,6 +23,7 @@ FRICTION, TORQUE, HEIGHT = "terrain.friction", "vehicle.motor.stall_torque_n_m",
 POLICIES = ["independent", "paper", "synchronised", "load_sharing", "steady", "reach"]
 SLOPE = "vehicle.motor.slope_n_m_s_rad"
 NO_LOAD_RAD_S = 15.0  # of motors whose torque falls with the speed: 1 m/s at the rims
+
 KEEP_S = 30.0  # rows are on the disk at least as often
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 
@@ -189,14 +192,19 @@ def planned(short: bool) -> list[dict]:
         *askew(["independent", "synchronised", "steady"], seeds, engine="articulated", wheels="rollers"),
         *askew(pair, seeds, engine="rapier", wheels="ball"),
         step("grid", pair, grid, seeds, engine="rapier", wheels="rollers"),
+        study_situations.situations(),
+        study_situations.vehicles(),
+        study_safety.planned(range(60 if short else study_safety.DRAWS)),
     ]
     every = list(itertools.chain(*runs))
-    return [run for run in every if run["seed"] == seeds[0] and run["engine"] != "rapier"] if short else every
+    firsts = {seeds[0], study_situations.SEEDS[0]}
+    quick = [run for run in every if run["engine"] != "rapier"]
+    return [run for run in quick if run["seed"] in firsts or run["group"] == "safety"] if short else every
 
 
 def key(run: dict, build: str) -> str:
     """What tells a run from every other."""
-    parts = [build, run["scenario"], run["seed"], run["keys"]]
+    parts = [build, run["scenario"], run["seed"], run["keys"], run.get("traction")]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:32]
 
 
@@ -206,6 +214,8 @@ def _tags(run: dict) -> dict[str, Any]:
 
 
 def _measured(run: dict) -> dict[str, Any]:
+    if run["group"] == "safety":
+        return study_safety.measure(run)
     return study_measure.measure(run["scenario"], run["keys"], run["seed"])
 
 

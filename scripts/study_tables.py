@@ -3,8 +3,10 @@
 from collections.abc import Iterable, Sequence
 
 import pandas as pd
+import study_safety
 from study_gates import CELL, Gate, climbed, counted, difference, of, paired, part
 from study_runs import ASKEW, COARSE, GROUNDS, IMPOSSIBLE, PERTURBED, POLICIES, grid_cells, hard_cells
+from study_situations import SITUATIONS, VEHICLES
 
 import omnistep
 
@@ -307,6 +309,50 @@ def askew(rows: pd.DataFrame) -> str:
     every = [of(here, engine=engine, wheels=wheels, policy=p) for engine, wheels, p in columns]
     lines.append(["all", *[counted(climbed(some), len(some)) for some in every]])
     return table(["", *[f"{PLACES[engine, wheels]}: `{p}`" for engine, wheels, p in columns]], lines)
+
+
+def _counts_and_means(here: pd.DataFrame) -> list[str]:
+    """Climbs, time and heat of three policies."""
+    every = [of(here, policy=policy) for policy in ("independent", "steady", "reach")]
+    counts = " / ".join(str(climbed(each)) for each in every)
+    return [
+        counts,
+        *[" / ".join(mean(ups(each), f, d) for each in every) for f, d in (("crossing_s", 2), ("heat_n2m2s", 1))],
+    ]
+
+
+def situations(rows: pd.DataFrame) -> str:
+    """Situations beyond the paper's step."""
+    here = of(rows, group="situations")
+    lines = [[case, *_counts_and_means(of(here, case=case))] for case in SITUATIONS]
+    every = [of(here, policy=policy) for policy in ("independent", "steady", "reach")]
+    lines.append([f"all, of {len(every[0])}", " / ".join(str(climbed(each)) for each in every), "", ""])
+    return table(["situation", "climbed of 4", "time [s]", "heat [N2m2s]"], lines)
+
+
+def vehicles(rows: pd.DataFrame) -> str:
+    """The other vehicles, by the height of the step."""
+    here = of(rows, group="vehicles")
+    lines = [
+        [name, f"{100 * height_m:g}", *_counts_and_means(of(here, case=name, height_m=height_m))]
+        for name, (_, _, heights_m) in VEHICLES.items()
+        for height_m in heights_m
+    ]
+    return table(["vehicle", "height [cm]", "climbed of 4", "time [s]", "heat [N2m2s]"], lines, left=2)
+
+
+def safety(rows: pd.DataFrame) -> str:
+    """Drawn runs beyond each limit: traction control, plain loops on the same draws."""
+    here = of(rows, group="safety")
+    lines = []
+    for vehicle in [*study_safety.VEHICLES, "all"]:
+        each = here if vehicle == "all" else of(here, vehicle=vehicle)
+        plain = each["policy"] == "independent"
+        cells = [
+            f"{int((each[~plain][law] > 1).sum())}, {int((each[plain][law] > 1).sum())}" for law in study_safety.LAWS
+        ]
+        lines.append([vehicle, str(int(plain.sum())), *cells])
+    return table(["vehicle", "draws", *study_safety.LAWS], lines)
 
 
 HARD = {

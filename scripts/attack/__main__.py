@@ -88,6 +88,7 @@ def main() -> int:
         "snapshots": lambda: snapshots.campaigns(setting),
         "sensors": lambda: closed_loop.sensors(setting),
         "stops": lambda: closed_loop.stops(setting),
+        "safety": lambda: closed_loop.safety(setting),
         "firmware": lambda: firmware.campaigns(setting, attack),
         "live": lambda: live.campaigns(setting),
         "loss": lambda: loss.campaigns(setting),

@@ -12,6 +12,9 @@ from campaign import Campaign, Setting, faults, in_parallel, run
 
 import omnistep
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+import study_safety
+
 VEHICLES = ("chugo7", "omni3", "mecanum4", "rocker_bogie6")
 ASKED_M_S = 0.3
 #: When a vehicle is told to stop, and how long it has for that: the time-out of 0.5 s, the deceleration from 0.3 m/s
@@ -157,6 +160,25 @@ def stops(setting: Setting) -> list[Campaign]:
         if of is not None:
             failures += [f"{command(keys)}: {what}" for what in not_stopped(of)]
     return [Campaign("stops with parts that fail", len(runs), "runs", failures)]
+
+
+def safety(setting: Setting) -> list[Campaign]:
+    """Runs of the study's safety table that the study does not draw: no torque after a stop, numbers, no error."""
+    runs = [run for run in study_safety.planned(safety_seeds(setting)) if run["policy"] != "independent"]
+
+    def work(run: Keys) -> str | None:
+        found = study_safety.measure(run)
+        broken = found["error"] or [law for law in study_safety.NEVER if found[law] > 1.0]
+        return f"seed {run['seed']} of study_safety.py, {run['vehicle']}, {run['case']}: {broken}" if broken else None
+
+    _, failures = in_parallel(work, runs)
+    return [Campaign("traction control with wrong sensors", len(runs), "runs", failures)]
+
+
+def safety_seeds(setting: Setting) -> range:
+    """Beyond those of the study."""
+    first = study_safety.DRAWS + 1000 * setting.seed
+    return range(first, first + setting.count(48))
 
 
 def not_stopped(of: dict[str, Any]) -> Iterator[str]:

@@ -259,7 +259,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if state.loops == TractionLoops::Traction {
             self.find_thrust(state);
         } else {
-            state.thrust_n_m = self.mean_thrust(state);
+            state.thrust_n_m = self.mean_thrust(state, |wheel| wheel.applied_n_m);
         }
         // 4. and 5. Slip of each wheel; heading and level.
         let turn = self.turn(state, target);

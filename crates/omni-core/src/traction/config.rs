@@ -324,6 +324,8 @@ pub struct TractionTimes<R> {
     /// Slip that is left alone, and its inverse \[m/s, s/m\].
     pub(super) free_m_s: R,
     pub(super) per_free_s_m: R,
+    /// What counts and noise hide of a speed \[m/s\]: of slow wheels counts come late as well.
+    pub(super) hidden_m_s: R,
     pub(super) width_m_s: R,
     pub(super) integral_n_m_rad: R,
     /// Gain of the common thrust.
@@ -334,7 +336,7 @@ pub struct TractionTimes<R> {
 }
 
 constant_struct!(TractionTimes<R> {
-    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, width_m_s: R, integral_n_m_rad: R, thrust_gain_n_m_s_rad: R, own_gain_n_m_s_rad: R,
+    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, hidden_m_s: R, width_m_s: R, integral_n_m_rad: R, thrust_gain_n_m_s_rad: R, own_gain_n_m_s_rad: R,
     own_integral_n_m_rad: R
 });
 
@@ -398,11 +400,22 @@ impl<R: Real> TractionTimes<R> {
             speed_s,
             free_m_s,
             per_free_s_m: R::one() / free_m_s,
+            hidden_m_s: of(0.4) * rough_m_s + noise_m_s,
             width_m_s: config.slip_width_m_s + rough_m_s,
             integral_n_m_rad: config.thrust_integral_n_m_rad * softer,
             thrust_gain_n_m_s_rad: config.thrust_gain_n_m_s_rad * softer,
             own_gain_n_m_s_rad: config.free_gain_n_m_s_rad * softer,
             own_integral_n_m_rad: config.free_integral_n_m_rad * softer,
+        }
+    }
+
+    /// Gains of a wheel's own loop, proportional and integral: those that were given where the readings are taken as they come.
+    #[inline(always)]
+    pub(super) fn own(&self, config: &TractionConfig<R>, tells: bool) -> [R; 2] {
+        if tells {
+            [self.own_gain_n_m_s_rad, self.own_integral_n_m_rad]
+        } else {
+            [config.free_gain_n_m_s_rad, config.free_integral_n_m_rad]
         }
     }
 }

@@ -9,6 +9,9 @@ const DRIVEN_PART: f64 = 0.3;
 /// The same where wheels with that much push without turning the vehicle. Wheels across that push at an edge press the vehicle along it: with
 /// 0.3 `chugo7` stays at the built-in step at 18 degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
 const ENOUGH_PART: f64 = 0.6;
+/// Where sensors may hide this part of the commanded speed, slip is not told from noise.
+const HIDDEN_PART: f64 = 0.5;
+const HIDDEN_AGAIN: f64 = 0.4;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
 const BALANCED_PART: f64 = 0.01;
 
@@ -77,6 +80,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let mut direction = state.direction;
         if speed > zero {
             direction = [asked[0] / speed, asked[1] / speed];
+        }
+        // With a gap between coming and going; a vehicle that only turns hides whatever there is.
+        if *command != BodyTwist::ZERO {
+            let part = R::of(if state.tells { HIDDEN_PART } else { HIDDEN_AGAIN });
+            state.tells = self.times.hidden_m_s <= part * speed;
         }
         if state.has_direction && direction == state.direction {
             return;

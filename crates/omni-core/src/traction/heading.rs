@@ -38,12 +38,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
             state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);
             state.gyro_zero_rad_s = state.gyro_zero_rad_s.limited(-most, most);
         }
-        let found = state.gyro_found_s >= R::of(FOUND_S) || config.gyro_zero_s == R::zero();
         let rate = match gyro {
-            Some(rate) if found => rate - state.gyro_zero_rad_s,
+            Some(rate) if self.knows_zero(state) => rate - state.gyro_zero_rad_s,
             _ => self.turned(state, free_rad_s),
         };
         follow(&mut state.yaw_rad_s, rate, config.part(self.times.speed_s));
+    }
+
+    /// Has the gyro's zero been looked at for long enough?
+    pub(super) fn knows_zero(&self, state: &TractionState<R, N>) -> bool {
+        state.gyro_found_s >= R::of(FOUND_S) || self.config.gyro_zero_s == R::zero()
     }
 
     /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].

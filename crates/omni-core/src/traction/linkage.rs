@@ -1,36 +1,58 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
-use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow};
+use super::{
+    MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow, larger,
+};
 use crate::linkage::{MAX_HINGES, NO_RISE, rolled};
 use crate::pid::is_plausible;
 use crate::{Attitude, LinkageMotion, Readings, Real};
 
+/// So many wheels tell how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
+const MOTIONS: usize = 3;
+/// Traction control comes back once a wheel was to spare for so long \[s\].
+const SPARE_AGAIN_S: f64 = 0.5;
+
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, or mute.
+    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, mute, or doubted.
     pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
-        let resting = state.is_resting();
+        let (resting, tells) = (state.is_resting(), state.tells);
+        let (mut known, mut driven) = (0, 0);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
             let before = wheel.heard;
             let read = readings.wheels_rad_s.get(i).copied();
             let read = read.filter(|read| is_plausible(*read));
-            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting));
+            wheel.doubted &= !resting;
+            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
+            // One that is mute because it is blocked is a wheel yet.
+            let whole = wheel.heard || (read == Some(R::zero()) && !wheel.doubted);
+            known += usize::from(whole);
+            driven += usize::from(whole && state.way[i].driven);
             let Some(read) = read.filter(|_| wheel.heard) else {
                 wheel.forget();
                 continue;
             };
             let count_rad = self.times.count_rad;
-            *rate = if count_rad > R::zero() {
-                wheel.encoder.step(read, count_rad, period_s)
-            } else {
-                read
-            };
+            *rate = read;
+            if count_rad > R::zero() {
+                let estimated = wheel.encoder.step(read, count_rad, period_s);
+                if tells {
+                    *rate = estimated;
+                }
+            }
             if !before {
                 wheel.measured_rad_s = *rate; // one that is heard again has not changed its rate
             }
         }
+        let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);
+        let spare = known >= if gyro { MOTIONS } else { MOTIONS + 1 } && driven > 1;
+        state.lacked_s = if spare {
+            larger(state.lacked_s - period_s, R::zero())
+        } else {
+            R::of(SPARE_AGAIN_S)
+        };
         rates
     }
 

@@ -12,7 +12,7 @@ const SOFTEST: f64 = 0.1;
 const RECOVERS_S: f64 = 1.0;
 /// Part of the target up to which no wheel is slowed down, whatever speed is measured. 1 would leave wheels spinning that have no load, and
 /// twice as much of their spread.
-const BACK_PART: f64 = 0.5;
+pub(super) const BACK_PART: f64 = 0.5;
 /// A measured speed has a direction above this \[m/s\].
 const SURE_M_S: f64 = 5e-3;
 
@@ -80,12 +80,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
         error: R,
         sample: &mut TractionSample<R, N>,
     ) -> R {
-        let (config, wheel) = (&self.config, &mut state.wheels[i]);
-        let (p, held) = (self.times.own_gain_n_m_s_rad * error, wheel.integral_n_m);
+        let [gain, integral] = self.times.own(&self.config, state.tells);
+        let wheel = &mut state.wheels[i];
+        let (p, held) = (gain * error, wheel.integral_n_m);
         let torque = p + held;
         let range = sample.wheels.range.wheel(i);
         if (torque <= range.upper_n_m && torque >= range.lower_n_m) || error * torque <= R::zero() {
-            wheel.integral_n_m += self.times.own_integral_n_m_rad * error * config.period_s;
+            wheel.integral_n_m += integral * error * self.config.period_s;
         }
         (
             sample.wheels.p_n_m[i],

@@ -61,6 +61,14 @@ pub struct TractionState<R, const N: usize> {
     pub(super) held_up_s: R,
     pub(super) calm_s: R,
     pub(super) astray_s: R,
+    /// The sensors tell slip from noise at the commanded speed.
+    pub(super) tells: bool,
+    /// Time that is left until a wheel was to spare for long enough \[s\].
+    pub(super) lacked_s: R,
+    /// Thrust at which every driven wheel gives all it has.
+    pub(super) whole_n_m: R,
+    /// For how long the ground has carried most driven wheels faster than the measured speed \[s\].
+    pub(super) carried_s: R,
     /// Part of the slip's gain that swinging wheels have left.
     pub(super) softness: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -73,6 +81,8 @@ pub struct TractionState<R, const N: usize> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct WheelState<R> {
     pub(super) heard: bool,
+    /// It said that the vehicle is slow while the ground carried the others: not heard until the command rests.
+    pub(super) doubted: bool,
     pub(super) encoder: EncoderState<R>,
     /// What was read last \[rad/s\], and for how long just that while it pushed \[s\].
     pub(super) read_rad_s: R,
@@ -95,6 +105,7 @@ impl<R: Real> WheelState<R> {
     const fn new() -> Self {
         Self {
             heard: false,
+            doubted: false,
             encoder: EncoderState::new(),
             read_rad_s: R::ZERO,
             same_s: R::ZERO,
@@ -156,6 +167,10 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             held_up_s: R::ZERO,
             calm_s: R::ZERO,
             astray_s: R::ZERO,
+            tells: true,
+            lacked_s: R::ZERO,
+            whole_n_m: R::ZERO,
+            carried_s: R::ZERO,
             softness: R::ONE,
             wheels: [WheelState::new(); N],
         }
@@ -194,6 +209,11 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     /// The command is to stand, and not to turn.
     pub(super) fn is_resting(&self) -> bool {
         self.commanded_m_s == R::zero() && self.command.wz_rad_s == R::zero()
+    }
+
+    /// Slip can be told from noise, and a wrong wheel from the others.
+    pub(super) fn can_tell(&self) -> bool {
+        self.tells && self.lacked_s == R::zero()
     }
 
     /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].

@@ -1,6 +1,8 @@
 //! Third step: which loops drive the wheels, and one thrust for all of them.
 
-use super::{Traction, TractionState, TractionTarget, larger};
+use super::slip::BACK_PART;
+use super::state::WheelState;
+use super::{BRAKING_PART, Traction, TractionState, TractionTarget, larger};
 use crate::constants::constant_enum;
 use crate::{Real, TorqueRanges};
 
@@ -24,6 +26,11 @@ const BACKWARD_M_S: f64 = 0.1;
 const ASTRAY_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].
 const ASTRAY_S: f64 = 0.3;
+/// Slip ends within a slip time. Wheels that nothing drives and that stay faster than slip control leaves them for so many, and for so long
+/// at least \[s\], are carried by the ground.
+const CARRIED: f64 = 2.0;
+const CARRIED_S: f64 = 0.06;
+const LEAK: f64 = 4.0;
 
 /// What drives the wheels.
 ///
@@ -68,13 +75,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
     pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
         let zero = R::zero();
-        if state.is_resting() {
-            // Every wheel stops by its own loop.
+        if state.is_resting() || !state.can_tell() {
+            // Every wheel by its own loop.
             if state.loops == TractionLoops::Traction {
                 self.hand_back(state);
             }
-            state.loops = TractionLoops::Plain;
-            (state.astray_s, state.held_up_s, state.calm_s) = (zero, zero, zero);
+            if state.is_resting() || state.loops == TractionLoops::Traction {
+                state.loops = TractionLoops::Plain;
+            }
+            (state.astray_s, state.held_up_s, state.calm_s, state.carried_s) = (zero, zero, zero, zero);
             return;
         }
         let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
@@ -84,16 +93,25 @@ impl<R: Real, const N: usize> Traction<R, N> {
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
         // The largest slip, and do most driven wheels go against the target, or much faster?
-        let (mut slip, mut astray, mut driven) = (zero, 0, 0);
-        for (way, wheel) in state.way.iter().zip(&state.wheels) {
+        let (mut slip, mut astray, mut carried, mut driven) = (zero, 0, 0, 0);
+        let carries = R::of(BACK_PART) * wanted + R::of(SLIPS) * self.times.free_m_s;
+        let (mut least_m_s, mut slowest) = (wanted, None);
+        for (i, (way, wheel)) in state.way.iter().zip(&state.wheels).enumerate() {
             if way.driven && wheel.heard {
                 let ahead = sign * wheel.speed_m_s;
                 slip = larger(slip, (ahead - speed).abs());
                 driven += 1;
                 astray += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(ASTRAY_M_S));
+                let idle = sign * way.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
+                carried += u32::from(idle && ahead > carries);
+                if ahead < least_m_s {
+                    (least_m_s, slowest) = (ahead, Some(i));
+                }
             }
         }
         let astray = 2 * astray > driven || speed < -R::of(BACKWARD_M_S);
+        // One says that the vehicle is slow, and the ground carries the others.
+        let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
         let held_up_s = R::of(if state.sees { HELD_UP_S } else { HELD_UP_BLIND_S });
         let climbs = || {
@@ -110,15 +128,33 @@ impl<R: Real, const N: usize> Traction<R, N> {
         match state.loops {
             TractionLoops::Plain if needed => {
                 state.loops = TractionLoops::Traction;
-                state.astray_s = zero;
-                state.integral_n_m = self.mean_thrust(state) - self.proportional(state);
+                (state.astray_s, state.carried_s) = (zero, zero);
+                // The torque that there is, as it would be of wheels that turn as the vehicle moves: that has no noise.
+                let own = self.mean_thrust(state, |wheel| wheel.integral_n_m);
+                state.integral_n_m =
+                    own + self.times.own_gain_n_m_s_rad * state.lack_rad_s() - self.proportional(state);
             }
             TractionLoops::Traction => {
                 state.astray_s = count(state.astray_s, astray);
+                // A late loop swings about that: so it is where it is four times as often as not.
+                let leak = R::of(LEAK) * self.config.period_s;
+                state.carried_s = larger(
+                    count(state.carried_s, wrong),
+                    larger(state.carried_s - leak, zero),
+                );
+                let mut undecided = false;
+                if state.carried_s > larger(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
+                    // Of half against half nobody knows which is wrong, and two are not wrong at once.
+                    undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
+                    if let Some(slowest) = slowest.filter(|_| !undecided) {
+                        state.wheels[slowest].doubted = true;
+                    }
+                    state.carried_s = zero;
+                }
                 let calm = state.calm_s > R::of(CALM_S)
                     && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_n_m
                     && state.heading_rad.abs() < R::of(CALM_RAD);
-                if state.astray_s > R::of(ASTRAY_S) {
+                if undecided || state.astray_s > R::of(ASTRAY_S) {
                     state.loops = TractionLoops::Fallback;
                 } else if calm {
                     state.loops = TractionLoops::Plain;
@@ -133,21 +169,27 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// Every driven wheel's own loop begins with the torque that it has.
     fn hand_back(&self, state: &mut TractionState<R, N>) {
+        let [gain, _] = self.times.own(&self.config, state.tells);
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             if state.way[i].driven {
-                let error = state.reference_rad_s[i] - wheel.measured_rad_s;
-                wheel.integral_n_m = wheel.applied_n_m - self.times.own_gain_n_m_s_rad * error;
+                let rate = state.way[i].per_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
+                let error = state.reference_rad_s[i] - rate;
+                wheel.integral_n_m = wheel.applied_n_m - gain * error;
             }
         }
     }
 
-    /// The thrust that the driven wheels had on average \[N.m\].
-    pub(super) fn mean_thrust(&self, state: &TractionState<R, N>) -> R {
+    /// The mean of a torque of the driven wheels, as a thrust \[N.m\].
+    pub(super) fn mean_thrust(
+        &self,
+        state: &TractionState<R, N>,
+        torque_n_m: impl Fn(&WheelState<R>) -> R,
+    ) -> R {
         let (mut sum, mut parts) = (R::zero(), R::zero());
         for (way, wheel) in state.way.iter().zip(&state.wheels) {
-            if way.driven {
-                sum += way.along * wheel.applied_n_m;
+            if way.driven && wheel.heard {
+                sum += way.along * torque_n_m(wheel);
                 parts += way.part.abs();
             }
         }
@@ -164,7 +206,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
-        let (error, largest) = (state.lack_rad_s(), state.largest_n_m);
+        let (error, largest) = (state.lack_rad_s(), state.whole_n_m);
         let asked = self.proportional(state) + state.integral_n_m;
         state.thrust_n_m = asked.limited(-largest, largest);
         // It does not wind up at the limit.
@@ -174,14 +216,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.integral_n_m = state.integral_n_m.limited(-largest, largest);
     }
 
-    /// The thrust that a driven wheel has at most \[N.m\].
+    /// The thrust that a driven wheel has at most, and that at which every one gives what it has \[N.m\]: those with less way per turn get a
+    /// smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
-        state.largest_n_m = R::zero();
+        (state.largest_n_m, state.whole_n_m) = (R::zero(), R::zero());
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             wheel.most_n_m = larger(range.upper_n_m[i], -range.lower_n_m[i]);
             if state.way[i].driven {
                 state.largest_n_m = larger(state.largest_n_m, wheel.most_n_m);
+                let whole = state.largest_per_m * state.way[i].way_m.abs(); // over its part
+                state.whole_n_m = larger(state.whole_n_m, whole * wheel.most_n_m);
             }
         }
     }

@@ -127,3 +127,35 @@ fn rows_are_counted_in_the_direction_of_travel() {
     assert_eq!(climbing(0.0, 0.3, [2, 6]), [1, 3, 5]); // to the left the left wheels are, then those in the middle
     assert_eq!(climbing(0.0, -0.3, [0, 4]), [1, 3, 5]);
 }
+
+#[test]
+fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_all() {
+    let any = crate::AxisLimits::unlimited();
+    let limits = crate::TwistLimits::PerAxis {
+        vx: any,
+        vy: any,
+        wz: any,
+    };
+    for heard in [7, 4] {
+        let mut config = SupervisorConfig::steady(T);
+        config.ladder.tries = 2;
+        let limiter = crate::TwistLimiter::new(limits, T).unwrap();
+        let mut policy = crate::TractionPolicy::new(limiter, supervisor(config), steady());
+        let mut torques = [0.0; 7];
+        for period in 0..30_000 {
+            let mut rates = [0.0; 7];
+            rates[heard..].fill(f64::NAN);
+            // Once it has given up, a reading that fails does not make it push again.
+            if period > 25_000 {
+                rates[..heard - 2].fill(f64::NAN);
+            }
+            crate::Policy::step(&mut policy, &level(AHEAD, &rates), &mut torques);
+        }
+        assert_eq!(
+            policy.supervisor().mode(),
+            SupervisorMode::GaveUp,
+            "{heard} wheels"
+        );
+        assert_eq!(torques, [0.0; 7]);
+    }
+}
