@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 import study_safety
-from study_situations import SEEDS, SITUATIONS, VEHICLES
+from study_situations import SEEDS, VEHICLES, situations as planned_situations
 
 from omnistep._omnistep import mean_interval, wilson
 
@@ -200,7 +200,8 @@ def reach(rows: pd.DataFrame, possible: Sequence[tuple], hard: Sequence[tuple], 
 def situations(rows: pd.DataFrame) -> list[Gate]:
     """Situations beyond the paper's step: of as many as an audit had, 190 of 276."""
     here = of(rows, group="situations")
-    steady, runs = of(here, policy="steady"), len(SITUATIONS) * len(SEEDS)
+    steady = of(here, policy="steady")
+    runs = sum(run["policy"] == "steady" for run in planned_situations())
     least = -(-SITUATION_CLIMBS * runs // SITUATION_RUNS)
     measured = f"{counted(climbed(steady), len(steady))}; independent {climbed(of(here, policy='independent'))}"
     held = complete(steady, runs) and climbed(steady) >= least

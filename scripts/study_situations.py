@@ -57,6 +57,7 @@ SITUATIONS: dict[str, tuple[str, dict[str, Any]]] = {
         "step",
         {"vehicle.motor.gear_friction_n_m": 0.2, "vehicle.motor.efficiency": 0.8},
     ),
+    "backwards up": ("step", heading(3.14159265, **{"command.vx_m_s": -0.3})),
     "reversed at 2.6 s, on at 5 s": ("step", then((2.6, -0.3), (5.0, 0.3))),
     "stopped at 1.8 s, on at 4 s": ("step", then((1.8, 0.0), (4.0, 0.3))),
     "stopped at 2.4 s on the edge, on at 4 s": ("step", then((2.4, 0.0), (4.0, 0.3))),
@@ -83,6 +84,9 @@ SITUATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "wall of 20 cm": ("step", {HEIGHT: 0.2, "duration_s": 60.0}),
 }
 
+#: What nothing climbs runs with the first two seeds, as in the audit whose share of climbs the gate asks for.
+HOPELESS = {"step of 8 cm", "wall of 20 cm"}
+
 #: By name: the vehicle, keys, heights that matter to it [m].
 VEHICLES: dict[str, tuple[str, dict[str, Any], tuple[float, ...]]] = {
     "mecanum4, ahead": ("mecanum4", {}, (0.01, 0.015, 0.02, 0.025, 0.03, 0.035)),
@@ -98,8 +102,9 @@ VEHICLES: dict[str, tuple[str, dict[str, Any], tuple[float, ...]]] = {
 
 def situations() -> Iterator[dict]:
     """Every situation under three policies."""
-    for (name, (scenario, keys)), policy, seed in itertools.product(SITUATIONS.items(), SEVEN, SEEDS):
-        yield _run("situations", name, scenario, policy, seed, PLACED | keys)
+    for (name, (scenario, keys)), policy in itertools.product(SITUATIONS.items(), SEVEN):
+        for seed in SEEDS[:2] if name in HOPELESS else SEEDS:
+            yield _run("situations", name, scenario, policy, seed, PLACED | keys)
 
 
 def vehicles() -> Iterator[dict]:

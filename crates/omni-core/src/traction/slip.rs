@@ -84,10 +84,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let wheel = &mut state.wheels[i];
         let (p, held) = (gain * error, wheel.integral_n_m);
         let torque = p + held;
-        let range = sample.wheels.range.wheel(i);
-        if (torque <= range.upper_n_m && torque >= range.lower_n_m) || error * torque <= R::zero() {
-            wheel.integral_n_m += integral * error * self.config.period_s;
-        }
+        // Held at the motor's limit and not before: an integral that minds what the torque does rectifies noise that reaches a limit.
+        let most = wheel.most_n_m;
+        wheel.integral_n_m = (held + integral * error * self.config.period_s).limited(-most, most);
         (
             sample.wheels.p_n_m[i],
             sample.wheels.i_n_m[i],
