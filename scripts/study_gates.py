@@ -232,12 +232,18 @@ def safety(rows: pd.DataFrame, draws: int) -> list[Gate]:
     here = of(rows, group="safety")
     traction, plain = here[here["policy"] != "independent"], of(here, policy="independent")
     whole, gates = complete(traction, draws) and complete(plain, draws), []
+    pairs = traction.merge(plain, on="seed", suffixes=("", "_plain"))
     for law in study_safety.LAWS:
-        ours, theirs = (int((each[law] > 1.0).sum()) for each in (traction, plain))
-        most = 0 if law in study_safety.NEVER else theirs
-        demand = "none" if law in study_safety.NEVER else "no more than independent's"
-        measured = f"{ours} of {len(traction)}; independent {theirs}"
-        gates.append(Gate("safety", law, demand, measured, whole and ours <= most))
+        ours, theirs = pairs[law] > 1.0, pairs[f"{law}_plain"] > 1.0
+        only, other = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
+        measured = f"{ours.sum()} of {len(pairs)}; independent {theirs.sum()}"
+        if law in study_safety.NEVER:
+            gates.append(Gate("safety", law, "none", measured, whole and not ours.any()))
+            continue
+        # Of the draws where one went beyond and the other did not, is it surely traction control more often?
+        measured += f"; only this {only}, only independent {other}"
+        often = wilson(only, only + other)[0] if only + other else 0.0
+        gates.append(Gate("safety", law, "no more often than independent", measured, whole and often <= 0.5))
     return gates
 
 

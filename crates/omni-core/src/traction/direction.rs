@@ -24,6 +24,8 @@ pub(super) struct WheelOnWay<R> {
     /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
     pub(super) per_m: R,
     pub(super) along: R,
+    /// Rate of its actuator per speed across the direction, to the left \[rad/m\].
+    pub(super) per_side_m: R,
     /// Speed along the direction per rate of the actuator \[m/rad\]; 0 of a wheel that is not driven.
     pub(super) way_m: R,
     /// Its part of the common thrust.
@@ -41,6 +43,7 @@ impl<R: Real> WheelOnWay<R> {
         driven: false,
         per_m: R::ZERO,
         along: R::ONE,
+        per_side_m: R::ZERO,
         way_m: R::ZERO,
         part: R::ZERO,
         lever: R::ZERO,
@@ -98,6 +101,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             *along *= kept;
         }
         (state.direction, state.has_direction) = (direction, true);
+        state.drift_m = zero;
         self.find_wheels(state);
     }
 
@@ -127,6 +131,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 driven,
                 per_m: per_m[i],
                 along,
+                per_side_m: rows[i][1] * dx - rows[i][0] * dy,
                 way_m: if driven { R::one() / per_m[i] } else { zero },
                 part: if driven { per_m[i] / largest } else { zero },
                 lever: along * (y * dx * self.per_side_m[0] - x * dy * self.per_side_m[1]),

@@ -1,11 +1,13 @@
 //! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
 
-use super::{Traction, TractionState, TractionTarget, follow, larger, least};
+use super::{Traction, TractionLoops, TractionState, TractionTarget, follow, larger, least};
 use crate::pid::is_plausible;
 use crate::{Imu, Real};
 
 /// Heading error that is kept at most \[rad\].
 const HEADING_RAD: f64 = 0.5;
+/// Way across the direction of travel that is made up for at most \[m\].
+const DRIFT_M: f64 = 0.05;
 /// Nothing rises faster \[m/s\], nothing points up further \[rad\]: the vehicle drives on the level.
 const QUIET_M_S: f64 = 0.02;
 const LEVEL_RAD: f64 = 0.02;
@@ -19,6 +21,8 @@ pub(super) struct Turn<R> {
     pub(super) reference_rad_s: R,
     /// Thrust per rate of a wheel by yaw rate.
     pub(super) thrust_n_m: R,
+    /// The same by speed across the direction of travel \[N\].
+    pub(super) side_n_m: R,
     /// Rows are levelled: torque by how far left side and nose of a wheel's carrier point up \[N.m/rad\].
     pub(super) levels: bool,
     pub(super) level_n_m_rad: [R; 2],
@@ -40,9 +44,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         let rate = match gyro {
             Some(rate) if self.knows_zero(state) => rate - state.gyro_zero_rad_s,
-            _ => self.turned(state, free_rad_s),
+            _ => self.by_wheels(state, free_rad_s, &self.kinematics.forward_matrix()[2]),
         };
-        follow(&mut state.yaw_rad_s, rate, config.part(self.times.speed_s));
+        let [dx, dy] = state.direction;
+        let [ahead, left, _] = self.kinematics.forward_matrix();
+        let across: [R; N] = core::array::from_fn(|i| left[i] * dx - ahead[i] * dy);
+        let drift = self.by_wheels(state, free_rad_s, &across);
+        let part = config.part(self.times.speed_s);
+        follow(&mut state.yaw_rad_s, rate, part);
+        follow(&mut state.drift_m_s, drift, part);
     }
 
     /// Has the gyro's zero been looked at for long enough?
@@ -50,19 +60,21 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.gyro_found_s >= R::of(FOUND_S) || self.config.gyro_zero_s == R::zero()
     }
 
-    /// The yaw rate by the wheels, one that is not heard taken to turn as it would with the last motion \[rad/s\].
-    fn turned(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> R {
-        let [_, _, per_rate] = self.kinematics.forward_matrix();
-        let mut turned = R::zero();
+    /// A part of the motion by the wheels, one that is not heard taken to turn as it would with the last motion.
+    fn by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], per_rate: &[R; N]) -> R {
+        let mut sum = R::zero();
         for i in 0..N {
             let rate = if state.wheels[i].heard {
                 free_rad_s[i]
             } else {
-                state.way[i].per_m * state.speed_m_s + self.turned_by(i) * state.yaw_rad_s
+                let way = &state.way[i];
+                way.per_m * state.speed_m_s
+                    + way.per_side_m * state.drift_m_s
+                    + self.turned_by(i) * state.yaw_rad_s
             };
-            turned += per_rate[i] * rate;
+            sum += per_rate[i] * rate;
         }
-        turned
+        sum
     }
 
     /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
@@ -89,7 +101,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if !level {
             return None;
         }
-        let turns = self.turned(state, free_rad_s);
+        let turns = self.by_wheels(state, free_rad_s, &self.kinematics.forward_matrix()[2]);
         // Without that every driven wheel rolls at the same speed.
         let (mut slowest, mut fastest) = (R::of(1e30), -R::of(1e30));
         for i in 0..N {
@@ -123,6 +135,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
             state.heading_rad = heading;
         }
+        let drift = match state.loops {
+            TractionLoops::Traction => state.drift_m + config.period_s * state.drift_m_s,
+            _ => zero, // the wheels' own loops make up for it
+        };
+        state.drift_m = drift.limited(-R::of(DRIFT_M), R::of(DRIFT_M));
         let gain = self.times.thrust_gain_n_m_s_rad;
         // Where much of the torque is asked for, what is high is held back.
         let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_n_m;
@@ -135,6 +152,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         Turn {
             reference_rad_s: path - config.heading_per_s * heading,
             thrust_n_m: -gain * (config.heading_thrust_per_s * heading + config.yaw_damping * beyond),
+            // As plain loops would.
+            side_n_m: -self.times.own_gain_n_m_s_rad * state.drift_m_s
+                - self.times.own_integral_n_m_rad * state.drift_m,
             levels,
             level_n_m_rad: state.direction.map(|part| level * part),
         }

@@ -153,7 +153,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 * (asked.target.spin_m_s - slip);
             own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
         }
-        own += self.turned_by(i) * asked.turn.thrust_n_m - way.lever * self.tilt(state, &asked.turn, i);
+        own += self.turned_by(i) * asked.turn.thrust_n_m + way.per_side_m * asked.turn.side_n_m
+            - way.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
             // Whatever is taken from a wheel that pushes, it is not turned back.
             let floor = -gain.abs() * larger(ahead * rim, zero);

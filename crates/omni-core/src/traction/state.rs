@@ -53,6 +53,9 @@ pub struct TractionState<R, const N: usize> {
     pub(super) largest_n_m: R,
     pub(super) heading_rad: R,
     pub(super) yaw_rad_s: R,
+    /// Speed across the direction of travel, to the left \[m/s\], and how far that went \[m\].
+    pub(super) drift_m_s: R,
+    pub(super) drift_m: R,
     pub(super) gyro_zero_rad_s: R,
     /// Time over which the zero was found so far \[s\].
     pub(super) gyro_found_s: R,
@@ -161,6 +164,8 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             largest_n_m: R::ZERO,
             heading_rad: R::ZERO,
             yaw_rad_s: R::ZERO,
+            drift_m_s: R::ZERO,
+            drift_m: R::ZERO,
             gyro_zero_rad_s: R::ZERO,
             gyro_found_s: R::ZERO,
             loops: TractionLoops::Plain,

@@ -170,8 +170,7 @@ fn the_higher_wheel_of_a_row_pushes_less_ahead_and_back() {
     }
 }
 
-#[test]
-fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
+fn mecanum_base() -> Traction<f64, 4> {
     let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
     let mut wheels = wheels(places);
     for wheel in &mut wheels {
@@ -183,8 +182,47 @@ fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
     });
     let linkage = Linkage::new(&[], &carried).expect("a tree");
     let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid")).expect("valid");
-    let config = TractionConfig::steady(0.3, 2.0, T);
-    let traction = Traction::new(kinematics, linkage, wheels, config).expect("valid");
+    Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, T)).expect("valid")
+}
+
+#[test]
+fn a_mecanum_base_that_slides_across_is_pushed_back_and_not_turned() {
+    let traction = mecanum_base();
+    let way = [0, 1, 2].map(|axis| traction.kinematics().inverse_matrix().map(|row| row[axis]));
+    for across in [0.08, -0.08] {
+        // It is held up, and goes along what holds it up.
+        let slides = BodyTwist {
+            vx_m_s: 0.05,
+            vy_m_s: across,
+            wz_rad_s: 0.0,
+        };
+        let rates = traction.kinematics().inverse(&slides).rad_s;
+        let (mut state, mut pushes) = (TractionState::new(), [0.0; 3]);
+        for period in 0..3000 {
+            // Encoders that read the same while they push would be mute.
+            let read = rates.map(|rate| rate + 1e-6 * f64::from(period % 2));
+            let sample = traction.step(&mut state, &level(AHEAD, &read), &TractionTarget::at(0.3));
+            let torques = sample.wheels.requested.n_m;
+            pushes = way.map(|per| {
+                per.iter()
+                    .zip(torques)
+                    .map(|(per, torque)| per * torque)
+                    .sum::<f64>()
+            });
+        }
+        let [ahead, left, turning] = pushes;
+        assert_eq!(state.loops, TractionLoops::Traction);
+        // As plain loops of 0.3 N.m.s/rad and 2 N.m/rad would with four wheels of 10 rad/m, for 5 cm of drift.
+        let plain = -across.signum() * 4.0 * 10.0 * 10.0 * (0.3 * 0.08 + 2.0 * 0.05);
+        // The rest is slip control's, which takes thrust from the two faster wheels.
+        assert!((1.0..2.0).contains(&(left / plain)), "{left} of {plain} N");
+        assert!(ahead > 0.0 && turning.abs() < 1e-9 * ahead, "{pushes:?}");
+    }
+}
+
+#[test]
+fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
+    let traction = mecanum_base();
     let speed = |roll_rad_s: f64, pitch_rad_s: f64| {
         let mut state = TractionState::new();
         let rates = traction.kinematics().inverse(&AHEAD).rad_s;

@@ -47,6 +47,35 @@ fn driven_with_noise(traction: &Traction<f64, 7>, noise_rad_s: f64) -> (f64, f64
 }
 
 #[test]
+fn counts_of_slow_wheels_that_reach_a_limit_of_the_torque_are_not_rectified() {
+    // A count in a period reads as 98 rad/s, for which the loop asks 15 times the motor's torque: plain loops have the commanded speed on average.
+    let counts = 64;
+    let traction = with(|sensors| sensors.encoder_counts = counts);
+    let slow = BodyTwist {
+        vx_m_s: 0.03,
+        ..BodyTwist::ZERO
+    };
+    let (mut state, mut plant) = (stood(&traction), Plant::new(10.0));
+    let (mut angle, mut counted) = ([0.0_f64; 7], [0.0_f64; 7]);
+    let mut speed = 0.0;
+    for period in 0..20_000 {
+        let mut rates = [0.0; 7];
+        for i in 0..7 {
+            angle[i] += plant.rate_rad_s[i] * T;
+            let now = (angle[i] / std::f64::consts::TAU * f64::from(counts)).floor();
+            rates[i] = (now - counted[i]) * std::f64::consts::TAU / f64::from(counts) / T;
+            counted[i] = now;
+        }
+        let sample = traction.step(&mut state, &level(slow, &rates), &TractionTarget::at(0.03));
+        plant.step(&sample.wheels.applied.n_m);
+        assert_eq!(sample.loops, TractionLoops::Plain);
+        speed += plant.speed_m_s / 10_000.0 * f64::from(period >= 10_000);
+    }
+    // A tenth: the integral swings with the counts.
+    assert!((speed - 0.03).abs() < 0.1 * 0.03, "{speed} m/s");
+}
+
+#[test]
 fn noise_of_zero_mean_makes_torque_of_zero_mean() {
     for noise_rad_s in [0.5, 1.0, 2.0, 5.0] {
         let traction = with(|sensors| sensors.encoder_noise_rad_s = noise_rad_s);
