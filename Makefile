@@ -16,7 +16,7 @@ bench:          ## ratios of control and simulation cost, and of what Python pay
 lint:           ## formatting and lints of Rust and Python
 	scripts/lint.sh
 
-study:          ## traction control against plain loops: runs, gates, docs/study.md and its pictures; some twenty minutes
+study:          ## traction control against plain loops: runs, gates, docs/study.md and its pictures; some forty minutes
 	scripts/study.sh
 
 coverage:       ## line coverage of omni-core by its own tests, at least 95 %

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The study of traction control: its runs, its gates, docs/study.md and its pictures; some twenty minutes on two cores.
+# The study of traction control: its runs, its gates, docs/study.md and its pictures; some forty minutes on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/venv.sh
