@@ -86,13 +86,13 @@ pub struct Traction<R, const N: usize> {
     /// Largest rate of a wheel per yaw rate.
     per_yaw: R,
     /// Inverses of how far the outermost wheels are to the side, for travel along x and along y \[1/m\].
-    per_side_m: [R; 2],
+    per_lever: [R; 2],
 }
 
 constant_struct!(Traction<R, const N> {
     kinematics: Kinematics<R, N>, linkage: Linkage<R, N>, limits: TorqueLimits<R, N>, inertia_kg_m2: [R; N], carrier: [[R; 2]; N],
     way_m_rad: [R; N], place_m: [[R; 2]; N], config: TractionConfig<R>, times: TractionTimes<R>, per_yaw: R,
-    per_side_m: [R; 2]
+    per_lever: [R; 2]
 });
 
 impl<R: Real, const N: usize> Traction<R, N> {
@@ -135,7 +135,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         Ok(Self {
             times: TractionTimes::new(&config, inertia_kg_m2, torque_n_m, way_m, per_yaw * way_m),
             per_yaw,
-            per_side_m: [1, 0]
+            per_lever: [1, 0]
                 .map(|axis: usize| inverse(largest(wheels.map(|wheel| wheel.place_m[axis].abs())))),
             limits: TorqueLimits::new(&wheels.map(|wheel| wheel.limit)),
             inertia_kg_m2: wheels.map(|wheel| wheel.inertia_kg_m2),
@@ -278,7 +278,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample.factor = state.speed_part();
         (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) =
             (state.speed_m_s, state.target_m_s, state.thrust_n_m);
-        sample.believed = believed;
+        (sample.believed, sample.drift_m_s) = (believed, state.drift_m_s);
         (sample.yaw_rad_s, sample.heading_rad, sample.gyro_zero_rad_s) =
             (state.yaw_rad_s, state.heading_rad, state.gyro_zero_rad_s);
     }

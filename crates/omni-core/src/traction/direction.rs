@@ -1,6 +1,6 @@
 //! What depends on the direction of travel: which wheels drive, and how far each goes a turn.
 
-use super::{Traction, TractionState};
+use super::{Traction, TractionState, larger};
 use crate::pid::is_plausible;
 use crate::{BodyTwist, Real};
 
@@ -87,21 +87,30 @@ impl<R: Real, const N: usize> Traction<R, N> {
         // With a gap between coming and going; a vehicle that only turns hides whatever there is.
         if *command != BodyTwist::ZERO {
             let part = R::of(if state.tells { HIDDEN_PART } else { HIDDEN_AGAIN });
-            state.tells = self.times.hidden_m_s <= part * speed;
+            state.tells = speed > zero && self.times.hidden_m_s <= part * speed;
+            // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
+            let fastest = super::largest(state.reference_rad_s.map(|rate| rate.abs()));
+            state.raw = !state.tells && fastest < self.times.rare_rad_s;
         }
         if state.has_direction && direction == state.direction {
             return;
         }
-        let kept = direction[0] * state.direction[0] + direction[1] * state.direction[1];
-        for along in [
-            &mut state.speed_m_s,
-            &mut state.target_m_s,
-            &mut state.integral_n_m,
-        ] {
+        let [dx, dy] = state.direction;
+        let kept = direction[0] * dx + direction[1] * dy;
+        let turned = direction[1] * dx - direction[0] * dy;
+        for along in [&mut state.target_m_s, &mut state.integral_n_m, &mut state.drift_m] {
             *along *= kept;
         }
+        // So is what wheels say against each other.
+        for time_s in [&mut state.carried_s, &mut state.astray_s] {
+            *time_s *= larger(kept, zero);
+        }
+        // The motion is the same, along and across another direction.
+        (state.speed_m_s, state.drift_m_s) = (
+            kept * state.speed_m_s + turned * state.drift_m_s,
+            kept * state.drift_m_s - turned * state.speed_m_s,
+        );
         (state.direction, state.has_direction) = (direction, true);
-        state.drift_m = zero;
         self.find_wheels(state);
     }
 
@@ -134,14 +143,19 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 per_side_m: rows[i][1] * dx - rows[i][0] * dy,
                 way_m: if driven { R::one() / per_m[i] } else { zero },
                 part: if driven { per_m[i] / largest } else { zero },
-                lever: along * (y * dx * self.per_side_m[0] - x * dy * self.per_side_m[1]),
+                lever: along * (y * dx * self.per_lever[0] - x * dy * self.per_lever[1]),
                 cosine: cosine * cosine,
                 slip_gain: self.inertia_kg_m2[i] / self.times.slip_s * per_m[i],
             };
             let wheel = &mut state.wheels[i];
             // What the ground takes along the thrust is so along another thrust too.
             wheel.contact_n_m *= along * old.along;
-            wheel.speed_m_s = state.speed_m_s;
+            // It turns as fast as before.
+            wheel.speed_m_s = if old.driven {
+                wheel.speed_m_s * old.per_m * state.way[i].way_m
+            } else {
+                state.speed_m_s
+            };
         }
     }
 }

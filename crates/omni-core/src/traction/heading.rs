@@ -21,8 +21,8 @@ pub(super) struct Turn<R> {
     pub(super) reference_rad_s: R,
     /// Thrust per rate of a wheel by yaw rate.
     pub(super) thrust_n_m: R,
-    /// The same by speed across the direction of travel \[N\].
-    pub(super) side_n_m: R,
+    /// Torque of a wheel per its rate by speed across the direction of travel, which is in rad/m \[N.m^2/rad\].
+    pub(super) side_n_m2_rad: R,
     /// Rows are levelled: torque by how far left side and nose of a wheel's carrier point up \[N.m/rad\].
     pub(super) levels: bool,
     pub(super) level_n_m_rad: [R; 2],
@@ -61,7 +61,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A part of the motion by the wheels, one that is not heard taken to turn as it would with the last motion.
-    fn by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], per_rate: &[R; N]) -> R {
+    pub(super) fn by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], per_rate: &[R; N]) -> R {
         let mut sum = R::zero();
         for i in 0..N {
             let rate = if state.wheels[i].heard {
@@ -153,7 +153,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             reference_rad_s: path - config.heading_per_s * heading,
             thrust_n_m: -gain * (config.heading_thrust_per_s * heading + config.yaw_damping * beyond),
             // As plain loops would.
-            side_n_m: -self.times.own_gain_n_m_s_rad * state.drift_m_s
+            side_n_m2_rad: -self.times.own_gain_n_m_s_rad * state.drift_m_s
                 - self.times.own_integral_n_m_rad * state.drift_m,
             levels,
             level_n_m_rad: state.direction.map(|part| level * part),

@@ -16,7 +16,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, mute, or doubted.
     pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
-        let (resting, tells) = (state.is_resting(), state.tells);
+        let (resting, raw) = (state.is_resting(), state.raw);
         let (mut known, mut driven) = (0, 0);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
@@ -26,10 +26,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let read = read.filter(|read| is_plausible(*read));
             wheel.doubted &= !resting;
             wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
-            // One that is mute because it is blocked is a wheel yet.
-            let whole = wheel.heard || (read == Some(R::zero()) && !wheel.doubted);
-            known += usize::from(whole);
-            driven += usize::from(whole && state.way[i].driven);
+            // One that reads exactly zero may be mute because it is blocked: it counts as one that works.
+            let works = wheel.heard || (read == Some(R::zero()) && !wheel.doubted);
+            known += usize::from(works);
+            driven += usize::from(works && state.way[i].driven);
             let Some(read) = read.filter(|_| wheel.heard) else {
                 wheel.forget();
                 continue;
@@ -38,7 +38,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             *rate = read;
             if count_rad > R::zero() {
                 let estimated = wheel.encoder.step(read, count_rad, period_s);
-                if tells {
+                if !raw {
                     *rate = estimated;
                 }
             }

@@ -31,6 +31,8 @@ pub struct TractionSample<R, const N: usize> {
     pub believed: Option<usize>,
     /// Yaw rate \[rad/s\].
     pub yaw_rad_s: R,
+    /// Speed across the direction of travel, to the left \[m/s\].
+    pub drift_m_s: R,
     /// Heading error \[rad\], counter-clockwise positive.
     pub heading_rad: R,
     /// The gyro's zero \[rad/s\].
@@ -43,7 +45,7 @@ pub struct TractionSample<R, const N: usize> {
 
 impl<R: Real, const N: usize> TractionSample<R, N> {
     /// Names of [`TractionSample::signals`], as columns of a trace have them.
-    pub const SIGNALS: [&str; 12] = [
+    pub const SIGNALS: [&str; 13] = [
         "traction_factor",
         "traction_speed_m_s",
         "traction_target_m_s",
@@ -56,6 +58,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
         "traction_heading_rad",
         "traction_gyro_zero_rad_s",
         "traction_loops",
+        "traction_drift_m_s",
     ];
 
     /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_believed` counts from 1, 0 is none.
@@ -67,7 +70,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
     /// assert_eq!((TractionSample::<f64, 7>::SIGNALS[0], signals[0]), ("traction_factor", 1.0));
     /// ```
     #[must_use]
-    pub fn signals(&self, supervisor: &SupervisorState<R>) -> [R; 12] {
+    pub fn signals(&self, supervisor: &SupervisorState<R>) -> [R; 13] {
         let number = |x: u32| R::of(f64::from(x));
         [
             self.factor,
@@ -82,6 +85,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
             self.heading_rad,
             self.gyro_zero_rad_s,
             number(u32::from(self.loops.number())),
+            self.drift_m_s,
         ]
     }
 
@@ -102,6 +106,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
             thrust_n_m: R::ZERO,
             believed: None,
             yaw_rad_s: R::ZERO,
+            drift_m_s: R::ZERO,
             heading_rad: R::ZERO,
             gyro_zero_rad_s: R::ZERO,
             slip_rad_s: [R::ZERO; N],

@@ -80,7 +80,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         error: R,
         sample: &mut TractionSample<R, N>,
     ) -> R {
-        let [gain, integral] = self.times.own(&self.config, state.tells);
+        let [gain, integral] = self.times.own(&self.config, state.raw);
         let wheel = &mut state.wheels[i];
         let (p, held) = (gain * error, wheel.integral_n_m);
         let torque = p + held;
@@ -107,7 +107,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ) -> R {
         let (config, times, zero) = (&self.config, &self.times, R::zero());
         let (way, speed, rise_m_s) = (&state.way[i], state.speed_m_s, state.motion.rise_m_s[i]);
-        let thrust = state.thrust_n_m * way.part;
+        let most = state.wheels[i].most_n_m;
+        let thrust = (state.thrust_n_m * way.part).limited(-most, most);
         // What the ground takes: the motor's torque less what turns the wheel faster.
         let wheel = &mut state.wheels[i];
         let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
@@ -153,7 +154,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 * (asked.target.spin_m_s - slip);
             own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
         }
-        own += self.turned_by(i) * asked.turn.thrust_n_m + way.per_side_m * asked.turn.side_n_m
+        own += self.turned_by(i) * asked.turn.thrust_n_m + way.per_side_m * asked.turn.side_n_m2_rad
             - way.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
             // Whatever is taken from a wheel that pushes, it is not turned back.

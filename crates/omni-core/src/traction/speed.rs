@@ -12,7 +12,8 @@ pub(super) struct Said<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is heard.
+    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is heard, or
+    /// where slip cannot be told.
     ///
     /// No wheel that pushes is slower than the ground beneath it, so the slowest tells the truth, and all that agree with it are averaged:
     /// what is no slip has the mean of all wheels. Each wheel is filtered before any is chosen, or the least of many noisy numbers
@@ -24,6 +25,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let (way, wheel) = (&state.way[i], &mut state.wheels[i]);
             let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * way.way_m;
             follow(&mut wheel.speed_m_s, now, part);
+        }
+        if !state.can_tell() {
+            // What hides slip hides which wheel is the slowest: all of them.
+            let [dx, dy] = state.direction;
+            let [ahead, left, _] = self.kinematics.forward_matrix();
+            let along: [R; N] = core::array::from_fn(|i| ahead[i] * dx + left[i] * dy);
+            let speed = self.by_wheels(state, free_rad_s, &along);
+            follow(&mut state.speed_m_s, speed, part);
+            return None;
         }
         let sign = state.target_sign();
         let said = self
@@ -102,7 +112,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// A driven wheel that is heard and does not brake.
     #[inline(always)]
-    fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
+    pub(super) fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
         let (way, wheel) = (&state.way[i], &state.wheels[i]);
         let braking = -R::of(BRAKING_PART) * wheel.most_n_m;
         way.driven && wheel.heard && sign * way.along * wheel.applied_n_m >= braking

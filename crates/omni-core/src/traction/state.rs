@@ -66,11 +66,14 @@ pub struct TractionState<R, const N: usize> {
     pub(super) astray_s: R,
     /// The sensors tell slip from noise at the commanded speed.
     pub(super) tells: bool,
+    /// They do not, and counts come rarely: encoders are read as they come.
+    pub(super) raw: bool,
     /// Time that is left until a wheel was to spare for long enough \[s\].
     pub(super) lacked_s: R,
     /// Thrust at which every driven wheel gives all it has.
     pub(super) whole_n_m: R,
-    /// For how long the ground has carried most driven wheels faster than the measured speed \[s\].
+    /// For how long one wheel has said that the vehicle is slow while the ground carried most driven wheels, less four times as long of when it
+    /// was not so \[s\].
     pub(super) carried_s: R,
     /// Part of the slip's gain that swinging wheels have left.
     pub(super) softness: R,
@@ -173,6 +176,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             calm_s: R::ZERO,
             astray_s: R::ZERO,
             tells: true,
+            raw: false,
             lacked_s: R::ZERO,
             whole_n_m: R::ZERO,
             carried_s: R::ZERO,

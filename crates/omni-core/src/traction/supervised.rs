@@ -57,7 +57,6 @@ impl<R: Real, const N: usize> Supervised<'_, R, N> {
         let target = match self.supervisor {
             None => TractionTarget::at(state.traction.commanded_m_s),
             Some(_) if self.stops => state.supervisor.stop(&state.traction),
-            Some(_) if !state.traction.can_tell() => state.supervisor.drive(&state.traction),
             Some(supervisor) => supervisor.step(&mut state.supervisor, &state.traction),
         };
         let mut readings = *readings;

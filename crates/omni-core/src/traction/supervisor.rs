@@ -24,6 +24,8 @@ const ROLLS_PART: f64 = 0.6;
 const BACK_OFF_TIMES: f64 = 4.0;
 /// A vehicle that is stuck for so long after its last try gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
+/// Where nothing is tried, one that has this part of its commanded speed is not stuck.
+const CREEPS_PART: f64 = 0.5;
 
 /// What the vehicle is to do in this period.
 ///
@@ -177,6 +179,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             state.direction = traction.direction;
         }
         state.since_start_s += config.period_s;
+        if !traction.can_tell() {
+            return self.without_tries(state, traction);
+        }
         let drop;
         (state.row, drop) = self.next_row(order, &traction.motion.height_m);
         let boost = match state.row {
@@ -224,6 +229,38 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target
     }
 
+    /// Nothing is tried while slip cannot be told: the target is the commanded speed, and what was tried counts. A vehicle that is stuck gives
+    /// up here too.
+    fn without_tries(
+        &self,
+        state: &mut SupervisorState<R>,
+        traction: &TractionState<R, N>,
+    ) -> TractionTarget<R, N> {
+        if state.mode == SupervisorMode::GaveUp {
+            return TractionTarget::at(state.target_m_s);
+        }
+        if state.mode != SupervisorMode::Drive {
+            state.start(SupervisorMode::Drive);
+        }
+        state.target_m_s = traction.commanded_m_s;
+        // One that was told to creep and creeps is not stuck.
+        let slow = least(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
+        let stuck = self.is_stuck(traction, slow);
+        state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
+        if state.stuck_s > R::of(GIVES_UP_S) {
+            state.start(SupervisorMode::GaveUp);
+        }
+        TractionTarget::at(state.target_m_s)
+    }
+
+    /// It pushes with nearly all it has, and neither moves nor rises.
+    fn is_stuck(&self, traction: &TractionState<R, N>, slow_m_s: R) -> bool {
+        let rises = &traction.motion.rise_m_s;
+        traction.speed_m_s.abs() < slow_m_s
+            && traction.thrust_n_m > self.config.stuck_thrust * traction.largest_n_m
+            && !rises.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
+    }
+
     /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs for the first time. All are over where
     /// every row is past the obstacle. A vehicle that falls back to level ground goes on counting, or it would try for ever.
     fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
@@ -259,14 +296,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let (config, ladder) = (&self.config, &self.config.ladder);
         let measured = traction.speed_m_s;
         let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
-        let climbs = traction
-            .motion
-            .rise_m_s
-            .iter()
-            .any(|rise| rise.abs() > R::of(CLIMBS_M_S));
-        let stuck = measured.abs() < slow
-            && traction.thrust_n_m > config.stuck_thrust * traction.largest_n_m
-            && !climbs;
+        let stuck = self.is_stuck(traction, slow);
         let tries_left = state.tries < ladder.tries;
         // No vehicle that was told to creep rams an edge.
         let commanded = traction.commanded_m_s;

@@ -256,13 +256,14 @@ fn a_climbing_row_turns_faster_and_that_is_no_slip() {
     let (angles, rates) = ([0.0, 0.0], [-0.8, 0.0]);
     let mut sample = TractionSample::zero();
     let flat = traction.kinematics().inverse(&AHEAD).rad_s;
-    for _ in 0..400 {
+    // No reading of a wheel that turns stays the same to the bit.
+    for period in 0..400 {
+        let flat = flat.map(|rate| rate + 1e-9 * f64::from(period));
         let _ = traction.step(&mut state, &level(AHEAD, &flat), &TractionTarget::at(0.3));
     }
     for period in 0..400 {
         let rolled = (0.3_f64.hypot(0.3 * 0.8) + 0.066 * 0.8) / 0.066;
         let rest = 0.3 / 0.066;
-        // No reading of a wheel that turns stays the same to the bit.
         let wheels =
             [rest, 0.0, -rest, rest, rolled, 0.0, -rolled].map(|rate: f64| rate + 1e-9 * f64::from(period));
         let mut readings = level(AHEAD, &wheels);

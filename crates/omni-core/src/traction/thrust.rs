@@ -98,13 +98,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (mut least_m_s, mut slowest) = (wanted, None);
         for (i, (way, wheel)) in state.way.iter().zip(&state.wheels).enumerate() {
             if way.driven && wheel.heard {
-                let ahead = sign * wheel.speed_m_s;
+                // Speed across the direction of travel is none of its slip.
+                let ahead = sign * (wheel.speed_m_s - way.per_side_m * state.drift_m_s * way.way_m);
                 slip = larger(slip, (ahead - speed).abs());
                 driven += 1;
                 astray += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(ASTRAY_M_S));
                 let idle = sign * way.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
                 carried += u32::from(idle && ahead > carries);
-                if ahead < least_m_s {
+                // One that is turned back, as by the heading, may stand whatever the vehicle does.
+                if ahead < least_m_s && self.pushes(state, i, sign) {
                     (least_m_s, slowest) = (ahead, Some(i));
                 }
             }
@@ -169,7 +171,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// Every driven wheel's own loop begins with the torque that it has.
     fn hand_back(&self, state: &mut TractionState<R, N>) {
-        let [gain, _] = self.times.own(&self.config, state.tells);
+        let [gain, _] = self.times.own(&self.config, state.raw);
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             if state.way[i].driven {

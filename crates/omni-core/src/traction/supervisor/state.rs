@@ -162,20 +162,6 @@ impl<R: Real> SupervisorState<R> {
         TractionTarget::at(self.target_m_s)
     }
 
-    /// Nothing is tried while slip cannot be told: the target is the commanded speed. What gave up stays so, and what was tried counts.
-    pub(in crate::traction) fn drive<const N: usize>(
-        &mut self,
-        traction: &TractionState<R, N>,
-    ) -> TractionTarget<R, N> {
-        if self.mode != SupervisorMode::GaveUp {
-            if self.mode != SupervisorMode::Drive {
-                self.start(SupervisorMode::Drive);
-            }
-            self.target_m_s = traction.commanded_m_s;
-        }
-        TractionTarget::at(self.target_m_s)
-    }
-
     pub(super) fn start(&mut self, mode: SupervisorMode) {
         self.mode = mode;
         (self.in_mode_s, self.back_m) = (R::zero(), R::zero());
