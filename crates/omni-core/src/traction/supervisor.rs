@@ -245,8 +245,11 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state.target_m_s = traction.commanded_m_s;
         // One that was told to creep and creeps is not stuck.
         let slow = least(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
+        // Wheels that are mute, as those of a stuck vehicle may be, do not push: it is stuck yet.
         let stuck = self.is_stuck(traction, slow);
-        state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
+        if stuck || moves(traction, slow) {
+            state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
+        }
         if state.stuck_s > R::of(GIVES_UP_S) {
             state.start(SupervisorMode::GaveUp);
         }
@@ -255,10 +258,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// It pushes with nearly all it has, and neither moves nor rises.
     fn is_stuck(&self, traction: &TractionState<R, N>, slow_m_s: R) -> bool {
-        let rises = &traction.motion.rise_m_s;
-        traction.speed_m_s.abs() < slow_m_s
-            && traction.thrust_n_m > self.config.stuck_thrust * traction.largest_n_m
-            && !rises.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
+        traction.thrust_n_m > self.config.stuck_thrust * traction.largest_n_m && !moves(traction, slow_m_s)
     }
 
     /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs for the first time. All are over where
@@ -420,6 +420,12 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         (next, most)
     }
+}
+
+/// The vehicle is no slower than this, or one of its wheels climbs.
+fn moves<R: Real, const N: usize>(traction: &TractionState<R, N>, slow_m_s: R) -> bool {
+    let rises = &traction.motion.rise_m_s;
+    traction.speed_m_s.abs() >= slow_m_s || rises.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
 }
 
 /// Row of each place along an axis, counted from the largest, and how many rows there are.

@@ -280,3 +280,115 @@ fn wheels_across_push_only_where_the_others_would_turn_the_vehicle() {
         "{sideways:?}"
     );
 }
+
+#[test]
+fn drift_is_answered_with_the_gains_of_the_wheels_own_loops() {
+    let traction = mecanum_base();
+    let slides = BodyTwist {
+        vx_m_s: 0.05,
+        vy_m_s: 0.08,
+        wz_rad_s: 0.0,
+    };
+    let rates = traction.kinematics().inverse(&slides).rad_s;
+    let mut state = TractionState::new();
+    for period in 0..600 {
+        let read = rates.map(|rate| rate + 1e-6 * f64::from(period % 2));
+        let _ = traction.step(&mut state, &level(AHEAD, &read), &TractionTarget::at(0.3));
+    }
+    assert_eq!(state.loops, TractionLoops::Traction);
+    // Below 5 cm; and a thrust below that from which on rows are levelled, which leaves no wheel turned back.
+    (state.drift_m, state.integral_n_m) = (0.02, 0.0);
+    let torques = |mut state: TractionState<f64, 4>, more_m_s: f64, more_m: f64| {
+        state.drift_m_s += more_m_s;
+        state.drift_m += more_m;
+        let sample = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.1));
+        (sample.wheels.requested.n_m, state.drift_m_s, state.drift_m)
+    };
+    let (none, v, m) = torques(state, 0.0, 0.0);
+    let left = traction.kinematics().inverse_matrix().map(|row| row[1]);
+    for (more_m_s, more_m) in [(0.02, 0.0), (0.0, 0.01)] {
+        let (with, v1, m1) = torques(state, more_m_s, more_m);
+        assert!((v1 - v) + (m1 - m) > 0.9 * (more_m_s + more_m) - 0.003); // the filter takes a period's part of it
+        for i in 0..4 {
+            // 0.3 N.m.s/rad and 2 N.m/rad; 2 %: slip and levels take the same in both.
+            let own = -left[i] * (0.3 * (v1 - v) + 2.0 * (m1 - m));
+            let more = with[i] - none[i];
+            assert!(
+                (more - own).abs() < 0.02 * own.abs(),
+                "wheel {i}: {more} of {own} N.m"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_change_of_direction_alone_is_no_fault() {
+    // A base without slip: 20 kg, and the inertia of four wheels of 10 rad/m.
+    let traction = mecanum_base();
+    let rows = traction.kinematics().inverse_matrix();
+    let mass_kg = 20.0 + 4.0 * 100.0 * J;
+    for from in [
+        AHEAD,
+        BodyTwist {
+            vx_m_s: -0.3,
+            ..AHEAD
+        },
+    ] {
+        let (mut state, mut speed) = (TractionState::new(), [0.0_f64; 2]);
+        for period in 0..6000 {
+            let aside = BodyTwist {
+                vy_m_s: 0.3,
+                ..BodyTwist::ZERO
+            };
+            let command = if period < 2000 { from } else { aside };
+            let rates = rows.map(|[x, y, _]| x * speed[0] + y * speed[1]);
+            let sample = traction.step(&mut state, &level(command, &rates), &TractionTarget::at(0.3));
+            for axis in 0..2 {
+                let torques = sample.wheels.applied.n_m;
+                let force: f64 = rows
+                    .iter()
+                    .zip(torques)
+                    .map(|(row, torque)| row[axis] * torque)
+                    .sum();
+                speed[axis] += force / mass_kg * T;
+            }
+            assert!(
+                sample.loops != TractionLoops::Fallback,
+                "period {period}: {speed:?}"
+            );
+        }
+        // The old way is stopped, the new one is gone; 4 s are 27 time constants of the loops' integrals, 0.15 s.
+        assert!(
+            speed[0].abs() < 1e-3 && (speed[1] - 0.3).abs() < 1e-3,
+            "{speed:?}"
+        );
+    }
+}
+
+#[test]
+fn a_weak_motor_does_not_blunt_what_level_takes() {
+    let mut wheels = carried_wheels(steady().kinematics());
+    for i in [0, 2] {
+        wheels[i].limit = TorqueLimit::constant(1.0).expect("valid"); // half of the others'
+    }
+    let traction = steady();
+    let traction =
+        Traction::new(traction.kinematics, traction.linkage, wheels, traction.config).expect("valid");
+    let mut state = stood(&traction);
+    let mut torques = [0.0; 7];
+    for period in 0..200 {
+        let rates = [1e-9 * f64::from(period); 7];
+        let mut readings = level(AHEAD, &rates);
+        readings.imu.roll_rad = 0.05; // left side up
+        torques = traction
+            .step(&mut state, &readings, &TractionTarget::at(1.0))
+            .wheels
+            .applied
+            .n_m;
+    }
+    // 0.74 N.m.s/rad times 8 /s times 0.05 rad, 0.3 N.m, are taken from what the motor gives and not from what it cannot.
+    assert!(
+        (torques[0].abs() - 1.0).abs() < 1e-9 && torques[2].abs() < 0.8,
+        "{torques:?}"
+    );
+}

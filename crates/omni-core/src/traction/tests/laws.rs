@@ -201,6 +201,10 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
     );
     let slow = seven(TractionConfig::steady(0.3, 2.0, 10e-3)).times;
     assert_eq!(slow.slip_s, 50e-3); // five periods
+    // Raw counts are as late as other readings: 15 ms of twice 20.
+    let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64, 20e-3));
+    let [gain, integral] = both.times.own(&both.config, true);
+    assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375).abs() < 1e-12);
 }
 
 #[test]
@@ -442,4 +446,108 @@ fn a_second_wheel_that_contradicts_ends_in_plain_loops_and_rest_forgives() {
         &TractionTarget::at(0.0),
     );
     assert!(sample.wheels.active[3] && sample.loops == TractionLoops::Plain);
+}
+
+#[test]
+fn a_wheel_that_is_turned_back_is_not_doubted() {
+    // As by the heading, on a vehicle that is braked: wheel 7 has no load and stands, the others roll.
+    let traction = steady();
+    let mut state = engaged(&traction);
+    let flat = traction.kinematics().inverse(&AHEAD).rad_s;
+    for period in 0..1000 {
+        let mut rates = flat.map(|rate| rate + 1e-9 * f64::from(period));
+        rates[6] = 1e-9 * f64::from(period);
+        for (wheel, sign) in state.wheels.iter_mut().zip(Plant::SIGNS) {
+            wheel.applied_n_m = -0.5 * sign;
+        }
+        let sample = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
+        assert!(
+            sample.wheels.active[6] && sample.loops != TractionLoops::Fallback,
+            "period {period}"
+        );
+    }
+}
+
+#[test]
+fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
+    let traction = steady();
+    let mut state = engaged(&traction);
+    let turning = BodyTwist {
+        wz_rad_s: 1.0,
+        ..BodyTwist::ZERO
+    };
+    let flat = traction.kinematics().inverse(&turning).rad_s;
+    for period in 0..1000 {
+        // 2 cm/s ahead, but wheel 7, which is slower by 2 mm/s.
+        let mut rates = flat;
+        for (rate, sign) in rates.iter_mut().zip(Plant::SIGNS) {
+            *rate += sign * 0.3 + 1e-9 * f64::from(period);
+        }
+        rates[6] = flat[6] + 0.03 + 1e-9 * f64::from(period);
+        let mut readings = level(turning, &rates);
+        readings.imu.rate_rad_s[2] = 1.0;
+        let sample = traction.step(&mut state, &readings, &TractionTarget::at(0.0));
+        assert!(
+            sample.wheels.active == [true; 7] && sample.loops == TractionLoops::Plain,
+            "period {period}: {sample:?}"
+        );
+    }
+}
+
+#[test]
+fn a_direction_that_trembles_hides_no_dead_wheel() {
+    let (traction, mut plant) = (steady(), Plant::new(10.0));
+    let (mut state, mut out) = (engaged(&traction), None);
+    for period in 0..3000 {
+        let mut rates = plant.rate_rad_s;
+        if period >= 1000 {
+            rates[3] = 1e-9 * f64::from(period);
+        }
+        let command = BodyTwist {
+            vy_m_s: if period % 2 == 0 { 1e-4 } else { -1e-4 },
+            ..AHEAD
+        };
+        let sample = traction.step(&mut state, &level(command, &rates), &TractionTarget::at(0.3));
+        plant.step(&sample.wheels.applied.n_m);
+        if !sample.wheels.active[3] && out.is_none() {
+            out = Some(period - 1000);
+        }
+        // As without: see `one_wheel_that_says_the_vehicle_is_slow...`.
+        assert!(plant.speed_m_s < 1.5 * 0.3, "{}", plant.speed_m_s);
+    }
+    assert!(out.is_some_and(|period| period < 400), "{out:?}");
+}
+
+#[test]
+fn counts_that_come_often_are_estimated_although_they_hide_slip() {
+    // 64 counts hide 0.083 m/s; at 0.1 m/s half a count comes in their window. Plain loops on raw counts heat with 0.38 N2.m2.
+    let traction = with(|sensors| sensors.encoder_counts = 64);
+    let slow = BodyTwist {
+        vx_m_s: 0.1,
+        ..BodyTwist::ZERO
+    };
+    let (mut state, mut plant) = (stood(&traction), Plant::new(10.0));
+    let (mut angle, mut counted) = ([0.0_f64; 7], [0.0_f64; 7]);
+    let (mut speed, mut heat) = (0.0, 0.0);
+    let count = std::f64::consts::TAU / 64.0;
+    for period in 0..10_000 {
+        let mut rates = [0.0; 7];
+        for i in 0..7 {
+            angle[i] += plant.rate_rad_s[i] * T;
+            let now = (angle[i] / count).floor();
+            rates[i] = (now - counted[i]) * count / T;
+            counted[i] = now;
+        }
+        let sample = traction.step(&mut state, &level(slow, &rates), &TractionTarget::at(0.1));
+        plant.step(&sample.wheels.applied.n_m);
+        assert_eq!(sample.loops, TractionLoops::Plain);
+        if period >= 5000 {
+            let torques = sample.wheels.applied.n_m;
+            speed += plant.speed_m_s / 5000.0;
+            heat += torques.iter().map(|torque| torque * torque).sum::<f64>() / 5000.0;
+        }
+    }
+    // A hundredth: nothing holds the plant back, and the wheels' counts need not agree.
+    assert!((speed - 0.1).abs() < 0.01 * 0.1, "{speed} m/s");
+    assert!(heat < 0.01, "{heat} N2.m2");
 }

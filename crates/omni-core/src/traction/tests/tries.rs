@@ -159,3 +159,88 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
         assert_eq!(torques, [0.0; 7]);
     }
 }
+
+/// A policy with two tries, on sensors.
+fn policy_with(sensors: TractionSensors<f64>) -> crate::TractionPolicy<f64, 7> {
+    let any = crate::AxisLimits::unlimited();
+    let limits = crate::TwistLimits::PerAxis {
+        vx: any,
+        vy: any,
+        wz: any,
+    };
+    let mut config = SupervisorConfig::steady(T);
+    config.ladder.tries = 2;
+    let limiter = crate::TwistLimiter::new(limits, T).unwrap();
+    let traction = seven(TractionConfig::steady(0.3, 2.0, T).with_sensors(sensors));
+    crate::TractionPolicy::new(limiter, supervisor(config), traction)
+}
+
+#[test]
+fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_sensors_tell() {
+    let mut coarse = TractionSensors::perfect();
+    coarse.encoder_counts = 256; // hide 0.04 m/s: slip is told at 0.3 m/s, not at 0.05 m/s
+    for (sensors, dead) in [(coarse, 7), (TractionSensors::perfect(), 2)] {
+        for rests in [true, false] {
+            let mut policy = policy_with(sensors);
+            let mut torques = [0.0; 7];
+            let mut go = |vx_m_s: f64, heard: usize, periods: usize| {
+                let mut rates = [0.0; 7];
+                rates[heard..].fill(f64::NAN);
+                let command = BodyTwist {
+                    vx_m_s,
+                    ..BodyTwist::ZERO
+                };
+                for _ in 0..periods {
+                    crate::Policy::step(&mut policy, &level(command, &rates), &mut torques);
+                }
+                (policy.supervisor().mode(), torques[0])
+            };
+            assert_eq!(go(0.3, 7, 25_000).0, SupervisorMode::GaveUp);
+            assert_eq!(go(0.3, dead, 1000), (SupervisorMode::GaveUp, 0.0)); // a reading that fails changes nothing
+            if rests {
+                let _ = go(0.0, dead, 5000);
+            }
+            let (mode, torque) = go(-0.05, dead, 100);
+            assert!(
+                mode == SupervisorMode::Drive && torque < -0.1,
+                "{dead} wheels, {rests}: {mode:?}, {torque} N.m"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_vehicle_that_is_stuck_gives_up_where_slip_cannot_be_told_too() {
+    let mut coarse = TractionSensors::perfect();
+    coarse.encoder_counts = 128; // hide 0.058 m/s
+    let mut policy = policy_with(coarse);
+    let slow = BodyTwist {
+        vx_m_s: 0.1,
+        ..BodyTwist::ZERO
+    };
+    let mut torques = [0.0; 7];
+    for _ in 0..10_000 {
+        // At a wall, which no count leaves: after a second of half its torque such a wheel is mute for three.
+        crate::Policy::step(&mut policy, &level(slow, &[0.0; 7]), &mut torques);
+    }
+    assert_eq!(policy.supervisor().mode(), SupervisorMode::GaveUp);
+    assert_eq!((torques, policy.supervisor().retries()), ([0.0; 7], 0));
+    // One that goes more than half as fast as it was told to is not stuck, whatever it takes.
+    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let mode = |speed_m_s: f64, periods: usize| {
+        let mut state = seen([0.0; 3], speed_m_s, 1.0);
+        steady().command(&mut state, &slow);
+        (state.tells, state.speed_m_s) = (false, speed_m_s);
+        let mut memory = SupervisorState::new();
+        for _ in 0..periods {
+            let _ = supervisor.step(&mut memory, &state);
+        }
+        memory.mode()
+    };
+    assert_eq!(mode(0.051, 5000), SupervisorMode::Drive);
+    // A second.
+    assert_eq!(
+        (mode(0.03, 999), mode(0.03, 1002)),
+        (SupervisorMode::Drive, SupervisorMode::GaveUp)
+    );
+}
