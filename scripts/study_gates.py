@@ -234,16 +234,19 @@ def safety(rows: pd.DataFrame, draws: int) -> list[Gate]:
     whole, gates = complete(traction, draws) and complete(plain, draws), []
     pairs = traction.merge(plain, on="seed", suffixes=("", "_plain"))
     for law in study_safety.LAWS:
-        ours, theirs = pairs[law] > 1.0, pairs[f"{law}_plain"] > 1.0
+        # Motors without a no-load speed have no limit of their rims.
+        limited = pairs[pairs[law].notna()]
+        ours, theirs = limited[law] > 1.0, limited[f"{law}_plain"] > 1.0
         only, other = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
-        measured = f"{ours.sum()} of {len(pairs)}; independent {theirs.sum()}"
+        measured = f"{ours.sum()} of {len(limited)}; independent {theirs.sum()}"
         if law in study_safety.NEVER:
             gates.append(Gate("safety", law, "none", measured, whole and not ours.any()))
             continue
         # Of the draws where one went beyond and the other did not, is it surely traction control more often?
-        measured += f"; only this {only}, only independent {other}"
-        often = wilson(only, only + other)[0] if only + other else 0.0
-        gates.append(Gate("safety", law, "no more often than independent", measured, whole and often <= 0.5))
+        often, most = wilson(only, only + other) if only + other else (0.0, 1.0)
+        measured += f"; only this {only}, only independent {other}: this is [{often:.2f}, {most:.2f}] of them"
+        demand = "not shown to be more often than independent"
+        gates.append(Gate("safety", law, demand, measured, whole and often <= 0.5))
     return gates
 
 

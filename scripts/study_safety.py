@@ -31,7 +31,8 @@ BACK_M = 0.05  # beyond a stated back-off
 #: What the policies state of their retries: how many times the command a run-up is, and how far they back off [m].
 RUN_UP_TIMES = {"steady": 2.0, "reach": 4.0}
 BACK_OFF_M = {"steady": 0.22, "reach": 0.27}
-BACKS_OFF = 1  # as `traction_mode` says it
+BACKS_OFF, RUNS_UP = 1, 2  # as `traction_mode` says it
+SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 #: The laws, and those that nothing may break.
 LAWS = ["too fast", "back", "rim", "torque", "no number"]
 NEVER = ["torque", "no number"]
@@ -107,14 +108,20 @@ def planned(seeds: range) -> list[dict]:
 
 
 def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[str, float]:
-    """How far a run went in each law: 1 is the limit."""
+    """How far a run went in each law: 1 is the limit; of motors without a no-load speed rims have none."""
     period_s, asked = keys["control.period_us"] * 1e-6, np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
     way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
     rows = round(STOPS_S / period_s)
-    # From its first back-off on a policy states that it runs up faster and goes back.
-    backs = trace["traction_mode"] == BACKS_OFF if "traction_mode" in trace else np.zeros(len(trace), dtype=bool)
-    tried = np.maximum.accumulate(backs)[:rows]
-    most = FASTER * np.where(tried, max(asked, min(RUN_UP_TIMES[traction] * asked, FASTEST_M_S)), asked)
+    # From its first back-off on a policy states that it goes back. Faster it goes while it tries, and a second on; later
+    # rows of the same obstacle too, which `reach` approaches as fast as the row before them.
+    mode, row = (
+        trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row")
+    )
+    tried = np.maximum.accumulate(mode == BACKS_OFF)
+    tries = (mode == BACKS_OFF) | (mode == RUNS_UP)
+    since = np.arange(rows) - np.maximum.accumulate(np.where(tries, np.arange(rows), -rows))
+    runs_up = (since <= SLOWS_S / period_s) | (tried & (row > 0))
+    most = FASTER * np.where(runs_up, max(asked, min(RUN_UP_TIMES[traction] * asked, FASTEST_M_S)), asked)
     # Without torque a vehicle without friction rolls wherever the ground inclines it to.
     torque = trace.wheels("torque_n_m")
     pushed = (trace.wheels("applied_n_m") != 0.0).any(axis=1)[:rows]
@@ -130,7 +137,7 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     gears = [
         wheel["gear"] * wheel["radius_m"] * np.cos(wheel["roller_angle_rad"]) for wheel in vehicle.to_dict()["wheel"]
     ]
-    rim = np.abs(trace.wheels("rim_m_s") / gears).max() / no_load if no_load else 0.0
+    rim = np.abs(trace.wheels("rim_m_s") / gears).max() / no_load if no_load else np.nan
     after = torque[round((STOPS_S + ENDS_S) / period_s) :]
     told = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
     finite = all(np.isfinite(trace[name]).all() for name in told) and np.isfinite(trace.wheels("requested_n_m")).all()

@@ -349,7 +349,10 @@ def safety(rows: pd.DataFrame) -> str:
         each = here if vehicle == "all" else of(here, vehicle=vehicle)
         plain = each["policy"] == "independent"
         cells = [
-            f"{int((each[~plain][law] > 1).sum())}, {int((each[plain][law] > 1).sum())}" for law in study_safety.LAWS
+            f"{int((each[~plain][law] > 1).sum())}, {int((each[plain][law] > 1).sum())}"
+            if each[law].notna().any()
+            else "no limit"
+            for law in study_safety.LAWS
         ]
         lines.append([vehicle, str(int(plain.sum())), *cells])
     return table(["vehicle", "draws", *study_safety.LAWS], lines)
