@@ -1,7 +1,7 @@
 """Runs the study of traction control, judges it, and writes docs/study.md: python scripts/study.py [--check].
 
-Some forty minutes on two cores, most of it rapier's rollers and the draws of the safety table. Results are in out/study;
-runs that are there are not run again, unless the package was built anew. Exit code 1 where a gate fails.
+Some forty minutes on two cores, most of it rapier's rollers and the draws of the safety table. Results are in
+out/study; runs that are there are not run again, unless the package was built anew. Exit code 1 where a gate fails.
 """
 
 import argparse

@@ -112,8 +112,8 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     period_s, asked = keys["control.period_us"] * 1e-6, np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
     way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
     rows = round(STOPS_S / period_s)
-    # From its first back-off on a policy states that it goes back. Faster it goes while it tries, and a second on; later
-    # rows of the same obstacle too, which `reach` approaches as fast as the row before them.
+    # From its first back-off on a policy states that it goes back. It goes faster while it tries, for a second after
+    # that, and at later rows of the obstacle, which `reach` approaches as fast as the row before them.
     mode, row = (
         trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row")
     )
