@@ -114,9 +114,7 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     rows = round(STOPS_S / period_s)
     # From its first back-off on a policy states that it goes back. It goes faster while it tries, for a second after
     # that, and at later rows of the obstacle, which `reach` approaches as fast as the row before them.
-    mode, row = (
-        trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row")
-    )
+    mode, row = (trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row"))
     tried = np.maximum.accumulate(mode == BACKS_OFF)
     tries = (mode == BACKS_OFF) | (mode == RUNS_UP)
     since = np.arange(rows) - np.maximum.accumulate(np.where(tries, np.arange(rows), -rows))
