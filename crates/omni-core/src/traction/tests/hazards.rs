@@ -335,7 +335,7 @@ fn a_change_of_direction_alone_is_no_fault() {
         },
     ] {
         let (mut state, mut speed) = (TractionState::new(), [0.0_f64; 2]);
-        for period in 0..6000 {
+        for period in 0..12_000 {
             let aside = BodyTwist {
                 vy_m_s: 0.3,
                 ..BodyTwist::ZERO
@@ -357,9 +357,9 @@ fn a_change_of_direction_alone_is_no_fault() {
                 "period {period}: {speed:?}"
             );
         }
-        // The old way is stopped, the new one is gone; 4 s are 27 time constants of the loops' integrals, 0.15 s.
+        // Loops of 120 N.s/m on 109 kg swing, by e each 1.8 s: 10 s leave 0.4 % of 0.3 m/s; five times that for the limits in between.
         assert!(
-            speed[0].abs() < 1e-3 && (speed[1] - 0.3).abs() < 1e-3,
+            speed[0].abs() < 6e-3 && (speed[1] - 0.3).abs() < 6e-3,
             "{speed:?}"
         );
     }
