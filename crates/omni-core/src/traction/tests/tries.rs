@@ -139,7 +139,7 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
     for heard in [7, 4] {
         let mut config = SupervisorConfig::steady(T);
         config.ladder.tries = 2;
-        let limiter = crate::TwistLimiter::new(limits, T).unwrap();
+        let limiter = crate::TwistLimiter::new(limits, T).expect("valid");
         let mut policy = crate::TractionPolicy::new(limiter, supervisor(config), steady());
         let mut torques = [0.0; 7];
         for period in 0..30_000 {
@@ -170,7 +170,7 @@ fn policy_with(sensors: TractionSensors<f64>) -> crate::TractionPolicy<f64, 7> {
     };
     let mut config = SupervisorConfig::steady(T);
     config.ladder.tries = 2;
-    let limiter = crate::TwistLimiter::new(limits, T).unwrap();
+    let limiter = crate::TwistLimiter::new(limits, T).expect("valid");
     let traction = seven(TractionConfig::steady(0.3, 2.0, T).with_sensors(sensors));
     crate::TractionPolicy::new(limiter, supervisor(config), traction)
 }
