@@ -5,7 +5,7 @@ use std::io::Write;
 use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelSpec};
 
 use crate::Error;
-use crate::notices::{announce_gains, beyond_balls, doubts_of};
+use crate::notices::{announce_assumptions, announce_gains, beyond_balls, doubts_of};
 use crate::output::{print, warn};
 
 /// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
@@ -36,6 +36,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
                 None => Some(vehicle.derived_gains(PERIOD_S)?),
             };
             announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
+            announce_assumptions(&vehicle);
             told.warn(vehicle.doubts(PERIOD_S)?);
             told.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
@@ -49,6 +50,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
         File::Scenario(scenario) => {
             let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
             announce_gains(&vehicle.name, scenario.period_s(), derived);
+            announce_assumptions(vehicle);
             let gravity = scenario.physics.gravity_m_s2;
             told.warn(vehicle.doubts(scenario.period_s())?);
             told.warn(vehicle.falls(gravity));

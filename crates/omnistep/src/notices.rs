@@ -1,6 +1,6 @@
 //! What is said of a scenario before it is run: gains that were derived, and all that is doubtful.
 
-use omni_config::{DerivedGains, Scenario, WheelModel};
+use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 
 use crate::output::{say, warn};
 
@@ -53,7 +53,21 @@ pub(crate) fn announce_vehicle(scenario: &Scenario) {
         scenario.period_s(),
         scenario.derived_gains(),
     );
+    announce_assumptions(scenario.vehicle());
+    if scenario.physics.wheel_model == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
+        say(&format!(
+            "{}: no [rollers]; nine a row, of a fifth of the wheel's radius",
+            scenario.vehicle().name
+        ));
+    }
     announce_beyond_balls(scenario);
+}
+
+/// Says on standard error what was assumed of a vehicle whose file leaves something out.
+pub(crate) fn announce_assumptions(vehicle: &Vehicle) {
+    for assumption in vehicle.assumptions() {
+        say(&format!("{}: {assumption}", vehicle.name));
+    }
 }
 
 /// Says on standard error which gains a vehicle got whose file gives none.
