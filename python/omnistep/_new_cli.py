@@ -38,7 +38,7 @@ def new(arguments: list[str]) -> int:
     parser.add_argument(
         "--wheels",
         choices=["mecanum", "omni"],
-        help="kind of the wheels; if left out, mecanum where all axles are parallel",
+        help="their kind; if left out, mecanum where all axles are parallel",
     )
     parser.add_argument(
         "--radius", type=float, metavar="M", help="radius of all wheels [m]; their cylinders' or spheres' if left out"
@@ -86,11 +86,11 @@ def _vehicle(name: str, robot: Robot, tables: list[Table]) -> tuple[str, Vehicle
     """Return the text of the vehicle file and the vehicle that it describes."""
     head = [
         _schema_line(),
-        f"# From {robot.file}, robot {shown(robot.name)!r}, by omnistep new vehicle --from-urdf. What the URDF does not say",
-        '# is marked "# guess": correct it. The rest is as the URDF has it, with all its joints at 0.',
+        f"# From {robot.file}, robot {shown(robot.name)!r}, by omnistep new vehicle --from-urdf.",
         "#",
-        "# Frame: x forward, y left, z up, in metres, as the vehicle stands on flat ground; the origin is below that of",
-        f"# the link {shown(robot.root)!r}.",
+        '# What the URDF does not say is marked "# guess": correct it. All joints are at 0.',
+        "# Frame: x forward, y left, z up, in metres, as the vehicle stands on flat ground.",
+        f"# The origin is on the ground, at x and y of the link {shown(robot.root)!r}.",
         *_row("schema_version", 1, "of the file format"),
         *_row("name", name, "in logs"),
     ]

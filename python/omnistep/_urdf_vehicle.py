@@ -11,7 +11,7 @@ import numpy as np
 
 from omnistep._rigid_masses import Mass
 from omnistep._urdf_tree import Joint, Robot, shown
-from omnistep._urdf_wheels import Wheel, find_wheels, turns
+from omnistep._urdf_wheels import Wheel, check_mass, find_wheels, turns
 from omnistep.errors import ConfigError
 
 #: Of a hinge without damping: a dry plain bearing, as of chugo7.
@@ -52,9 +52,8 @@ def vehicle_tables(robot: Robot, *, kind: str | None, radius_m: float | None) ->
     tables = [_body(robot, link, name, owner, wheels, ground_m) for link, name in bodies.items()]
     names = _names(robot, [hinge.name for hinge in hinges])
     for hinge in hinges:
-        tables.append(
-            _hinge(robot, hinge, names[hinge.name], bodies[owner[hinge.parent]], bodies[hinge.child], ground_m)
-        )
+        ends = bodies[owner[hinge.parent]], bodies[hinge.child]
+        tables.append(_hinge(robot, hinge, names[hinge.name], ends, ground_m))
     tables += _couplings(robot, hinges, names)
     angles, notes = _roller_angles(robot, wheels, kind)
     tables += [_motor(wheels, sum(table.keys.get("mass_kg", 0.0) for table in tables)), _rollers(wheels, angles)]
@@ -111,9 +110,7 @@ def _body(robot: Robot, link: str, name: str, owner: dict[str, str], wheels: lis
     """Return a body: all that is fixed to a link, as one mass."""
     own = [each for each, body in owner.items() if body == link]
     mass = Mass.joined(robot.links[each].mass.moved(robot.places[each]) for each in own)
-    if mass.mass_kg <= 0.0:
-        what = f'{robot.file}: body "{shown(link)}": mass 0'
-        raise ConfigError(f"{what}, allowed: an inertial with a mass in kg", file=robot.file)
+    check_mass(robot, f'body "{shown(link)}"', mass)
     notes = dict[str, str]()
     held = [
         joint.name for joint in robot.joints if joint.kind != "fixed" and joint.child in own and joint.child != link
@@ -143,7 +140,7 @@ def _box(mass: Mass, wheels: list[Wheel], notes: dict[str, str]) -> list[float]:
     return [float(edge) for edge in edges]
 
 
-def _hinge(robot: Robot, joint: Joint, name: str, parent: str, child: str, ground_m: float) -> Table:
+def _hinge(robot: Robot, joint: Joint, name: str, ends: tuple[str, str], ground_m: float) -> Table:
     notes = dict[str, str]()
     limit = _limit(robot, joint, notes)
     damping = joint.damping_n_m_s_rad
@@ -151,8 +148,8 @@ def _hinge(robot: Robot, joint: Joint, name: str, parent: str, child: str, groun
         damping, notes["damping_n_m_s_rad"] = _DAMPING_N_M_S_RAD, "a dry plain bearing; none in the URDF"
     keys = {
         "name": name,
-        "parent": parent,
-        "child": child,
+        "parent": ends[0],
+        "child": ends[1],
         "axis": robot.axis(joint),
         "anchor_m": robot.places[joint.child].at_m - [0.0, 0.0, ground_m],
         "limit_rad": limit,
@@ -252,7 +249,12 @@ def _wheel(wheel: Wheel, name: str, body: str, angle: float, notes: dict[str, st
     disc = wheel.mass.mass_kg * wheel.radius_m**2 / 2.0
     if inertia <= 0.0:
         inertia, notes["inertia_kg_m2"] = disc, "of a disc; none in the URDF"
-    keys = {"name": name, "body": body, "position_m": wheel.middle_m[:2], "rolling_direction": [axis[1], -axis[0]]}
+    keys: dict[str, Any] = {
+        "name": name,
+        "body": body,
+        "position_m": wheel.middle_m[:2],
+        "rolling_direction": [axis[1], -axis[0]],
+    }
     keys |= {"roller_angle_rad": angle} if notes.get("roller_angle_rad") else {}
     keys |= {"radius_m": wheel.radius_m, "mass_kg": wheel.mass.mass_kg, "inertia_kg_m2": inertia}
     return Table("[wheel]", keys, notes)

@@ -21,6 +21,8 @@ _CASTER = re.compile(r"caster|castor", re.IGNORECASE)
 _LEVEL = 0.1
 #: Radii [m]: no wheel with rollers is larger, and in a file in millimetres all are.
 RADII_M = (0.001, 2.0)
+#: Masses of a body or a wheel [kg] that a vehicle file takes.
+_MASSES_KG = (0.001, 10000.0)
 #: Farthest from the origin, in radii: what a file with radii in metres and places in millimetres exceeds.
 _FAR = 200.0
 #: Largest height of a wheel above the lowest, in radii: of what is named a wheel, and of other round parts.
@@ -179,8 +181,15 @@ def _check(robot: Robot, wheel: Wheel) -> None:
     if (far_m := float(np.linalg.norm(wheel.middle_m))) > _FAR * wheel.radius_m:
         what = f"{where}: {far_m:g} m from the origin"
         raise ConfigError(f"{what}, allowed: {_FAR:g} radii; are places in millimetres?", file=robot.file)
-    if wheel.mass.mass_kg <= 0.0:
-        raise ConfigError(f"{where}: mass 0, allowed: an inertial with a mass in kg", file=robot.file)
+    check_mass(robot, f'wheel "{shown(wheel.name)}"', wheel.mass)
+
+
+def check_mass(robot: Robot, what: str, mass: Mass) -> None:
+    """Refuse a part that weighs less or more than a vehicle file takes."""
+    low, high = _MASSES_KG
+    if not low <= mass.mass_kg <= high:
+        allowed = f"{low} to {high:g}: an inertial with its mass"
+        raise ConfigError(f"{robot.file}: {what}: mass {mass.mass_kg:g} kg, allowed: {allowed}", file=robot.file)
 
 
 def _radius(robot: Robot, joint: Joint, shape: Round | None, notes: dict[str, str]) -> float:
