@@ -74,7 +74,7 @@ def _write(name: str, urdf: Path, kind: str | None, radius_m: float | None) -> s
         f"{len(keys['wheel'])} {'mecanum' if mecanum else 'omni'} wheels",
         f"{vehicle.mass_kg:.3f} kg",
     ]
-    guesses = text.count("# guess")
+    guesses = text.count("# guess: ")
     return f'{out}: {", ".join(parts)}; {guesses} values are marked "# guess"; next: omnistep check {out}'
 
 

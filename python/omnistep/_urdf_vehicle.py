@@ -116,7 +116,7 @@ def _body(robot: Robot, link: str, name: str, owner: dict[str, str], wheels: lis
         joint.name for joint in robot.joints if joint.kind != "fixed" and joint.child in own and joint.child != link
     ]
     if held:
-        notes["mass_kg"] = f"held at 0: {', '.join(shown(each) for each in held[:4])}{', ...' if len(held) > 4 else ''}"
+        notes["mass_kg"] = f"joints held at 0: {held[0]}{f' and {len(held) - 1} more' if len(held) > 1 else ''}"
     box_m = _box(mass, [wheel for wheel in wheels if owner[wheel.joint.parent] == link] or wheels, notes)
     com_m = mass.com_m - [0.0, 0.0, ground_m]
     return Table("[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "box_m": box_m}, notes)

@@ -161,9 +161,11 @@ def _wheel(robot: Robot, joint: Joint, radius_m: float | None) -> Wheel:
         )
     shape = _about_axle(robot, joint)
     if shape is None:
-        arm_m = float(axis @ (mass.com_m - at_m))
+        heaviest = max(robot.rigid(joint.child), key=lambda name: robot.links[name].mass.mass_kg)
+        com_m = robot.places[heaviest].point(robot.links[heaviest].mass.com_m)
+        arm_m = float(axis @ (com_m - at_m))
         if abs(arm_m) > 1e-6:
-            notes["position_m"] = f"its middle is its centre of mass, {1000 * abs(arm_m):.1f} mm along the axle"
+            notes["position_m"] = f"in the middle of its mass, {1000 * abs(arm_m):.1f} mm along the axle"
     else:
         arm_m = float(axis @ (shape.middle_m - at_m))
     if radius_m is None:
