@@ -32,6 +32,10 @@ def main() -> int:
 
         if _new_cli.is_wanted(arguments[1:]):
             return _new_cli.new(arguments[1:])
+        if {"-h", "--help"} & set(arguments):
+            code = cli(["omnistep", *arguments])
+            print(f"\nOf a URDF [Python]: {_new_cli.USAGE}")
+            return code
     # As in the Rust binary: Ctrl-C ends the process at once, unless the command ends itself in order.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return cli(["omnistep", *arguments])

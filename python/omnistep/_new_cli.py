@@ -18,6 +18,8 @@ from omnistep.errors import ConfigError
 
 #: Share of the motors' top speeds that may be commanded, as of mecanum4.
 _COMMANDED = 0.4
+#: Usage, which the compiled command does not know.
+USAGE = "omnistep new vehicle NAME --from-urdf ROBOT.urdf [--wheels mecanum|omni] [--radius M]"
 
 
 def is_wanted(arguments: list[str]) -> bool:
@@ -30,7 +32,7 @@ def new(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="omnistep new",
         description="Make a vehicle file from a URDF. What was guessed is marked in the file.",
-        usage="omnistep new vehicle NAME --from-urdf ROBOT.urdf [--wheels mecanum|omni] [--radius M]",
+        usage=USAGE,
     )
     parser.add_argument("kind", choices=["vehicle"], help="the kind of file")
     parser.add_argument("name", metavar="NAME", help="of the vehicle: letters, digits, _ or -")

@@ -18,6 +18,7 @@ from omnistep.errors import ConfigError
 _DAMPING_N_M_S_RAD = 0.3
 _MOST_LIMIT_RAD = 3.0
 _MOST_HINGES = 15
+_LEAST_INERTIA_KG_M2 = 1e-10
 #: Edges of a box [m] that a vehicle file takes.
 _EDGES_M = (0.001, 100.0)
 #: Thrust of all wheels over the weight, and top speed [m/s]: of mecanum4, and the range that limits of joints may give.
@@ -247,7 +248,7 @@ def _wheel(wheel: Wheel, name: str, body: str, angle: float, notes: dict[str, st
     notes = wheel.notes | notes
     inertia = wheel.mass.about(wheel.middle_m, axis)
     disc = wheel.mass.mass_kg * wheel.radius_m**2 / 2.0
-    if inertia <= 0.0:
+    if inertia < _LEAST_INERTIA_KG_M2:
         inertia, notes["inertia_kg_m2"] = disc, "of a disc; none in the URDF"
     keys: dict[str, Any] = {
         "name": name,

@@ -197,3 +197,11 @@ def test_without_a_urdf_the_command_is_the_compiled_one(here, monkeypatch, capfd
     monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "robot", "--like", "mecanum4"])
     assert main() == 0
     assert capfd.readouterr().out.startswith("robot.toml: started from mecanum4;")
+
+
+def test_the_help_of_the_compiled_command_names_this_one(here, monkeypatch, capfd):
+    monkeypatch.setattr(sys, "argv", ["omnistep", "new", "--help"])
+    assert main() == 0
+    assert (
+        capfd.readouterr().out.splitlines()[-1].startswith("Of a URDF [Python]: omnistep new vehicle NAME --from-urdf")
+    )
