@@ -205,3 +205,25 @@ def test_the_help_of_the_compiled_command_names_this_one(here, monkeypatch, capf
     assert (
         capfd.readouterr().out.splitlines()[-1].startswith("Of a URDF [Python]: omnistep new vehicle NAME --from-urdf")
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "limit", "note"),
+    [
+        (('lower="-0.08726"', 'lower="-0.05"'), 0.05, "the nearer of -0.05 and 0.08726"),
+        (('type="revolute"', 'type="continuous"'), 3.0, "none in the URDF"),
+        (('<limit lower="-0.08726" upper="0.08726" effort="0" velocity="0"/>', ""), 3.0, "none in the URDF"),
+    ],
+)
+def test_the_stop_of_a_hinge_is_the_nearer_one_or_a_guess(change, limit, note, robots, here, monkeypatch):
+    vehicle, text = imported(here, monkeypatch, robots.ridgeback().replace(*change, 1))
+    assert [hinge["limit_rad"] for hinge in vehicle["hinge"]] == [limit]
+    assert f"# guess: {note}\n" in text
+
+
+@pytest.mark.parametrize("change", [('type="revolute"', 'type="prismatic"'), ('0.08726" effort', '-0.08726" effort')])
+def test_a_slide_and_a_joint_without_play_are_held(change, robots, here, monkeypatch):
+    vehicle, text = imported(here, monkeypatch, robots.ridgeback().replace(*change, 1))
+    assert "hinge" not in vehicle and len(vehicle["body"]) == 1
+    np.testing.assert_allclose(vehicle["body"][0]["mass_kg"], 165.304 + 0.001 + 2 * 10.267, **DIGITS)
+    assert "# guess: joints held at 0: front_rocker\n" in text
