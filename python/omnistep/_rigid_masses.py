@@ -82,7 +82,7 @@ class Mass(NamedTuple):
         whole = self.inertia_kg_m2 + self.mass_kg * _spread(self.com_m - point_m)
         return float(axis @ whole @ axis)
 
-    def box_m(self) -> _Floats:
+    def box_squares_m2(self) -> _Floats:
         """Squares of the edges of the solid box with these moments [m^2], (3,): below 0 where there is none."""
         moments = np.diag(self.inertia_kg_m2)
         return np.asarray(6.0 * (moments.sum() - 2.0 * moments) / self.mass_kg)

@@ -134,7 +134,7 @@ def _box(mass: Mass, wheels: list[Wheel], notes: dict[str, str]) -> list[float]:
     products = float(np.abs(inertia - np.diag(np.diag(inertia))).max())
     if products > 0.01 * np.diag(inertia).max():
         notes["box_m"] = f"products of inertia, up to {products:.2g} kg.m^2, are left out"
-    squares = mass.box_m()
+    squares = mass.box_squares_m2()
     edges = np.clip(np.sqrt(np.maximum(squares, 0.0)), *_EDGES_M)
     if np.abs(edges**2 - squares).max() > 1e-6 * np.abs(squares).max():
         notes["box_m"] = "the nearest: no body has this inertia"
