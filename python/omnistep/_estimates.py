@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,16 @@ Floats = NDArray[np.float64]
 CONFIDENCE = 0.95
 #: A direction of parameters is told where its standard deviation is below this part of their scales.
 TOLD = 0.3
+#: Before a search has ended a direction is held where its standard deviation is beyond that by this factor.
+SURELY = 10.0
+#: Evaluations between two looks at what is told, and the most of such pieces of a search.
+PIECE, PIECES = 30, 30
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
+#: Errors left after a fit that are so many times those of the measurements refute the model, and every interval with it.
+REFUTED = 3.0
+#: Why an estimate has no interval then.
+NONE_GIVEN = "none"
 #: The variances of independent errors count for this many degrees of freedom beside those of groups.
 INDEPENDENT = 8.0
 
@@ -144,18 +152,32 @@ def fit(
             x[held] = start[held]
             free[held] = False
             continue
-        found = optimize.least_squares(of_free, inside, bounds=(low, high), method="dogbox")
-        left, moves = found.fun, found.jac
-        rest = len(left) - redundant - int(free.sum())
-        if rest < 1:
-            raise ConfigError(
-                f"{len(left) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
-                " than parameters; drive more runs",
-                key="data",
+
+        def moved(
+            z: Floats, of: Callable[[Floats], Floats] = of_free, low: Floats = low, high: Floats = high
+        ) -> Floats:
+            return _jacobian(of, z, low, high)
+
+        # With smaller steps than those of `_jacobian` rounding of residuals is in the derivatives: the search creeps.
+        # So it does along what is not told: that is held before the search has ended.
+        for _ in range(PIECES):
+            found = optimize.least_squares(
+                of_free, inside, jac=moved, bounds=(low, high), method="dogbox", max_nfev=PIECE
             )
+            left, moves, inside = found.fun, found.jac, found.x
+            rest = len(left) - redundant - int(free.sum())
+            if rest < 1:
+                raise ConfigError(
+                    f"{len(left) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
+                    " than parameters; drive more runs",
+                    key="data",
+                )
+            sigma = float(np.sqrt(left @ left / rest))
+            ended = found.status != 0
+            held = _hold(moves, sigma if ended else sigma / SURELY, free, together, parameters)
+            if ended or held is not None:
+                break
         x[free] = found.x * scale[free]
-        sigma = float(np.sqrt(left @ left / rest))
-        held = _hold(moves, sigma, free, together, parameters)
         if held is None:
             break
         free[held] = False
@@ -292,6 +314,19 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
     return tuple(given)
 
 
+def refutes(left: float, measured: float) -> bool:
+    """Whether errors that are left after a fit contradict the errors of the measurements: the rule of every estimator.
+
+    Intervals are those of a model. Where it is refuted they are not given (:func:`withheld`), and a line says why.
+    """
+    return left > REFUTED * measured
+
+
+def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    """The estimates without intervals."""
+    return tuple(replace(each, low=None, high=None, note=NONE_GIVEN) if each.told else each for each in parts)
+
+
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
     """Parameters that end at a bound of their range, a line each; zero is a plausible end for friction or a lag."""
     said = []
@@ -310,7 +345,9 @@ def table(found: Sequence[Estimate]) -> str:
     """The estimates, one a line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        interval = f"held: {each.note}" if each.low is None else f"{each.low:.5g} to {each.high:.5g}"
+        interval = f"{each.low:.5g} to {each.high:.5g}" if each.told else f"held: {each.note}"
+        if each.note == NONE_GIVEN:
+            interval = NONE_GIVEN
         rows.append((each.name, f"{each.value:.5g}", interval, each.unit, f"{each.before:.5g}"))
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
     return "\n".join(

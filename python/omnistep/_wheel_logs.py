@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,11 @@ from omnistep.errors import ConfigError, LogError
 Floats = NDArray[np.float64]
 #: A trace, a log, the path of an MCAP, CSV or Parquet file, or columns by name.
 LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
+
+#: What a bridge does with its motor at a duty cycle of zero: short it, or leave it open.
+ZeroDuty: TypeAlias = Literal["brake", "coast"]
+#: Fact of a recording that has it.
+ZERO_DUTY_FACT = "duty_zero"
 
 #: Rows may come this much too early or too late, in periods; others are left out, up to a part of them.
 JITTER, MOST_OFF = 0.35, 0.1
@@ -62,6 +67,8 @@ class WheelLog:
     duty: Floats | None
     #: Yaw rate by a gyro [rad/s], (T,), where the log has it.
     yaw_rate: Floats | None
+    #: What the bridges do at a duty cycle of zero, where the log has it.
+    zero_duty: ZeroDuty | None = None
 
 
 def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
@@ -71,7 +78,7 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
         LogError: the file cannot be read.
     """
-    name, columns = _columns(data, vehicle)
+    name, columns, zero = _columns(data, vehicle)
     time = _column(name, columns, "time_s", None)
     if len(time) < 10:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
@@ -132,6 +139,7 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         torques=None if torques is None else at(torques),
         duty=None if duty is None else at(duty),
         yaw_rate=None if yaw_rate is None else at(yaw_rate[:, None])[:, 0],
+        zero_duty=zero,
     )
 
 
@@ -210,19 +218,20 @@ def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64]
     return slots, off
 
 
-def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any]]:
-    if isinstance(data, Log):
-        return fspath(data.path), data.trace.columns()
+def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any], ZeroDuty | None]:
     if isinstance(data, Trace):
-        return data.scenario, data.columns()
+        return data.scenario, data.columns(), None
     if isinstance(data, Mapping):
-        return "data", data
-    if not isinstance(data, str | PathLike):
+        return "data", data, None
+    if not isinstance(data, Log | str | PathLike):
         raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
-    path = Path(data)
-    if path.suffix.lower() in SUFFIXES:
-        return fspath(path), _table(path, vehicle)
-    return fspath(path), read_mcap(path).trace.columns()
+    if not isinstance(data, Log):
+        path = Path(data)
+        if path.suffix.lower() in SUFFIXES:
+            return fspath(path), _table(path, vehicle), None
+        data = read_mcap(path)
+    zero = data.run.get(ZERO_DUTY_FACT)
+    return fspath(data.path), data.trace.columns(), zero if zero in ("brake", "coast") else None
 
 
 def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:

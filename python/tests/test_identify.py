@@ -12,7 +12,9 @@ from scipy.optimize import least_squares
 import omnistep
 from omnistep._margins import margins
 from omnistep._measurement_noise import likely
-from omnistep._motion_model import Masses, Motion, cut
+from omnistep._motion_model import Motion
+from omnistep._stretches import cut
+from omnistep._vehicle_masses import Masses
 from omnistep._wheel_logs import read
 
 SPEC = importlib.util.spec_from_file_location("wheel_plant", Path(__file__).with_name("wheel_plant.py"))
