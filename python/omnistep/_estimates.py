@@ -18,10 +18,8 @@ Floats = NDArray[np.float64]
 CONFIDENCE = 0.95
 #: A direction of parameters is told where its standard deviation is below this part of their scales.
 TOLD = 0.3
-#: Before a search has ended a direction is held where its standard deviation is beyond that by this factor.
-SURELY = 10.0
-#: Evaluations between two looks at what is told, and the most of such pieces of a search.
-PIECE, PIECES = 30, 30
+#: What ends as near to a bound as this part of its scale is at it.
+BESIDE = 1e-6
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
 #: Errors left after a fit that are so many times those of the measurements refute the model, and every interval with it.
@@ -159,25 +157,21 @@ def fit(
             return _jacobian(of, z, low, high)
 
         # With smaller steps than those of `_jacobian` rounding of residuals is in the derivatives: the search creeps.
-        # So it does along what is not told: that is held before the search has ended.
-        for _ in range(PIECES):
-            found = optimize.least_squares(
-                of_free, inside, jac=moved, bounds=(low, high), method="dogbox", max_nfev=PIECE
+        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high))
+        left, moves, inside = found.fun, found.jac, found.x
+        rest = len(left) - redundant - int(free.sum())
+        if rest < 1:
+            raise ConfigError(
+                f"{len(left) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
+                " than parameters; drive more runs",
+                key="data",
             )
-            left, moves, inside = found.fun, found.jac, found.x
-            rest = len(left) - redundant - int(free.sum())
-            if rest < 1:
-                raise ConfigError(
-                    f"{len(left) - redundant} measured numbers for {int(free.sum())} parameters, allowed: more numbers"
-                    " than parameters; drive more runs",
-                    key="data",
-                )
-            sigma = float(np.sqrt(left @ left / rest))
-            ended = found.status != 0
-            held = _hold(moves, sigma if ended else sigma / SURELY, free, together, parameters)
-            if ended or held is not None:
-                break
-        x[free] = found.x * scale[free]
+        sigma = float(np.sqrt(left @ left / rest))
+        held = _hold(moves, sigma, free, together, parameters)
+        # The search ends beside a bound, never at it.
+        for bound in (low, high):
+            inside = np.where(np.abs(inside - bound) < BESIDE, bound, inside)
+        x[free] = inside * scale[free]
         if held is None:
             break
         free[held] = False

@@ -92,6 +92,9 @@ def parameters_of(
     if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(known):
         # A wheel that its motor's line brakes follows as a torque that lags does: they cannot be told apart.
         parameters = [replace(p, apart_from="wheel_inertia_kg_m2") if p.name == "lag_s" else p for p in parameters]
+    if duty and ground and not {"mass_kg", "yaw_inertia_kg_m2", "wheel_inertia_kg_m2", "stall_torque_n_m"} & set(known):
+        # Everything may be as many times larger.
+        parameters = [replace(p, apart_from="mass_kg") if p.name == "stall_torque_n_m" else p for p in parameters]
     if not ground:
         parameters = [
             replace(p, known=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p

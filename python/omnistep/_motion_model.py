@@ -37,7 +37,7 @@ class Motion:
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
         self.coasts = coasts
-        self.driven: Floats = np.where(np.abs(inputs) > ZERO_DUTY, 1.0, 0.0)
+        self.driven = _driven(inputs)
         if efficiency < 1.0:
             driving = inputs * np.nan_to_num(stretches.log.measured) > 0.0
             inputs = inputs * np.where(driving, efficiency, 1.0 / efficiency)
@@ -234,6 +234,18 @@ class Motion:
         angle = np.cumsum(np.nan_to_num(self.stretches.log.measured) * driven, axis=0) * self.period
         binned = self.stretches.binned
         return binned(angle), binned(integral(angle, self.period)), self.stretches.mean(driven)
+
+
+def _driven(duty: Floats) -> Floats:
+    """Part of each row in which a bridge drives, (T, N): none at zero duty.
+
+    A row between zero and more duty is the mean over a period in which it changed.
+    """
+    size = np.pad(np.abs(duty), ((1, 1), (0, 0)), mode="edge")
+    before, here, after = size[:-2], size[1:-1], size[2:]
+    other = np.where(before <= ZERO_DUTY, after, np.where(after <= ZERO_DUTY, before, here))
+    part = here / np.maximum(np.maximum(other, here), ZERO_DUTY)
+    return np.asarray(np.where(here > ZERO_DUTY, part, 0.0))
 
 
 def _late(series: Floats, rows: int) -> Floats:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
-from omnistep._output_files import check_output, replaced
+from omnistep._output_files import check_picture, replaced
 from omnistep._recorded_command import held
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
@@ -349,10 +349,8 @@ def write(
     progress: bool = True,
 ) -> None:
     """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
-    if out.suffix not in (".png", ".svg", ".pdf"):
-        raise ConfigError(f"{out}: {out.suffix!r}, allowed: .png, .svg or .pdf", key="out", file=str(out))
     inputs = [log] if scenario is None else [log, Path(scenario)]
-    check_output(out, inputs)
+    check_picture(out, inputs)
     again = resimulate(log, scenario, by=by, overrides=dict(_override(key) for key in keys), progress=progress)
     print(again)
     with replaced(out, inputs) as aside:
