@@ -13,8 +13,10 @@ from omnistep._estimates import Floats, scipy_part
 from omnistep._motion_model import Motion
 from omnistep._stretches import SMOOTH_S, smooth
 
-#: Longest step of the simulation [s].
-STEP_S = 0.002
+#: A step of the simulation is at most this part of the time in which the vehicle follows its motors, and at most a row.
+STEP = 0.04
+#: Steps of a row are no more than this.
+MOST_STEPS = 20
 #: Dry friction is steep below this speed [rad/s].
 CREEP_RAD_S = 0.02
 #: Speeds are compared as means over this time [s], so that single counts do not matter.
@@ -112,7 +114,7 @@ def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
 
     Implicit steps of Euler's: friction stops a wheel and does not push it back.
     """
-    parts = math.ceil(motion.period / STEP_S - 1e-9)
+    parts = min(MOST_STEPS, max(1, math.ceil(motion.period / (STEP * motion.time_constant_s(p)))))
     step = motion.period / parts
     torque, braked = _inputs(motion, p, parts)
     turns, back, matrix = motion.map, np.linalg.pinv(motion.map), motion.mass_matrix(p)
@@ -127,14 +129,14 @@ def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
             continue
         if moves is None:
             moves = back @ begins[row - 1]
-        turned = np.zeros(len(turns))
+        wheels, turned = turns @ moves, 0.0
         for part in range((row - 1) * parts, row * parts):
-            wheels = turns @ moves
             brake = viscous + slope * braked[part] + dry / np.maximum(np.abs(wheels), CREEP_RAD_S)
             force = torque[part] @ turns - motion.swerving(moves, p)
-            resists = matrix + step * turns.T @ (brake[:, None] * turns)
+            resists = matrix + (step * turns.T * brake) @ turns
             moves = np.linalg.solve(resists, matrix @ moves + step * force)
-            turned += turns @ moves
+            wheels = turns @ moves
+            turned = turned + wheels
         speeds[row] = turned / parts
     return speeds
 

@@ -310,7 +310,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
 
     (tmp_path / "drawn.toml").write_text(vehicle.to_toml())
     asked = ["identify", "drive.csv", "--vehicle", "drawn.toml", "--known", "wheel_inertia_kg_m2=0.0035"]
-    code, said, wrong = command(*asked, "-o", "found.toml")
+    code, said, wrong = command(*asked, "--quiet", "-o", "found.toml")
     assert (code, wrong) == (0, "")
     assert "this log cannot tell rolling_resistance apart from gear_friction_n_m" in said
     assert "phase margin" in said
