@@ -194,8 +194,8 @@ class Problem:
             keys[f"wheel.{k}.rolling_direction"] = list(direction)
         return self.drawn.replace(keys)
 
-    def common_estimates(self, found: Found, refuted: str) -> tuple[Estimate, ...]:
-        """What all wheels have in common; an interval where the runs tell, and do not refute it."""
+    def common_estimates(self, found: Found) -> tuple[Estimate, ...]:
+        """What all wheels have in common; an interval where the runs determine it."""
         # A mean over the wheels for a radius and a turn, by their levers for a lever.
         common = np.linalg.pinv(self.common)
         rows = [
@@ -203,24 +203,24 @@ class Problem:
             ("all.lever", "", 1.0, SCALE, common[1]),
             ("all.turn_rad", "rad", 0.0, SCALE, common[2]),
         ]
-        return tuple(self._estimate(*row, found, found, refuted) for row in rows)
+        return tuple(self._estimate(*row, found, found) for row in rows)
 
-    def estimates(self, found: Found, single: Found, refuted: str) -> tuple[Estimate, ...]:
+    def estimates(self, found: Found, single: Found) -> tuple[Estimate, ...]:
         """Every wheel, likewise: what is known of it where it may differ from the others."""
         given = []
         names = [f"{wheel}.{kind}" for wheel in self.drawn.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
         for k, (name, row) in enumerate(zip(names, np.eye(len(names)), strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
-            given.append(self._estimate(name, unit, self.start[k], self.scale[k], row, found, single, refuted))
+            given.append(self._estimate(name, unit, self.start[k], self.scale[k], row, found, single))
         return tuple(given)
 
     @staticmethod
     def _estimate(
-        name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found, refuted: str
+        name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
         value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
         deviation = float(np.sqrt(row @ known.covariance @ row))
-        determined = not refuted and deviation < TOLD
+        determined = deviation < TOLD
         half = (
             float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
         )
@@ -231,7 +231,7 @@ class Problem:
             low=min(value, middle - half) if determined else None,
             high=max(value, middle + half) if determined else None,
             before=float(start),
-            note="" if determined else refuted or "these runs do not tell it",
+            note="" if determined else "these runs do not tell it",
         )
 
 

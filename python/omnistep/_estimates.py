@@ -22,7 +22,7 @@ TOLD = 0.3
 BESIDE = 1e-6
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
-#: Errors left after a fit that are so many times those of the measurements refute the model, and every interval with it.
+#: Errors left after a fit that are so many times those of the measurements refute the model, and its intervals.
 REFUTED = 3.0
 #: Why an estimate has no interval then.
 NONE_GIVEN = "none"

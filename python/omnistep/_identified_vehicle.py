@@ -10,7 +10,9 @@ from omnistep._omnistep import Vehicle
 from omnistep._vehicle_masses import Masses
 
 
-def vehicle_with(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool) -> tuple[Vehicle, tuple[str, ...]]:
+def vehicle_with(
+    vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool
+) -> tuple[Vehicle, tuple[str, ...]]:
     """The vehicle with these numbers, and the values that its file cannot hold."""
     keys = vehicle.to_dict()
     notes: list[str] = []

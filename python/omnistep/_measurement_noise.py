@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from omnistep._estimates import Floats, scipy_part
 
-#: Speed is nearly constant over this time [s], of at least so many rows, where a wheel turns by this part of the fastest.
+#: Speed is nearly constant over this time [s] of at least so many rows; a wheel turns by this part of the fastest.
 STEADY_S, FEWEST_ROWS, TURNS = 0.1, 6, 0.1
 #: Steps of a walk are looked for between these parts of the errors of single readings, as variances.
 LEAST, MOST = 1e-6, 1e4

@@ -13,7 +13,7 @@ from omnistep import _plausibility
 from omnistep._calibration_drives import Drive
 from omnistep._calibration_fit import ENOUGH, FARTHEST, NEEDED_BY, SCALE, Found, Problem
 from omnistep._calibration_runs import CalibrationRun, number
-from omnistep._estimates import Estimate, Floats, scipy_part, table
+from omnistep._estimates import Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep.errors import ConfigError
 
@@ -28,8 +28,6 @@ MISTAKEN = {
 }
 #: A run is wrong that fits so badly by chance in fewer than so many calibrations.
 BY_CHANCE = 0.02
-#: Ends that are off by so many times what was stated refute the statement, and every interval with it.
-REFUTED = 3.0
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
 OFF_M, OFF_RAD = 0.1, 0.2
 
@@ -131,7 +129,9 @@ def calibrate(
     ends = [drive.errors(Kinematics(layout=problem.layout(found.u))) for drive in drives]
     places, turns = (_rms([e for end in ends for e in end[kind]]) for kind in (0, 1))
     refuted = wrong or _refuted(found.sd[0], position_sd_m, "m") or _refuted(found.sd[1], yaw_sd_rad, "rad")
-    common, parts = problem.common_estimates(found, refuted), problem.estimates(found, single, refuted)
+    common, parts = problem.common_estimates(found), problem.estimates(found, single)
+    if refuted:
+        common, parts = withheld(common), withheld(parts)
     return Calibration(
         common=common,
         estimates=parts,
@@ -148,7 +148,7 @@ def calibrate(
 
 def _refuted(sd: float, stated: float, unit: str) -> str:
     """Why intervals would be wrong: ends that are much farther off than was stated."""
-    if not sd > REFUTED * stated:
+    if not refutes(sd, stated):
         return ""
     key = "position_sd_m" if unit == "m" else "yaw_sd_rad"
     return (

@@ -60,9 +60,7 @@ def test_intervals_hold_the_truth(found):
 
 @pytest.fixture(scope="module")
 def wrong(logs):
-    return omnistep.identify(
-        logs["coast", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False
-    )
+    return omnistep.identify(logs["coast", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
 
 
 def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
@@ -109,7 +107,7 @@ def test_the_map_says_what_bridges_do_and_the_log_keeps_it(tmp_path):
         (tmp_path / "map.toml").write_text(text.replace('zero = "coast"', f"zero = {given}"))
         with pytest.raises(omnistep.ConfigError, match=r'map\.toml: duty\.zero: .*, allowed: "brake" or "coast"$'):
             omnistep.import_log(tmp_path / "coast_2.csv", map=tmp_path / "map.toml", out=tmp_path / "no.mcap")
-    with pytest.raises(omnistep.ConfigError, match="zero_duty: 'off', allowed: \"brake\" or \"coast\""):
+    with pytest.raises(omnistep.ConfigError, match='zero_duty: \'off\', allowed: "brake" or "coast"'):
         omnistep.identify(log, vehicle=plant.file(), zero_duty="off", progress=False)
 
 
