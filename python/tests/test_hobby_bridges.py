@@ -1,15 +1,20 @@
 """Identification from PWM of bridges that brake or coast at zero duty: what it doubts, when it gives no interval."""
 
+import importlib.util
 import subprocess
 import sys
+from pathlib import Path
 
-import hobby_plant as plant
 import numpy as np
 import pytest
 
 import omnistep
 from omnistep._measurement_noise import implied_rad_s, shown_rad_s
 from omnistep._wheel_logs import read
+
+SPEC = importlib.util.spec_from_file_location("hobby_plant", Path(__file__).with_name("hobby_plant.py"))
+plant = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(plant)
 
 KNOWN = {"mass_kg": plant.TRUTH["mass_kg"], "wheel_inertia_kg_m2": plant.TRUTH["wheel_inertia_kg_m2"]}
 #: What duty cycles tell, and how near. Counts, and commands that change between rows, leave less than half of that.
