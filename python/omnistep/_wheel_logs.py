@@ -230,8 +230,8 @@ def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any], Z
         if path.suffix.lower() in SUFFIXES:
             return fspath(path), _table(path, vehicle), None
         data = read_mcap(path)
-    zero = data.run.get(ZERO_DUTY_FACT)
-    return fspath(data.path), data.trace.columns(), zero if zero in ("brake", "coast") else None
+    ways: dict[str | None, ZeroDuty] = {"brake": "brake", "coast": "coast"}
+    return fspath(data.path), data.trace.columns(), ways.get(data.run.get(ZERO_DUTY_FACT))
 
 
 def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
