@@ -49,6 +49,7 @@ WHEELS = (
     "commanded_duty_{}",
 )
 OTHERS = ("time_s", "gyro_rad_s", "sensed_yaw_rate_rad_s")
+POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
 
 
 @dataclass(frozen=True)
@@ -69,16 +70,18 @@ class WheelLog:
     yaw_rate: Floats | None
     #: What the bridges do at a duty cycle of zero, where the log has it.
     zero_duty: ZeroDuty | None = None
+    #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
+    pose: Floats | None = None
 
 
-def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
-    """Read the wheel signals of a log for a vehicle.
+def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
+    """Read the wheel signals of a log for a vehicle, and measured poses if these are asked for.
 
     Raises:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
         LogError: the file cannot be read.
     """
-    name, columns, zero = _columns(data, vehicle)
+    name, columns, zero = _columns(data, vehicle, POSE if pose else ())
     time = _column(name, columns, "time_s", None)
     if len(time) < 10:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
@@ -99,8 +102,11 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         return read if np.isfinite(read).any() else None
 
     positions, measured = wheels("wheel_{}_position_rad"), wheels("wheel_{}_measured_rad_s")
+    # In a trace, readings are of the start of a period, and poses of its end.
+    trace = positions is None and not isinstance(data, Mapping) and not _is_table(data)
     if positions is None:
         positions = wheels("sensed_wheel_rad_{}")  # of a recording
+        trace |= positions is not None
     if positions is not None:
         # The velocity over the periods that end with the row. Velocities as logged may be filtered, or have noise.
         measured = np.full_like(positions, np.nan)
@@ -126,6 +132,12 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
     gyro = next((key for key in ("gyro_rad_s", "sensed_yaw_rate_rad_s") if key in columns), None)
     yaw_rate = None if gyro is None else _column(name, columns, gyro, len(time))
 
+    poses = None
+    if pose and all(key in columns for key in POSE):
+        poses = np.stack([_column(name, columns, key, len(time)) for key in POSE], axis=1)
+        if trace:
+            poses = np.vstack([np.full((1, 3), np.nan), poses[:-1]])
+
     def at(rows: Floats) -> Floats:
         taken = np.full((slots[-1] + 1, rows.shape[1]), np.nan)
         taken[slots] = rows[kept]
@@ -140,6 +152,7 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         duty=None if duty is None else at(duty),
         yaw_rate=None if yaw_rate is None else at(yaw_rate[:, None])[:, 0],
         zero_duty=zero,
+        pose=None if poses is None else at(poses),
     )
 
 
@@ -218,7 +231,11 @@ def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64]
     return slots, off
 
 
-def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any], ZeroDuty | None]:
+def _is_table(data: LogLike) -> bool:
+    return isinstance(data, str | PathLike) and Path(data).suffix.lower() in SUFFIXES
+
+
+def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], ZeroDuty | None]:
     if isinstance(data, Trace):
         return data.scenario, data.columns(), None
     if isinstance(data, Mapping):
@@ -227,14 +244,14 @@ def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any], Z
         raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
     if not isinstance(data, Log):
         path = Path(data)
-        if path.suffix.lower() in SUFFIXES:
-            return fspath(path), _table(path, vehicle), None
+        if _is_table(path):
+            return fspath(path), _table(path, vehicle, more), None
         data = read_mcap(path)
     ways: dict[str | None, ZeroDuty] = {"brake": "brake", "coast": "coast"}
     return fspath(data.path), data.trace.columns(), ways.get(data.run.get(ZERO_DUTY_FACT))
 
 
-def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
+def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Floats]:
     """The columns of a table that are needed; others may have any content."""
     if not path.is_file():
         raise LogError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}", file=fspath(path))
@@ -242,7 +259,7 @@ def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
         module("pyarrow")
     except ImportError as error:
         raise needs("pyarrow", f"a {path.suffix.lower()} log", "identify") from error
-    useful = [*OTHERS, *(pattern.format(wheel) for pattern in WHEELS for wheel in vehicle.wheel_names)]
+    useful = [*OTHERS, *more, *(pattern.format(wheel) for pattern in WHEELS for wheel in vehicle.wheel_names)]
     with reading(path):
         names = names_of(path)
         wanted = [name for name in useful if name in names]
