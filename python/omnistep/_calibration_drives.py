@@ -96,7 +96,7 @@ def end_of(positions: Floats, kinematics: Kinematics) -> tuple[float, float, flo
 def thinned(positions: Floats, period_s: float) -> Floats:
     """Angles at the rate of odometry, the first and the last among them."""
     every = max(1, round(STEP_S / period_s))
-    return positions[np.unique(np.r_[np.arange(0, len(positions), every), len(positions) - 1])]
+    return np.asarray(positions[np.unique(np.r_[np.arange(0, len(positions), every), len(positions) - 1])])
 
 
 def whole_positions(log: WheelLog, where: str) -> Floats:

@@ -152,7 +152,8 @@ class Problem:
         """Where the plate of a recording is, and how late its poses are."""
         numbers = self.numbers(u)
         place, clock = self.at["plate", recording.plate], self.at["clock", recording.clock]
-        return Plate(*numbers[place : place + 3].tolist(), float(numbers[clock]))
+        x_m, y_m, yaw_rad = map(float, numbers[place : place + 3])
+        return Plate(x_m, y_m, yaw_rad, float(numbers[clock]))
 
     def _ends(self, u: Floats) -> list[list[list[float]]]:
         """Errors of places and turns, those of measured ends first, then those of pieces; of every drive."""
@@ -323,7 +324,7 @@ class Problem:
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
         value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
-        deviation = float(np.sqrt(max(0.0, row @ known.covariance @ row)))
+        deviation = float(np.sqrt(max(0.0, float(row @ known.covariance @ row))))
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < TOLD
         half = (

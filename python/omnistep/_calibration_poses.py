@@ -176,7 +176,7 @@ class Recording:
         """How far the fastest wheel has turned at every row of a raster [rad]; a count more or less is no way."""
         turned = np.abs(np.diff(positions[:: self._raster()], axis=0)).max(axis=1, initial=0.0)
         turned[turned < STANDS * np.max(turned, initial=0.0)] = 0.0
-        return np.r_[0.0, np.cumsum(turned)]
+        return np.asarray(np.r_[0.0, np.cumsum(turned)])
 
     def _cuts(self, stretch: Stretch, way: Floats) -> list[tuple[int, int]]:
         """First and last row of every piece, of equal ways as far as poses are known."""
@@ -301,12 +301,12 @@ def _steps(poses: Floats, twist: Floats) -> list[int]:
 
 def _good(poses: Floats, period_s: float) -> Any:
     """Rows with poses on both sides, for clocks that differ."""
-    known = np.isfinite(poses).all(axis=1)
-    bridged = np.ones(len(known), dtype=bool)
+    known = np.asarray(np.isfinite(poses).all(axis=1))
+    bridged = np.ones(len(known))
     edges = np.flatnonzero(np.diff(np.r_[False, ~known, False]))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         if (end - begin) * period_s > GAP_S or begin == 0 or end == len(known):
-            bridged[begin:end] = False
+            bridged[begin:end] = 0.0
     margin = round(MARGIN_S / period_s)
-    near = np.convolve(np.pad(~bridged, margin, constant_values=True), np.ones(2 * margin + 1), mode="valid") > 0.5
-    return ~near
+    near = np.convolve(np.pad(1.0 - bridged, margin, constant_values=1.0), np.ones(2 * margin + 1), mode="valid")
+    return near < 0.5

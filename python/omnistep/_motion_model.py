@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnistep import _plausibility
 from omnistep._estimates import Floats, scipy_part
@@ -33,7 +34,9 @@ class Motion:
         self.stretches, self.masses = stretches, masses
         self.period = stretches.log.period_s
         #: Rows in which torques and speeds of all wheels are known.
-        self.known = np.isfinite(inputs).all(axis=1) & np.isfinite(stretches.log.measured).all(axis=1)
+        self.known: NDArray[np.bool_] = np.asarray(
+            np.isfinite(inputs).all(axis=1) & np.isfinite(stretches.log.measured).all(axis=1)
+        )
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
         self.coasts = coasts

@@ -98,7 +98,7 @@ def simulated(
     return SpeedSimulation(
         names=tuple(log.name for log in logs),
         wheels=tuple(motions[0].masses.vehicle.wheel_names),
-        time_s=tuple(log.period_s * np.arange(len(log.measured)) for log in logs),
+        time_s=tuple(np.asarray(log.period_s * np.arange(len(log.measured)), dtype=np.float64) for log in logs),
         recorded=tuple(recorded),
         simulated=tuple(again),
         off=float(np.sqrt(np.mean(off[there] ** 2) / np.mean(size[there] ** 2))) if there.any() else math.nan,
@@ -129,7 +129,8 @@ def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
             continue
         if moves is None:
             moves = back @ begins[row - 1]
-        wheels, turned = turns @ moves, 0.0
+        wheels: Floats = turns @ moves
+        turned = np.zeros(len(wheels))
         for part in range((row - 1) * parts, row * parts):
             brake = viscous + slope * braked[part] + dry / np.maximum(np.abs(wheels), CREEP_RAD_S)
             force = torque[part] @ turns - motion.swerving(moves, p)

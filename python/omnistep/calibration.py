@@ -162,8 +162,7 @@ def calibrate(
     for name, value in (("position_sd_m", position_sd_m), ("yaw_sd_rad", yaw_sd_rad)):
         if value is not None:
             number(name, value, "")
-    drives = _prepared(runs, drawn)
-    problem, found, single, left_out = _solved(drawn, drives, position_sd_m, yaw_sd_rad)
+    problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
     drives = problem.drives
     wrong = _wrong(drives, found, problem.stated)
     places, turns, parts_places, parts_turns, _ = problem.groups(found.u)

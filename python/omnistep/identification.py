@@ -157,10 +157,13 @@ def identify(
     problem = Problem(guess, logs, known or {}, zero_duty)
     tried = problem.ways()
     with bar("identify", shown=progress) as show:
-        answers = [
-            problem.solve(way, lambda part, number=number: show((number + part) / len(tried)))
-            for number, way in enumerate(tried)
-        ]
+        answers: list[Answer] = []
+
+        def show_part(part: float) -> None:
+            show((len(answers) + part) / len(tried))
+
+        for way in tried:
+            answers.append(problem.solve(way, show_part))
     return _identification(problem, _better(answers), answers)
 
 
