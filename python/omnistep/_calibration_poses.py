@@ -89,7 +89,7 @@ class Recording:
             )
         moving = sum(np.count_nonzero(np.diff(way)) for way in ways) * self._raster() * self.period_s
         #: How far wheels turn in a piece [m], at the wheel.
-        self.piece_m = total / moving * PIECE_S
+        self.piece_m = float(total / moving * PIECE_S)
         self.pieces = [
             Piece(self, stretch, begin, end)
             for stretch, way in zip(self.stretches, ways, strict=True)
@@ -272,10 +272,11 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
 
 def _freeze(poses: Floats, twist: Floats, rows: int) -> None:
     """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN."""
-    same = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)] & (twist > 0.0).any(axis=1)
+    same = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)]
     edges = np.flatnonzero(np.diff(np.r_[False, same, False]))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - begin > rows:
+        x, y, turn = twist[begin:end].sum(axis=0)
+        if end - begin > rows and (np.hypot(x, y) > JUMP_M or turn > JUMP_RAD):
             poses[begin:end] = np.nan
 
 
