@@ -157,7 +157,7 @@ def fit(
             return _jacobian(of, z, low, high)
 
         # With smaller steps than those of `_jacobian` rounding of residuals is in the derivatives: the search creeps.
-        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high))
+        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high), method="dogbox")
         left, moves, inside = found.fun, found.jac, found.x
         rest = len(left) - redundant - int(free.sum())
         if rest < 1:

@@ -34,9 +34,8 @@ class Motion:
         self.stretches, self.masses = stretches, masses
         self.period = stretches.log.period_s
         #: Rows in which torques and speeds of all wheels are known.
-        self.known: NDArray[np.bool_] = np.asarray(
-            np.isfinite(inputs).all(axis=1) & np.isfinite(stretches.log.measured).all(axis=1)
-        )
+        both = np.concatenate([inputs, stretches.log.measured], axis=1)
+        self.known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=1))
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
         self.coasts = coasts

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,28 +77,24 @@ class SpeedSimulation:
         return figure
 
 
-def simulated(
-    motions: Sequence[Motion], p: Mapping[str, float], progress: Callable[[float], None] = lambda part: None
-) -> SpeedSimulation:
+def simulated(motions: Sequence[Motion], p: Mapping[str, float]) -> SpeedSimulation:
     """Simulate every log with these parameters."""
-    recorded, again = [], []
-    for number, motion in enumerate(motions):
+    recorded: list[Floats] = []
+    again: list[Floats] = []
+    for motion in motions:
         rows = max(1, round(OVER_S / motion.period))
         known = motion.known[:, None]
         speeds = _speeds(motion, p)
         recorded.append(_means(np.where(known, motion.stretches.log.measured, np.nan), rows))
         again.append(_means(speeds, rows))
-        progress((number + 1) / len(motions))
-    off, size = (
-        np.concatenate([each.ravel() for each in which])
-        for which in ([b - a for a, b in zip(recorded, again, strict=True)], recorded)
-    )
+    size = np.concatenate([each.ravel() for each in recorded])
+    off = np.concatenate([each.ravel() for each in again]) - size
     there = np.isfinite(off)
     logs = [motion.stretches.log for motion in motions]
     return SpeedSimulation(
         names=tuple(log.name for log in logs),
         wheels=tuple(motions[0].masses.vehicle.wheel_names),
-        time_s=tuple(np.asarray(log.period_s * np.arange(len(log.measured)), dtype=np.float64) for log in logs),
+        time_s=tuple(log.period_s * np.arange(len(log.measured), dtype=np.float64) for log in logs),
         recorded=tuple(recorded),
         simulated=tuple(again),
         off=float(np.sqrt(np.mean(off[there] ** 2) / np.mean(size[there] ** 2))) if there.any() else math.nan,
@@ -129,8 +125,7 @@ def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
             continue
         if moves is None:
             moves = back @ begins[row - 1]
-        wheels: Floats = turns @ moves
-        turned = np.zeros(len(wheels))
+        wheels, turned = turns @ moves, np.zeros(len(turns))
         for part in range((row - 1) * parts, row * parts):
             brake = viscous + slope * braked[part] + dry / np.maximum(np.abs(wheels), CREEP_RAD_S)
             force = torque[part] @ turns - motion.swerving(moves, p)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
 
 #: What a bridge does with its motor at a duty cycle of zero: short it, or leave it open.
-ZeroDuty: TypeAlias = Literal["brake", "coast"]
+ZERO_DUTIES = ("brake", "coast")
 #: Fact of a recording that has it.
 ZERO_DUTY_FACT = "duty_zero"
 
@@ -69,7 +69,7 @@ class WheelLog:
     #: Yaw rate by a gyro [rad/s], (T,), where the log has it.
     yaw_rate: Floats | None
     #: What the bridges do at a duty cycle of zero, where the log has it.
-    zero_duty: ZeroDuty | None = None
+    zero_duty: str | None = None
     #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
     pose: Floats | None = None
 
@@ -235,7 +235,7 @@ def _is_table(data: LogLike) -> bool:
     return isinstance(data, str | PathLike) and Path(data).suffix.lower() in SUFFIXES
 
 
-def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], ZeroDuty | None]:
+def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], str | None]:
     if isinstance(data, Trace):
         return data.scenario, data.columns(), None
     if isinstance(data, Mapping):
@@ -247,8 +247,8 @@ def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[st
         if _is_table(path):
             return fspath(path), _table(path, vehicle, more), None
         data = read_mcap(path)
-    ways: dict[str | None, ZeroDuty] = {"brake": "brake", "coast": "coast"}
-    return fspath(data.path), data.trace.columns(), ways.get(data.run.get(ZERO_DUTY_FACT))
+    zero = data.run.get(ZERO_DUTY_FACT)
+    return fspath(data.path), data.trace.columns(), zero if zero in ZERO_DUTIES else None
 
 
 def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Floats]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from omnistep._omnistep import Log, Trace, Vehicle
 from omnistep._speed_simulation import SpeedSimulation, simulated
 from omnistep._stretches import SHORTEST_S, STANDS, cut
 from omnistep._vehicle_masses import Masses
-from omnistep._wheel_logs import LogLike, WheelLog, ZeroDuty, read
+from omnistep._wheel_logs import ZERO_DUTIES, LogLike, WheelLog, read
 from omnistep.errors import ConfigError
 from omnistep.runs import bar
 
@@ -66,7 +66,7 @@ class Identification:
     cannot_tell: tuple[str, ...]
     vehicle: Vehicle = field(repr=False)
     simulation: SpeedSimulation = field(repr=False)
-    zero_duty: ZeroDuty | None
+    zero_duty: str | None
     noises: Noises
     loops: Loops
     overrides: dict[str, Any]
@@ -102,7 +102,7 @@ def identify(
     vehicle: str | PathLike[str] | Vehicle,
     lifted: LogLike | Sequence[LogLike] = (),
     known: Mapping[str, float] | None = None,
-    zero_duty: ZeroDuty | None = None,
+    zero_duty: str | None = None,
     progress: bool = True,
 ) -> Identification:
     """Find masses, friction, delay and lag from logs of torques and velocities on flat ground, with intervals.
@@ -144,11 +144,11 @@ def identify(
     ...     "physics.engine": "articulated", "duration_s": 4.0, "command.vx_m_s": 0.5, "command.then": [
     ...         {"at_s": 2.0, "vx_m_s": 0.0, "vy_m_s": 0.5, "wz_rad_s": 0.5, "ramp_s": 0.5}]})
     >>> found = omnistep.identify(omnistep.run(scenario), vehicle="mecanum4", known={"wheel_inertia_kg_m2": 0.0035})
-    >>> round(found["mass_kg"].value, 1)
-    30.0
+    >>> round(found["mass_kg"].value)
+    30
     """
     guess = Vehicle(vehicle)
-    if zero_duty is not None and zero_duty not in get_args(ZeroDuty):
+    if zero_duty is not None and zero_duty not in ZERO_DUTIES:
         raise ConfigError(f'zero_duty: {zero_duty!r}, allowed: "brake" or "coast"', key="zero_duty")
     logs = [(read(each, guess), False) for each in _listed(data)]
     logs += [(read(each, guess), True) for each in _listed(lifted)]
@@ -156,14 +156,10 @@ def identify(
         raise ConfigError("data: empty, allowed: at least one log", key="data")
     problem = Problem(guess, logs, known or {}, zero_duty)
     tried = problem.ways()
+    answers: list[Answer] = []
     with bar("identify", shown=progress) as show:
-        answers: list[Answer] = []
-
-        def show_part(part: float) -> None:
-            show((len(answers) + part) / len(tried))
-
         for way in tried:
-            answers.append(problem.solve(way, show_part))
+            answers.append(problem.solve(way, lambda part: show((len(answers) + part) / len(tried))))
     return _identification(problem, _better(answers), answers)
 
 
@@ -171,7 +167,7 @@ def identify(
 class Answer:
     """What fits the logs best, for one behaviour of the bridges at zero duty."""
 
-    zero: ZeroDuty | None
+    zero: str | None
     motions: Sequence[Motion]
     parameters: Sequence[Parameter]
     residual: Callable[[Floats], Floats]
@@ -188,7 +184,7 @@ class Problem:
         guess: Vehicle,
         logs: Sequence[tuple[WheelLog, bool]],
         known: Mapping[str, float],
-        zero_duty: ZeroDuty | None,
+        zero_duty: str | None,
     ) -> None:
         self.guess, self.logs, self.known, self.zero_duty = guess, logs, known, zero_duty
         self.masses = Masses(guess)
@@ -206,7 +202,7 @@ class Problem:
             raise ConfigError("data: logs with torques and logs with duty cycles, allowed: one kind", key="data")
         self.duty = kinds == {True}
 
-    def ways(self) -> list[ZeroDuty | None]:
+    def ways(self) -> list[str | None]:
         """What bridges may do at zero duty, as far as that matters and is not known."""
         if not self.duty:
             return [None]
@@ -216,7 +212,7 @@ class Problem:
         matters = any(_part_at_zero(log) > AT_ZERO for log, _ in self.logs if log.zero_duty is None)
         return ["brake", "coast"] if matters else ["brake"]
 
-    def solve(self, way: ZeroDuty | None, progress: Callable[[float], None]) -> Answer:
+    def solve(self, way: str | None, progress: Callable[[float], None]) -> Answer:
         """The parameters that fit best."""
         motions = [self._motion(log, in_air, way) for log, in_air in self.logs]
         parameters = parameters_of(self.guess, self.masses, self.known, duty=self.duty, motions=motions)
@@ -242,7 +238,7 @@ class Problem:
         progress(1.0)
         return Answer(way, motions, parameters, residual, found, values, simulation)
 
-    def _motion(self, log: WheelLog, in_air: bool, way: ZeroDuty | None) -> Motion:
+    def _motion(self, log: WheelLog, in_air: bool, way: str | None) -> Motion:
         inputs = log.duty if self.duty else log.torques
         assert inputs is not None
         stretches = cut(log, self.masses, inputs, lifted=in_air)

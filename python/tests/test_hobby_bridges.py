@@ -80,10 +80,7 @@ def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
     assert [row[2] for row in rows if row[0] == "stall_torque_n_m"] == ["none"]
 
 
-def test_what_is_far_from_the_file_is_doubted(wrong, logs):
-    # A tenth of the torque explains wheels that are braked by a tenth of the line.
-    assert wrong["stall_torque_n_m"].value < 1.0 / 3.0
-    assert any(line.startswith("doubtful: stall_torque_n_m is") for line in wrong.cannot_tell)
+def test_what_is_far_from_the_file_is_doubted(logs):
     kg_cm = plant.file(stall_torque_n_m=16.0)
     result = omnistep.identify(logs["coast", 1], vehicle=kg_cm, known=KNOWN, zero_duty="coast", progress=False)
     (line,) = [line for line in result.cannot_tell if line.startswith("doubtful")]
