@@ -572,7 +572,7 @@ wheel_mass_kg = 0.4
                 "short.toml: wheel[0].roller_angle_deg: beside roller_angle_rad, allowed: one",
             ),
         ] {
-            let message = refused(&built_in, &[key]);
+            let message = refused(built_in, &[key]);
             assert!(message.starts_with(start), "{message}");
         }
     }
