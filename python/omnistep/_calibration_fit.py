@@ -303,10 +303,13 @@ class Problem:
         """Every wheel, likewise: what is known of it where it may differ from the others."""
         given = []
         wheels = 3 * len(self.wheels)
+        # Pieces are few for so many numbers: such intervals held the truth in 85 to 97 %.
+        alike = bool(self.held.any()) and found is not single
         names = [f"{wheel}.{kind}" for wheel in self.drawn.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
         for k, (name, row) in enumerate(zip(names, np.eye(len(self.start))[:wheels], strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
-            given.append(self._estimate(name, unit, self.start[k], self.scale[k], row, found, single))
+            each = self._estimate(name, unit, self.start[k], self.scale[k], row, found, single)
+            given.append(replace(each, low=None, high=None, note="as all wheels are") if alike else each)
         return tuple(given)
 
     def plates(self, found: Found) -> tuple[Estimate, ...]:

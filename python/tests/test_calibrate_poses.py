@@ -29,6 +29,10 @@ def calibrated(log, **more):
     return omnistep.calibrate([run_of(log, **more)], vehicle=FILE)
 
 
+def radii(found):
+    return [round(found[f"{name}.radius_m"].value, 9) for name in plant.WHEELS]
+
+
 def lines_of(found):
     return "\n".join(found.cannot_tell)
 
@@ -65,6 +69,8 @@ def test_intervals_hold_with_slip_counts_jitter_noise_and_a_delay():
             each = found[name]
             assert each.told, (seed, name)
             held[name] += each.low <= value <= each.high
+        # Equal wheels: single ones do not pay, and none is given an interval that would be too narrow.
+        assert not any(each.told for each in found.estimates) or len(set(radii(found))) > 1
         better += found.paths[0].after_m < found.paths[0].before_m
     # Fewer than these come by chance in one of a thousand tests of intervals that hold in 95 %.
     least = binom.ppf(0.001, SEEDS, 0.95)
