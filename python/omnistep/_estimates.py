@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 CONFIDENCE = 0.95
 #: A direction of parameters is told where its standard deviation is below this part of their scales.
 TOLD = 0.3
-#: What ends as near to a bound as this part of its scale is at it.
-BESIDE = 1e-6
+#: What ends as near to a bound as this part of its scale is at it, where that fits no worse.
+BESIDE = 1e-3
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
 #: Errors left after a fit that are so many times those of the measurements refute the model, and its intervals.
@@ -157,8 +157,14 @@ def fit(
             return _jacobian(of, z, low, high)
 
         # With smaller steps than those of `_jacobian` rounding of residuals is in the derivatives: the search creeps.
-        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high), method="dogbox")
+        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high))
         left, moves, inside = found.fun, found.jac, found.x
+        # The search ends beside a bound, never at it.
+        nearest = np.where(inside - low < high - inside, low, high)
+        beside = np.where(np.abs(inside - nearest) < BESIDE, nearest, inside)
+        there = of_free(beside)
+        if (beside != inside).any() and there @ there <= left @ left:
+            left, moves, inside = there, moved(beside), beside
         rest = len(left) - redundant - int(free.sum())
         if rest < 1:
             raise ConfigError(
@@ -168,9 +174,6 @@ def fit(
             )
         sigma = float(np.sqrt(left @ left / rest))
         held = _hold(moves, sigma, free, together, parameters)
-        # The search ends beside a bound, never at it.
-        for bound in (low, high):
-            inside = np.where(np.abs(inside - bound) < BESIDE, bound, inside)
         x[free] = inside * scale[free]
         if held is None:
             break

@@ -9,7 +9,7 @@ import numpy as np
 import omnistep
 
 #: Step of the integration and mean distance of rows [s].
-STEP_S, ROW_S = 0.0005, 0.01
+STEP_S, ROW_S = 0.001, 0.01
 #: Forward, left, counter-clockwise as signs of the four wheels: front left, front right, rear left, rear right.
 AXES = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]])
 TRUTH = {
