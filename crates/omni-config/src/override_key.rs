@@ -97,37 +97,31 @@ impl Override {
         if let Some(reason) = too_long(&self.key) {
             return Err(refuse(reason));
         }
-        let mut parts = self.key.split('.').peekable();
-        let first = parts.next().unwrap_or_default();
-        if parts.peek().is_none() {
-            table.insert(first.into(), self.value.clone());
-            return Ok(());
-        }
-        let rest: Vec<&str> = parts.collect();
-        let value = table.entry(first).or_insert_with(|| Value::Table(Table::new()));
-        put(value, &rest, &self.value).map_err(refuse)
+        let parts: Vec<&str> = self.key.split('.').collect();
+        put_in(table, &parts, &self.value).map_err(refuse)
     }
 }
 
-/// Puts a value where the parts of a key lead: elements of lists by number, by name, or all of them.
+/// Puts a value where the parts of a key lead from a table.
+fn put_in(table: &mut Table, parts: &[&str], new: &Value) -> Result<(), String> {
+    let Some((part, rest)) = parts.split_first() else {
+        return Ok(()); // no key is empty
+    };
+    let inner = table.entry(*part).or_insert_with(|| Value::Table(Table::new()));
+    put(inner, rest, new)
+}
+
+/// The same from any value: elements of lists are meant by number, by name, or all of them.
 fn put(here: &mut Value, parts: &[&str], new: &Value) -> Result<(), String> {
     let Some((part, rest)) = parts.split_first() else {
         *here = new.clone();
         return Ok(());
     };
     match here {
-        Value::Table(table) if rest.is_empty() => {
-            table.insert((*part).into(), new.clone());
-            Ok(())
-        }
-        Value::Table(table) => {
-            let inner = table.entry(*part).or_insert_with(|| Value::Table(Table::new()));
-            put(inner, rest, new)
-        }
-        Value::Array(items) => {
-            let which = elements(items, part)?;
-            which.into_iter().try_for_each(|i| put(&mut items[i], rest, new))
-        }
+        Value::Table(table) => put_in(table, parts, new),
+        Value::Array(items) => elements(items, part)?
+            .into_iter()
+            .try_for_each(|i| put(&mut items[i], rest, new)),
         _ => Err(format!(
             "{part:?} is below a plain value, allowed: a key of a table"
         )),
@@ -139,31 +133,28 @@ fn elements(items: &[Value], part: &str) -> Result<Vec<usize>, String> {
     if part == "*" && !items.is_empty() {
         return Ok((0..items.len()).collect());
     }
-    if let Some(index) = part.parse::<usize>().ok().filter(|i| *i < items.len()) {
-        return Ok(vec![index]);
-    }
+    // A name that is a number would be mistaken for an element's.
+    let is_name = |name: &&str| name.parse::<usize>().is_err();
     let name = |item: &Value| Some(item.get("name")?.as_str()?.to_owned());
     let names: Vec<_> = items.iter().map(name).collect();
-    // A name that is a number would be mistaken for an element's.
-    if part.parse::<usize>().is_err()
-        && let Some(index) = names.iter().position(|name| name.as_deref() == Some(part))
-    {
-        return Ok(vec![index]);
-    }
-    let last = items.len().saturating_sub(1);
-    let named: Vec<_> = names
-        .into_iter()
-        .flatten()
-        .filter(|name| name.parse::<usize>().is_err())
-        .collect();
-    let or_name = if named.is_empty() {
-        String::new()
-    } else {
-        format!(", or a name: {}", named.join(", "))
+    let index = match part.parse::<usize>() {
+        Ok(index) => Some(index).filter(|index| *index < items.len()),
+        Err(_) => names.iter().position(|name| name.as_deref() == Some(part)),
     };
-    Err(format!(
-        "element {part:?}, allowed: * for all, 0 to {last}{or_name}"
-    ))
+    index.map(|index| vec![index]).ok_or_else(|| {
+        let last = items.len().saturating_sub(1);
+        let named: Vec<_> = names
+            .iter()
+            .flatten()
+            .map(String::as_str)
+            .filter(is_name)
+            .collect();
+        let or_name = match named.as_slice() {
+            [] => String::new(),
+            named => format!(", or a name: {}", named.join(", ")),
+        };
+        format!("element {part:?}, allowed: * for all, 0 to {last}{or_name}")
+    })
 }
 
 impl std::fmt::Display for Override {

@@ -96,7 +96,7 @@ pub struct Body {
     #[garde(custom(is_name))]
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
-    /// Mass \[kg\], 0.001 to 10000. Of the base it may be left out where the vehicle has a `total_mass_kg`.
+    /// Mass \[kg\], 0.001 to 10000.
     #[garde(custom(within(MASS_KG)))]
     #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
     pub mass_kg: f64,
@@ -370,7 +370,13 @@ impl Vehicle {
         match model {
             WheelModel::Ball => None,
             WheelModel::Contact if !own => None,
-            _ => self.rollers_of(index)?.ok(),
+            _ => match self.rollers_of(index) {
+                Some(given) => given.ok(),
+                None => {
+                    let wheel = self.wheel.get(index)?;
+                    Rollers::usual(wheel).on(wheel).ok()
+                }
+            },
         }
     }
 
@@ -380,7 +386,7 @@ impl Vehicle {
         let (rollers, table, on) = match wheel.contact {
             WheelContact::Rollers(own) => (own, format!("wheel[{index}].contact"), String::new()),
             _ => (
-                self.rollers.unwrap_or_else(|| Rollers::usual(wheel)),
+                self.rollers?,
                 "rollers".into(),
                 format!(" (on wheel {:?})", wheel.name),
             ),

@@ -44,7 +44,7 @@ use std::io::Write;
 use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, with_vehicle};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
-use notices::announce_gains;
+use notices::announce_assumed;
 use omni_config::{Engine, Language, Scenario};
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error, warn};
@@ -138,11 +138,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             };
             let scenario = Scenario::load(&scenario, &with_vehicle(vehicle.as_deref(), &overrides)?)
                 .map_err(|error| error.to_command("constants"))?;
-            announce_gains(
-                &scenario.vehicle().name,
-                scenario.period_s(),
-                scenario.derived_gains(),
-            );
+            announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
             if let Some(text) = scenario.unseen_encoders() {
                 warn(&format!("{}: {text}", scenario.name));
             }

@@ -48,12 +48,7 @@ pub(crate) fn announce(scenario: &Scenario) {
 
 /// What of that is about the vehicle, whatever it is told to do.
 pub(crate) fn announce_vehicle(scenario: &Scenario) {
-    announce_gains(
-        &scenario.vehicle().name,
-        scenario.period_s(),
-        scenario.derived_gains(),
-    );
-    announce_assumptions(scenario.vehicle());
+    announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
     if scenario.physics.wheel_model == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
         say(&format!(
             "{}: no [rollers]; nine a row, of a fifth of the wheel's radius",
@@ -63,20 +58,17 @@ pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_beyond_balls(scenario);
 }
 
-/// Says on standard error what was assumed of a vehicle whose file leaves something out.
-pub(crate) fn announce_assumptions(vehicle: &Vehicle) {
-    for assumption in vehicle.assumptions() {
-        say(&format!("{}: {assumption}", vehicle.name));
-    }
-}
-
-/// Says on standard error which gains a vehicle got whose file gives none.
-pub(crate) fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) {
+/// Says on standard error what a vehicle got whose file leaves something out: gains, and what else was assumed.
+pub(crate) fn announce_assumed(vehicle: &Vehicle, period_s: f64, derived: Option<&DerivedGains>) {
+    let name = &vehicle.name;
     if let Some(derived) = derived {
         let period_ms = 1e3 * period_s;
         say(&format!(
-            "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
+            "{name}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
         ));
+    }
+    for assumption in vehicle.assumptions() {
+        say(&format!("{name}: {assumption}"));
     }
 }
 

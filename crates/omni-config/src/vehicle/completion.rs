@@ -198,19 +198,18 @@ fn other_units(wheel: &Table) -> Result<(), Refusal> {
         let message = format!("allowed: radius_m = {}, half of it", digits(diameter_m / 2.0));
         return Err(("diameter_m".into(), message));
     }
-    let place = wheel.get("position_m").and_then(Value::as_array);
-    let lengths = place
+    let places = numbers(wheel, "position_m")
         .into_iter()
-        .flatten()
         .map(|length| ("position_m", length, 100.0));
-    let radius = wheel.get("radius_m").map(|radius| ("radius_m", radius, 10.0));
-    for (key, value, most_m) in lengths.chain(radius) {
-        if let Some(length) = number(value).filter(|length| length.abs() > most_m && length.is_finite()) {
+    let radius = wheel
+        .get("radius_m")
+        .and_then(number)
+        .map(|radius| ("radius_m", radius, 10.0));
+    for (key, length, most_m) in places.chain(radius) {
+        if length.abs() > most_m && length.is_finite() {
             let metres = length / 1000.0;
-            return Err((
-                key.into(),
-                format!("{length}, allowed: metres; {length} mm are {metres}"),
-            ));
+            let message = format!("{length}, allowed: metres; {length} mm are {metres}");
+            return Err((key.into(), message));
         }
     }
     if let Some(angle) = wheel.get("roller_angle_rad").and_then(number)
@@ -225,19 +224,12 @@ fn other_units(wheel: &Table) -> Result<(), Refusal> {
 
 /// Centres of mass that are left out: half way up the box, between the wheels that the body carries.
 fn bodies(table: &mut Table, notes: &mut Vec<String>) {
-    let carried: Vec<(Option<Value>, [f64; 2])> = tables(table, "wheel")
-        .filter_map(|wheel| {
-            let place = wheel.get("position_m")?.as_array()?;
-            let [x, y] = [0, 1].map(|axis| place.get(axis).and_then(number));
-            Some((wheel.get("body").cloned(), [x?, y?]))
-        })
+    let carried: Vec<(Option<Value>, Vec<f64>)> = tables(table, "wheel")
+        .map(|wheel| (wheel.get("body").cloned(), numbers(wheel, "position_m")))
+        .filter(|(_, place)| place.len() == 2)
         .collect();
-    for body in tables(table, "body") {
-        let height_m = body
-            .get("box_m")
-            .and_then(Value::as_array)
-            .and_then(|edges| number(edges.get(2)?));
-        let (false, Some(height_m)) = (body.contains_key("com_m"), height_m) else {
+    for body in tables(table, "body").filter(|body| !body.contains_key("com_m")) {
+        let [_, _, height_m] = numbers(body, "box_m")[..] else {
             continue;
         };
         let name = body.get("name").cloned();
@@ -246,11 +238,9 @@ fn bodies(table: &mut Table, notes: &mut Vec<String>) {
             |axis: usize| own.iter().map(|(_, place)| place[axis]).sum::<f64>() / own.len().max(1) as f64;
         let com_m = [mean(0), mean(1), height_m / 2.0];
         notes.push(format!(
-            "body {} without com_m: [{}, {}, {}], half way up its box",
-            name.map_or_else(String::new, |name| name.to_string()),
-            digits(com_m[0]),
-            digits(com_m[1]),
-            digits(com_m[2])
+            "body {} without com_m: [{}], half way up its box",
+            named(body),
+            com_m.map(digits).join(", ")
         ));
         body.insert("com_m".into(), Value::Array(com_m.map(Value::from).into()));
     }
@@ -260,12 +250,7 @@ fn bodies(table: &mut Table, notes: &mut Vec<String>) {
 fn hinges(table: &mut Table, notes: &mut Vec<String>) {
     let inertias: Vec<(Option<Value>, Option<f64>)> = tables(table, "body")
         .map(|body| {
-            let edges: Vec<f64> = body
-                .get("box_m")
-                .and_then(Value::as_array)
-                .map(|edges| edges.iter().filter_map(number).collect())
-                .unwrap_or_default();
-            let square: f64 = edges.iter().map(|edge| edge * edge).sum();
+            let square: f64 = numbers(body, "box_m").iter().map(|edge| edge * edge).sum();
             let mass_kg = body.get("mass_kg").and_then(number);
             (
                 body.get("name").cloned(),
@@ -273,20 +258,17 @@ fn hinges(table: &mut Table, notes: &mut Vec<String>) {
             )
         })
         .collect();
-    for hinge in tables(table, "hinge") {
-        if hinge.contains_key("damping_n_m_s_rad") {
-            continue;
-        }
+    for hinge in tables(table, "hinge").filter(|hinge| !hinge.contains_key("damping_n_m_s_rad")) {
         let child = hinge.get("child").cloned();
         let inertia = inertias.iter().find(|(name, _)| *name == child);
         if let Some((_, Some(inertia_kg_m2))) = inertia {
             let damping = inertia_kg_m2 / HINGE_STOPS_S;
-            hinge.insert("damping_n_m_s_rad".into(), damping.into());
             notes.push(format!(
                 "hinge {} without damping_n_m_s_rad: {}, which stops what it carries in {HINGE_STOPS_S} s",
-                hinge.get("name").map_or_else(String::new, Value::to_string),
+                named(hinge),
                 digits(damping)
             ));
+            hinge.insert("damping_n_m_s_rad".into(), damping.into());
         }
     }
 }
@@ -310,10 +292,9 @@ fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Re
     }
     if let Some(base) = tables(table, "body").next() {
         base.insert("mass_kg".into(), base_kg.into());
-        let name = base.get("name").map_or_else(String::new, Value::to_string);
+        let (name, mass) = (named(base), digits(base_kg));
         notes.push(format!(
-            "body {name} has what is left of total_mass_kg: {} kg",
-            digits(base_kg)
+            "body {name} has what is left of total_mass_kg: {mass} kg"
         ));
     }
     Ok(())
@@ -323,6 +304,17 @@ fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Re
 fn tables<'a>(table: &'a mut Table, key: &str) -> impl Iterator<Item = &'a mut Table> {
     let list = table.get_mut(key).and_then(Value::as_array_mut);
     list.into_iter().flatten().filter_map(Value::as_table_mut)
+}
+
+/// The name of a part, as messages have it.
+fn named(part: &Table) -> String {
+    part.get("name").map_or_else(String::new, Value::to_string)
+}
+
+/// The numbers of a list; none where there is no list.
+fn numbers(keys: &Table, key: &str) -> Vec<f64> {
+    let list = keys.get(key).and_then(Value::as_array);
+    list.into_iter().flatten().filter_map(number).collect()
 }
 
 fn number(value: &Value) -> Option<f64> {
