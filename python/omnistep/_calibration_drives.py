@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import atan2, cos, sin
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from omnistep._calibration_runs import CalibrationRun
 from omnistep._estimates import Floats
 from omnistep._omnistep import Kinematics, Odometry
-from omnistep._wheel_logs import WheelLog
+from omnistep._wheel_logs import WheelLog, spans
 from omnistep.errors import ConfigError
 
 #: Parts of a run in which wheels are compared with each other.
@@ -78,11 +77,7 @@ def part_of(log: WheelLog, run: CalibrationRun, where: str) -> tuple[WheelLog, i
             key="from_s",
         )
 
-    def rows(column: Any) -> Any:
-        return None if column is None else column[first:last]
-
-    kept = {key: rows(getattr(log, key)) for key in ("measured", "positions", "torques", "duty", "yaw_rate", "pose")}
-    return replace(log, **kept), first
+    return log.rows(first, last), first
 
 
 def end_of(positions: Floats, kinematics: Kinematics) -> tuple[float, float, float]:
@@ -102,7 +97,7 @@ def thinned(positions: Floats, period_s: float) -> Floats:
 def whole_positions(log: WheelLog, where: str) -> Floats:
     """Angles of the actuators from the first row on [rad], short gaps bridged."""
     rows = log.measured if log.positions is None else log.positions
-    longest = longest_gap(np.isnan(rows).any(axis=1)) * log.period_s
+    longest = _longest_gap(np.isnan(rows).any(axis=1)) * log.period_s
     if longest > GAP_S:
         raise ConfigError(f"{where}: {longest:.3g} s without encoders, allowed: gaps up to {GAP_S} s", key="log")
     whole = np.flatnonzero(~np.isnan(rows).any(axis=1))
@@ -131,9 +126,8 @@ def whole_positions(log: WheelLog, where: str) -> Floats:
     return np.asarray(np.cumsum(rows, axis=0) * log.period_s, dtype=np.float64)
 
 
-def longest_gap(missing: Any) -> int:
-    edges = np.flatnonzero(np.diff(np.r_[False, missing, False]))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
+def _longest_gap(missing: Any) -> int:
+    return max((end - begin for begin, end in spans(missing)), default=0)
 
 
 def _turned(log: WheelLog, positions: Floats, where: str) -> float:
@@ -144,7 +138,7 @@ def _turned(log: WheelLog, positions: Floats, where: str) -> float:
     missing = np.isnan(rate)
     if missing.all():
         raise ConfigError(f"{where}: gyro_rad_s has no number, allowed: yaw rates [rad/s]", key="gyro")
-    if longest_gap(missing) * log.period_s > GAP_S:
+    if _longest_gap(missing) * log.period_s > GAP_S:
         raise ConfigError(f"{where}: gyro_rad_s has gaps, allowed: gaps up to {GAP_S} s", key="gyro")
     at = np.arange(len(rate))
     rate = np.interp(at, at[~missing], rate[~missing])

@@ -11,7 +11,7 @@ import numpy as np
 
 from omnistep._calibration_drives import Drive
 from omnistep._calibration_poses import Piece, Plate, Recording
-from omnistep._estimates import CONFIDENCE, TOLD, Estimate, Floats, scipy_part
+from omnistep._estimates import CONFIDENCE, DETERMINED, Estimate, Floats, scipy_part
 from omnistep._omnistep import Kinematics, Layout, Vehicle, Wheel
 from omnistep.errors import ConfigError
 
@@ -329,7 +329,7 @@ class Problem:
         value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
         deviation = float(np.sqrt(max(0.0, float(row @ known.covariance @ row))))
         # What is held has no deviation, but for rounding.
-        determined = LEAST < deviation < TOLD
+        determined = LEAST < deviation < DETERMINED
         half = (
             float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
         )

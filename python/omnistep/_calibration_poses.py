@@ -16,7 +16,7 @@ from omnistep._calibration_drives import whole_positions as whole
 from omnistep._calibration_runs import CalibrationRun
 from omnistep._estimates import Floats
 from omnistep._omnistep import Kinematics, Odometry, Vehicle
-from omnistep._wheel_logs import POSE, WheelLog
+from omnistep._wheel_logs import POSE, WheelLog, spans
 from omnistep.errors import ConfigError
 
 #: A piece is as long as the vehicle moves in this time on the average.
@@ -159,7 +159,7 @@ class Recording:
         back = np.asarray(Kinematics(layout=vehicle.layout).forward_matrix)
         found, jumps = [], []
         for first, last in _runs(~np.isnan(rows).any(axis=1), int(GAP_S / self.period_s + 1e-6)):
-            part = _between(self.log, first, last)
+            part = self.log.rows(first, last)
             positions = whole(part, self.where)
             own = poses[first:last]
             twist = np.abs(np.diff(positions, axis=0, prepend=positions[:1]) @ back.T)
@@ -248,18 +248,6 @@ def _smooth(poses: Floats, rows: int) -> Floats:
     return np.stack([np.convolve(column, np.ones(rows), mode="same") / count for column in poses.T], axis=1)
 
 
-def _between(log: WheelLog, first: int, last: int) -> WheelLog:
-    return WheelLog(
-        name=log.name,
-        period_s=log.period_s,
-        measured=log.measured[first:last],
-        positions=None if log.positions is None else log.positions[first:last],
-        torques=None,
-        duty=None,
-        yaw_rate=None,
-    )
-
-
 def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
     """First and last row of what is there, with gaps of up to so many rows in it."""
     rows = np.flatnonzero(there)
@@ -273,8 +261,7 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
 def _freeze(poses: Floats, twist: Floats, rows: int) -> None:
     """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN."""
     same = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)]
-    edges = np.flatnonzero(np.diff(np.r_[False, same, False]))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    for begin, end in spans(same):
         x, y, turn = twist[begin:end].sum(axis=0)
         if end - begin > rows and (np.hypot(x, y) > JUMP_M or turn > JUMP_RAD):
             poses[begin:end] = np.nan
@@ -304,8 +291,7 @@ def _good(poses: Floats, period_s: float) -> Any:
     """Rows with poses on both sides, for clocks that differ."""
     known = np.asarray(np.isfinite(poses).all(axis=1))
     bridged = np.ones(len(known))
-    edges = np.flatnonzero(np.diff(np.r_[False, ~known, False]))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    for begin, end in spans(~known):
         if (end - begin) * period_s > GAP_S or begin == 0 or end == len(known):
             bridged[begin:end] = 0.0
     margin = round(MARGIN_S / period_s)

@@ -112,9 +112,6 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
                 key=f"run[{index}].log",
                 file=name,
             )
-        for key in (*ENDS, *PART):
-            if key in each:
-                number(key, each[key], f"{name}: run[{index}].")
         for key in ("gyro", "pose"):
             if not isinstance(each.get(key, False), bool):
                 raise ConfigError(

@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 
 #: Part of the intervals that shall hold the truth.
 CONFIDENCE = 0.95
-#: A direction of parameters is told where its standard deviation is below this part of their scales.
-TOLD = 0.3
+#: A direction of parameters is determined where its standard deviation is below this part of their scales.
+DETERMINED = 0.3
 #: What ends as near to a bound as this part of its scale is at it, where that fits no worse.
 BESIDE = 1e-3
 #: A parameter belongs to a direction where it makes at least this part of it.
@@ -74,7 +74,7 @@ class Estimate:
     note: str = ""
 
     @property
-    def told(self) -> bool:
+    def determined(self) -> bool:
         """Whether the data determine it."""
         return self.low is not None
 
@@ -219,7 +219,7 @@ def _hold(
     Without a ``sigma`` a direction is undetermined only where it changes no residual.
     """
     _, singular, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
-    least = 1e-7 * singular[0] if sigma is None else sigma / TOLD
+    least = 1e-7 * singular[0] if sigma is None else sigma / DETERMINED
     if singular[-1] > least:
         return None
     members = np.flatnonzero(np.abs(directions[-1]) > MEMBER)
@@ -321,7 +321,7 @@ def refutes(left: float, measured: float) -> bool:
 
 def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:
     """The estimates without intervals."""
-    return tuple(replace(each, low=None, high=None, note=NONE_GIVEN) if each.told else each for each in parts)
+    return tuple(replace(each, low=None, high=None, note=NONE_GIVEN) if each.determined else each for each in parts)
 
 
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
@@ -342,7 +342,7 @@ def table(found: Sequence[Estimate]) -> str:
     """The estimates, one a line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        interval = f"{each.low:.5g} to {each.high:.5g}" if each.told else f"held: {each.note}"
+        interval = f"{each.low:.5g} to {each.high:.5g}" if each.determined else f"held: {each.note}"
         if each.note == NONE_GIVEN:
             interval = NONE_GIVEN
         rows.append((each.name, f"{each.value:.5g}", interval, each.unit, f"{each.before:.5g}"))

@@ -90,7 +90,7 @@ def parameters_of(
             replace(p, apart_from="gear_friction_n_m") if p.name == "rolling_resistance" else p for p in parameters
         ]
     if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(known):
-        # A wheel that its motor's line brakes follows as a torque that lags does: they cannot be told apart.
+        # A wheel that its motor's line brakes follows as a torque that lags does: they cannot be distinguished.
         parameters = [replace(p, apart_from="wheel_inertia_kg_m2") if p.name == "lag_s" else p for p in parameters]
     if duty and ground and not {"mass_kg", "yaw_inertia_kg_m2", "wheel_inertia_kg_m2", "stall_torque_n_m"} & set(known):
         # Everything may be as many times larger.

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from omnistep._axes import figure, recorded_and_simulated
 from omnistep._estimates import Floats, scipy_part
 from omnistep._motion_model import Motion
 from omnistep._stretches import SMOOTH_S, smooth
@@ -55,26 +56,18 @@ class SpeedSimulation:
         Raises:
             ImportError: matplotlib is not installed: install the extra ``plot``.
         """
-        try:
-            from matplotlib.figure import Figure
-        except ImportError as error:
-            raise ImportError('plot needs matplotlib: install omnistep with its extra "plot"') from error
-        columns = len(self.names)
-        figure = Figure(figsize=(10.0, 1.9 * len(self.wheels)), layout="constrained")
-        axes = figure.subplots(len(self.wheels), columns, squeeze=False, sharex="col", sharey=True)
+        made, axes = figure(len(self.wheels), len(self.names), sharex="col", sharey=True)
         for column, time_s in enumerate(self.time_s):
             for number, wheel in enumerate(self.wheels):
-                ax = axes[number, column]
-                ax.plot(time_s, self.recorded[column][:, number], color="0.6", lw=1.0, label="recorded")
-                ax.plot(time_s, self.simulated[column][:, number], color="tab:blue", lw=1.0, label="simulated")
-                ax.grid(visible=True, alpha=0.3)
+                ax, lines = axes[number, column], (self.recorded[column], self.simulated[column])
+                recorded_and_simulated(ax, time_s, *(each[:, number] for each in lines))
                 if column == 0:
                     ax.set_ylabel(f"{wheel} [rad/s]")
             axes[0, column].set_title(self.names[column], fontsize="medium")
             axes[-1, column].set_xlabel("time [s]")
         axes[0, 0].legend(loc="upper right", fontsize="small", ncols=2)
-        figure.suptitle(str(self), fontsize="medium")
-        return figure
+        made.suptitle(str(self), fontsize="medium")
+        return made
 
 
 def simulated(motions: Sequence[Motion], p: Mapping[str, float]) -> SpeedSimulation:

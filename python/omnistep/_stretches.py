@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from omnistep._estimates import Floats
 from omnistep._vehicle_masses import Masses
-from omnistep._wheel_logs import WheelLog
+from omnistep._wheel_logs import WheelLog, spans
 
 Integers = NDArray[np.int64]
 
@@ -99,9 +99,8 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
     near |= np.convolve(unknown, np.ones(remembered + 1))[: len(unknown)] > 0.5
     usable = ~near & (signs != 0).any(axis=1)
     angle = np.cumsum(np.nan_to_num(log.measured), axis=0) * log.period_s
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], usable, [False]])))
     first, stretch, kept, count = [], [], [], 0
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    for begin, end in spans(usable):
         bins = (end - begin) // rows
         parts = max(1, round(bins * rows * log.period_s / LONG_S))
         for part in np.array_split(np.arange(bins), parts):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -72,6 +72,27 @@ class WheelLog:
     zero_duty: str | None = None
     #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
     pose: Floats | None = None
+
+    def rows(self, first: int, last: int) -> WheelLog:
+        """The part from the row ``first`` to the one before ``last``."""
+
+        def part(column: Any) -> Any:
+            return None if column is None else column[first:last]
+
+        columns = ("measured", "positions", "torques", "duty", "yaw_rate", "pose")
+        return replace(self, **{key: part(getattr(self, key)) for key in columns})
+
+
+def spans(there: Any) -> list[tuple[int, int]]:
+    """First row of each unbroken run of rows that are there, and the one after its last.
+
+    >>> import numpy as np
+    >>> from omnistep._wheel_logs import spans
+    >>> spans(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:

@@ -211,23 +211,24 @@ def _solved(
     while True:
         problem = Problem(drawn, drives, position_sd, yaw_sd)
         found, single = problem.solve()
-        chances = _chances(found)
-        worst = int(np.argmin(chances))
-        drive = drives[worst]
-        if not isinstance(drive, Piece) or chances[worst] * len(drives) > BY_CHANCE or len(said) + 1 > left:
+        misfit = _misfit(found)
+        drive = drives[misfit[0]] if misfit else None
+        if misfit is None or not isinstance(drive, Piece) or len(said) + 1 > left:
             return problem, found, single, said
         said.append(f"{drive.where}: left out, it does not fit the others (slip, or a pose that is none)")
-        drives = drives[:worst] + drives[worst + 1 :]
+        drives = [each for each in drives if each is not drive]
 
 
-def _chances(found: Found) -> Floats:
-    """How probable it is that a run fits the others as badly as each does."""
-    f, chances = scipy_part("stats", NEEDED_BY).f, np.ones(len(found.left_out))
-    for run, (less, numbers) in enumerate(found.left_out):
+def _misfit(found: Found) -> tuple[int, float] | None:
+    """The run that fits the others so badly by chance in few calibrations, and how many times as well they fit."""
+    f, chances, times = scipy_part("stats", NEEDED_BY).f, [], []
+    for less, numbers in found.left_out:
         rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
-        if numbers and left >= ENOUGH:
-            chances[run] = f.sf((less / numbers) / (rest / left), numbers, left)
-    return chances
+        tells = bool(numbers) and left >= ENOUGH
+        chances.append(f.sf((less / numbers) / (rest / left), numbers, left) if tells else 1.0)
+        times.append(float(np.sqrt(found.ends_left / found.ends_freedom / (rest / left))) if tells else 1.0)
+    worst = int(np.argmin(chances))
+    return (worst, times[worst]) if chances[worst] * len(chances) <= BY_CHANCE else None
 
 
 def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
@@ -259,15 +260,10 @@ def _refuted(sd: Floats, stated: Floats) -> str:
 
 def _wrong(drives: Sequence[Drive | Piece], found: Found, stated: Floats) -> str:
     """Name the run without which the others fit much better: one end that was measured or written down wrong."""
-    if (found.sd[:4] <= stated).all():
+    misfit = _misfit(found)
+    if misfit is None or (found.sd[:4] <= stated).all():
         return ""
-    chances = _chances(found)
-    worst = int(np.argmin(chances))
-    if chances[worst] * len(drives) > BY_CHANCE:
-        return ""
-    less, numbers = found.left_out[worst]
-    rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
-    times = np.sqrt(found.ends_left / found.ends_freedom / (rest / left))
+    worst, times = misfit
     remedy = "measure its end again, or leave it out"
     if isinstance(drives[worst], Piece):
         remedy = f"nor do {100 * LEFT_OUT:.0f} % of the pieces, which are left out; look at the log there"
@@ -345,12 +341,12 @@ def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: 
         "all.lever": "the lever",
         "all.turn_rad": "the turn of the whole",
     }
-    known = [words[each.name] for each in common if each.told]
+    known = [words[each.name] for each in common if each.determined]
     said = [f"these runs tell {', '.join(known) or 'nothing that all wheels have in common'}"]
     for kind, (ending, drive) in drives.items():
-        lacks = [each for each in single if f".{ending}" in each.name and not each.told]
+        lacks = [each for each in single if f".{ending}" in each.name and not each.determined]
         whole = next(each for each in common if kind in each.name)
-        if not whole.told:
+        if not whole.determined:
             names = ", ".join(each.name for each in lacks) or whole.name
             said.append(f"these runs cannot tell {words[whole.name]} ({names}); drive {drive}")
         elif lacks:

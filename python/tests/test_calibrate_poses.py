@@ -67,10 +67,10 @@ def test_intervals_hold_with_slip_counts_jitter_noise_and_a_delay():
         found = calibrated(plant.driven(rng, delay_s=truth["run[0].delay_s"]))
         for name, value in truth.items():
             each = found[name]
-            assert each.told, (seed, name)
+            assert each.determined, (seed, name)
             held[name] += each.low <= value <= each.high
         # Equal wheels: single ones do not pay, and none is given an interval that would be too narrow.
-        assert not any(each.told for each in found.estimates) or len(set(radii(found))) > 1
+        assert not any(each.determined for each in found.estimates) or len(set(radii(found))) > 1
         better += found.paths[0].after_m < found.paths[0].before_m
     # Fewer than these come by chance in one of a thousand tests of intervals that hold in 95 %.
     least = binom.ppf(0.001, SEEDS, 0.95)
@@ -81,7 +81,11 @@ def test_intervals_hold_with_slip_counts_jitter_noise_and_a_delay():
 
 def test_a_drive_without_turns_leaves_lever_and_plate_and_keeps_the_file():
     found = calibrated(plant.driven(np.random.default_rng(1), turns=False))
-    assert found["all.radius"].told and not found["all.lever"].told and not found["run[0].plate_x_m"].told
+    assert (
+        found["all.radius"].determined
+        and not found["all.lever"].determined
+        and not found["run[0].plate_x_m"].determined
+    )
     # Slip alone turns it, and odometry that is noise multiplies to nothing.
     assert found["all.lever"].value == pytest.approx(1.0, abs=1e-6)
     assert "cannot tell the lever" in lines_of(found) and "drive turns on the spot and arcs" in lines_of(found)
@@ -90,7 +94,7 @@ def test_a_drive_without_turns_leaves_lever_and_plate_and_keeps_the_file():
 def test_slip_far_beyond_what_is_stated_leaves_no_interval():
     log = plant.driven(np.random.default_rng(2), slip=0.1)
     found = omnistep.calibrate([run_of(log)], vehicle=FILE, position_sd_m=0.001, yaw_sd_rad=0.001)
-    assert not any(each.told for each in (*found.common, *found.estimates, *found.plates))
+    assert not any(each.determined for each in (*found.common, *found.estimates, *found.plates))
     assert "no interval is given: the pieces are 0.0" in lines_of(found)
 
 
@@ -110,7 +114,7 @@ def test_lost_jumping_and_frozen_poses_are_left_out():
     assert found.paths[0].pieces < whole.paths[0].pieces
     for name in ("all.radius", "all.lever"):
         # Two thirds of the pieces tell nearly as much: within both intervals' halves.
-        assert found[name].told and found[name].value == pytest.approx(
+        assert found[name].determined and found[name].value == pytest.approx(
             whole[name].value, abs=0.5 * (found[name].high - found[name].low)
         )
 

@@ -70,7 +70,7 @@ def wrong(logs):
 
 def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
     assert wrong.zero_duty == "brake"
-    assert not any(each.told for each in wrong.estimates)
+    assert not any(each.determined for each in wrong.estimates)
     (line,) = [line for line in wrong.cannot_tell if line.startswith("no interval is given")]
     assert "bridges at zero duty" in line
     # Wheels that roll on are braked in the model.
