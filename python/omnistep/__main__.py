@@ -27,6 +27,15 @@ def main() -> int:
 
         command = _identify_cli.identify if arguments[0] == "identify" else _identify_cli.calibrate
         return command(arguments[1:])
+    if arguments[:1] == ["new"]:
+        from omnistep import _new_cli
+
+        if _new_cli.is_wanted(arguments[1:]):
+            return _new_cli.new(arguments[1:])
+        if {"-h", "--help"} & set(arguments):
+            code = cli(["omnistep", *arguments])
+            print(f"\nOf a URDF [Python]: {_new_cli.USAGE}")
+            return code
     # As in the Rust binary: Ctrl-C ends the process at once, unless the command ends itself in order.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return cli(["omnistep", *arguments])

@@ -69,6 +69,23 @@ def pyplot() -> Any:
     return plt
 
 
+def figure(rows: int, columns: int, **options: Any) -> tuple[Any, NDArray[Any]]:
+    """Return a figure of its own, not of ``matplotlib.pyplot``, with rows for lines over time, and its axes."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise ImportError('plot needs matplotlib: install omnistep with its extra "plot"') from error
+    made = Figure(figsize=(10.0, 1.9 * rows), layout="constrained")
+    return made, made.subplots(rows, columns, squeeze=False, **options)
+
+
+def recorded_and_simulated(ax: Any, time_s: NDArray[Any], recorded: NDArray[Any], simulated: NDArray[Any]) -> None:
+    """Draw what was simulated over what was recorded."""
+    ax.plot(time_s, recorded, color="0.6", lw=1.0, label="recorded")
+    ax.plot(time_s, simulated, color="tab:blue", lw=1.0, label="simulated")
+    ax.grid(visible=True, alpha=0.3)
+
+
 def given_or_new(
     axes: Any, shape: tuple[int, ...], *, size: tuple[float, float], share_y: bool | str = False
 ) -> NDArray[Any]:

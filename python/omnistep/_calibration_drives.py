@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from omnistep._calibration_runs import ENDS, CalibrationRun, number
+from omnistep._calibration_runs import CalibrationRun
 from omnistep._estimates import Floats
-from omnistep._omnistep import Kinematics, Odometry, Vehicle
-from omnistep._wheel_logs import WheelLog, read
+from omnistep._omnistep import Kinematics, Odometry
+from omnistep._wheel_logs import WheelLog, spans
 from omnistep.errors import ConfigError
 
 #: Parts of a run in which wheels are compared with each other.
@@ -28,36 +28,23 @@ STANDS, STANDS_OVER_S = 0.04, 0.2
 class Drive:
     """One run, prepared for odometry."""
 
-    def __init__(self, run: CalibrationRun, index: int, vehicle: Vehicle) -> None:
-        self.run = run
-        log = read(run.log, vehicle)
-        where = self.where = f"run[{index}]" if log.name == "data" else f"run[{index}] ({log.name})"
-        for key in ENDS:
-            if (value := getattr(run, key)) is not None:
-                number(key, value, f"{where}.")
-        self.yaw = run.end_yaw_rad
-        if run.gyro:
-            if self.yaw is not None:
-                raise ConfigError(f"{where}: gyro and end_yaw_rad, allowed: one of the two", key="gyro")
-        elif self.yaw is None and all(getattr(run, key) is None for key in ENDS):
-            raise ConfigError(
-                f"{where}: no measurement, allowed: at least one of {', '.join(ENDS)}, gyro", key="end_x_m"
-            )
-        positions = _positions(log, where)
-        if run.gyro:
-            self.yaw = _turned(log, positions, where)
-        every = max(1, round(STEP_S / log.period_s))
-        rows = np.unique(np.r_[np.arange(0, len(positions), every), len(positions) - 1])
-        self.positions = positions[rows]
+    def __init__(self, run: CalibrationRun, log: WheelLog, where: str) -> None:
+        self.run, self.where = run, where
+        positions = whole_positions(log, where)
+        self.yaw = _turned(log, positions, where) if run.gyro else run.end_yaw_rad
+        self.positions = thinned(positions, log.period_s)
         ends = np.linspace(0, len(self.positions) - 1, PARTS + 1).astype(int)
         self.parts = np.diff(self.positions[ends], axis=0)
 
+    @property
+    def distance_m(self) -> float:
+        """How far from its start it was measured to end [m]."""
+        run = self.run
+        return float(run.distance_m if run.distance_m is not None else np.hypot(run.end_x_m or 0.0, run.end_y_m or 0.0))
+
     def end(self, kinematics: Kinematics) -> tuple[float, float, float]:
         """Where the wheels say that it ends: x, y [m], yaw [rad]."""
-        odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
-        odometry.step_positions(self.positions)
-        x, y, yaw = odometry.pose
-        return float(x), float(y), float(yaw)
+        return end_of(self.positions, kinematics)
 
     def errors(self, kinematics: Kinematics) -> tuple[list[float], list[float]]:
         """Odometry less the measurement: positions [m], headings [rad]."""
@@ -74,7 +61,40 @@ class Drive:
         return places, turns
 
 
-def _positions(log: WheelLog, where: str) -> Floats:
+def name_of(run: CalibrationRun, index: int, log: WheelLog) -> str:
+    """How messages name a run."""
+    return f"run[{index}]" if log.name == "data" else f"run[{index}] ({log.name})"
+
+
+def part_of(log: WheelLog, run: CalibrationRun, where: str) -> tuple[WheelLog, int]:
+    """The rows of a log that are a run, and the number of the first."""
+    length = len(log.measured) * log.period_s
+    first = 0 if run.from_s is None else round(run.from_s / log.period_s)
+    last = len(log.measured) if run.until_s is None else min(len(log.measured), round(run.until_s / log.period_s) + 1)
+    if last - first < 2:
+        raise ConfigError(
+            f"{where}.from_s = {run.from_s or 0.0:g}, allowed: less than the log's {length:.4g} s, and than until_s",
+            key="from_s",
+        )
+
+    return log.rows(first, last), first
+
+
+def end_of(positions: Floats, kinematics: Kinematics) -> tuple[float, float, float]:
+    """Where the wheels say that a drive ends: x, y [m], yaw [rad]."""
+    odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
+    odometry.step_positions(positions)
+    x, y, yaw = odometry.pose
+    return float(x), float(y), float(yaw)
+
+
+def thinned(positions: Floats, period_s: float) -> Floats:
+    """Angles at the rate of odometry, the first and the last among them."""
+    every = max(1, round(STEP_S / period_s))
+    return np.asarray(positions[np.unique(np.r_[np.arange(0, len(positions), every), len(positions) - 1])])
+
+
+def whole_positions(log: WheelLog, where: str) -> Floats:
     """Angles of the actuators from the first row on [rad], short gaps bridged."""
     rows = log.measured if log.positions is None else log.positions
     longest = _longest_gap(np.isnan(rows).any(axis=1)) * log.period_s
@@ -107,8 +127,7 @@ def _positions(log: WheelLog, where: str) -> Floats:
 
 
 def _longest_gap(missing: Any) -> int:
-    edges = np.flatnonzero(np.diff(np.r_[False, missing, False]))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
+    return max((end - begin for begin, end in spans(missing)), default=0)
 
 
 def _turned(log: WheelLog, positions: Floats, where: str) -> float:

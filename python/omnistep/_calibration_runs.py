@@ -16,7 +16,10 @@ from omnistep.errors import ConfigError
 
 #: What is measured at the end of a run.
 ENDS = ("end_x_m", "end_y_m", "end_yaw_rad", "distance_m")
+#: Which part of the log it is.
+PART = ("from_s", "until_s")
 RANGES = {
+    **dict.fromkeys(PART, (0.0, 1e6)),
     **dict.fromkeys(ENDS, (-1e3, 1e3)),
     "distance_m": (0.0, 1e3),
     "position_sd_m": (1e-6, 10.0),
@@ -27,7 +30,7 @@ KEYS = ("schema_version", "position_sd_m", "yaw_sd_rad", "run")
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationRun:
-    """One drive and the pose measured at its end; the start is the origin, facing +x.
+    """One drive and the pose measured at its end, or poses recorded all the way; the start is the origin, facing +x.
 
     Attributes:
         log: readings of the encoders: columns ``time_s`` and, for the actuator of every wheel,
@@ -38,6 +41,11 @@ class CalibrationRun:
         distance_m: distance of the end from the start [m], where only that was measured.
         gyro: take the heading from the log's ``gyro_rad_s``; its bias is its mean while the vehicle is at rest at the
             start, 0.5 s or more.
+        pose: take the poses of the log, as of motion capture: columns ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``. The
+            drive is cut into pieces, and where the marker plate is on the vehicle is estimated.
+        plate: runs with the same name have the marker plate at the same place; else each log has its own.
+        from_s: where the run begins, after the first row of the log [s].
+        until_s: where it ends, likewise.
 
     >>> import omnistep
     >>> omnistep.CalibrationRun(log="ahead.csv", distance_m=2.013).end_x_m is None
@@ -50,6 +58,10 @@ class CalibrationRun:
     end_yaw_rad: float | None = None
     distance_m: float | None = None
     gyro: bool = False
+    pose: bool = False
+    plate: str | None = None
+    from_s: float | None = None
+    until_s: float | None = None
 
 
 def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str, float]]:
@@ -89,7 +101,7 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
         raise ConfigError(f"{name}: no [[run]], allowed: at least one", key="run", file=name)
     runs = []
     for index, each in enumerate(tables):
-        allowed = ("log", *ENDS, "gyro")
+        allowed = ("log", *ENDS, "gyro", "pose", "plate", *PART)
         if unknown := sorted(set(each) - set(allowed)):
             key = f"run[{index}].{shortened(unknown[0])}"
             raise ConfigError(f"{name}: {key}: {unknown_key(unknown[0], allowed)}", key=key, file=name)
@@ -100,20 +112,46 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
                 key=f"run[{index}].log",
                 file=name,
             )
-        for key in ENDS:
-            if key in each:
-                number(key, each[key], f"{name}: run[{index}].")
-        if not isinstance(each.get("gyro", False), bool):
+        for key in ("gyro", "pose"):
+            if not isinstance(each.get(key, False), bool):
+                raise ConfigError(
+                    f"{name}: run[{index}].{key} = {shortened(repr(each[key]))}, allowed: true, false",
+                    key=f"run[{index}].{key}",
+                    file=name,
+                )
+        if not isinstance(each.get("plate", ""), str):
             raise ConfigError(
-                f"{name}: run[{index}].gyro = {shortened(repr(each['gyro']))}, allowed: true, false",
-                key=f"run[{index}].gyro",
+                f"{name}: run[{index}].plate = {shortened(repr(each['plate']))}, allowed: a name",
+                key=f"run[{index}].plate",
                 file=name,
             )
         runs.append(CalibrationRun(**{**each, "log": Path(path).parent / log}))
+        check(runs[-1], f"{name}: run[{index}]")
     noise: dict[str, float] = {key: keys[key] for key in ("position_sd_m", "yaw_sd_rad") if key in keys}
     for key, value in noise.items():
         number(key, value, f"{name}: ")
     return runs, noise
+
+
+def check(run: CalibrationRun, where: str) -> None:
+    """Refuse a run without a measurement, with two that exclude each other, or with numbers out of range."""
+    stated = [key for key in ENDS if getattr(run, key) is not None]
+    for key in (*stated, *(key for key in PART if getattr(run, key) is not None)):
+        number(key, getattr(run, key), f"{where}.")
+    if run.from_s is not None and run.until_s is not None and run.from_s >= run.until_s:
+        raise ConfigError(
+            f"{where}.from_s = {run.from_s:g}, allowed: less than until_s = {run.until_s:g}", key="from_s"
+        )
+    if run.pose and (stated or run.gyro):
+        raise ConfigError(f"{where}: pose and {(*stated, 'gyro')[0]}, allowed: one of the two", key="pose")
+    if run.plate is not None and not run.pose:
+        raise ConfigError(f"{where}: plate without pose, allowed: with pose = true", key="plate")
+    if run.gyro and run.end_yaw_rad is not None:
+        raise ConfigError(f"{where}: gyro and end_yaw_rad, allowed: one of the two", key="gyro")
+    if not (stated or run.gyro or run.pose):
+        raise ConfigError(
+            f"{where}: no measurement, allowed: at least one of {', '.join(ENDS)}, gyro, pose", key="end_x_m"
+        )
 
 
 def number(key: str, value: Any, where: str) -> None:

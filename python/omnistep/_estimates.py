@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,16 @@ Floats = NDArray[np.float64]
 
 #: Part of the intervals that shall hold the truth.
 CONFIDENCE = 0.95
-#: A direction of parameters is told where its standard deviation is below this part of their scales.
-TOLD = 0.3
+#: A direction of parameters is determined where its standard deviation is below this part of their scales.
+DETERMINED = 0.3
+#: What ends as near to a bound as this part of its scale is at it, where that fits no worse.
+BESIDE = 1e-3
 #: A parameter belongs to a direction where it makes at least this part of it.
 MEMBER = 0.25
+#: Errors left after a fit that are so many times those of the measurements refute the model, and its intervals.
+REFUTED = 3.0
+#: Why an estimate has no interval then.
+NONE_GIVEN = "none"
 #: The variances of independent errors count for this many degrees of freedom beside those of groups.
 INDEPENDENT = 8.0
 
@@ -68,7 +74,7 @@ class Estimate:
     note: str = ""
 
     @property
-    def told(self) -> bool:
+    def determined(self) -> bool:
         """Whether the data determine it."""
         return self.low is not None
 
@@ -144,8 +150,21 @@ def fit(
             x[held] = start[held]
             free[held] = False
             continue
-        found = optimize.least_squares(of_free, inside, bounds=(low, high), method="dogbox")
-        left, moves = found.fun, found.jac
+
+        def moved(
+            z: Floats, of: Callable[[Floats], Floats] = of_free, low: Floats = low, high: Floats = high
+        ) -> Floats:
+            return _jacobian(of, z, low, high)
+
+        # With smaller steps than those of `_jacobian` rounding of residuals is in the derivatives: the search creeps.
+        found = optimize.least_squares(of_free, inside, jac=moved, bounds=(low, high))
+        left, moves, inside = found.fun, found.jac, found.x
+        # The search ends beside a bound, never at it.
+        nearest = np.where(inside - low < high - inside, low, high)
+        beside = np.where(np.abs(inside - nearest) < BESIDE, nearest, inside)
+        there = of_free(beside)
+        if (beside != inside).any() and there @ there <= left @ left:
+            left, moves, inside = there, moved(beside), beside
         rest = len(left) - redundant - int(free.sum())
         if rest < 1:
             raise ConfigError(
@@ -153,9 +172,9 @@ def fit(
                 " than parameters; drive more runs",
                 key="data",
             )
-        x[free] = found.x * scale[free]
         sigma = float(np.sqrt(left @ left / rest))
         held = _hold(moves, sigma, free, together, parameters)
+        x[free] = inside * scale[free]
         if held is None:
             break
         free[held] = False
@@ -200,7 +219,7 @@ def _hold(
     Without a ``sigma`` a direction is undetermined only where it changes no residual.
     """
     _, singular, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
-    least = 1e-7 * singular[0] if sigma is None else sigma / TOLD
+    least = 1e-7 * singular[0] if sigma is None else sigma / DETERMINED
     if singular[-1] > least:
         return None
     members = np.flatnonzero(np.abs(directions[-1]) > MEMBER)
@@ -292,6 +311,19 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
     return tuple(given)
 
 
+def refutes(left: float, measured: float) -> bool:
+    """Whether errors that are left after a fit contradict the errors of the measurements: the rule of every estimator.
+
+    Intervals are those of a model. Where it is refuted they are not given (:func:`withheld`), and a line says why.
+    """
+    return left > REFUTED * measured
+
+
+def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    """The estimates without intervals."""
+    return tuple(replace(each, low=None, high=None, note=NONE_GIVEN) if each.determined else each for each in parts)
+
+
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
     """Parameters that end at a bound of their range, a line each; zero is a plausible end for friction or a lag."""
     said = []
@@ -310,7 +342,9 @@ def table(found: Sequence[Estimate]) -> str:
     """The estimates, one a line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        interval = f"held: {each.note}" if each.low is None else f"{each.low:.5g} to {each.high:.5g}"
+        interval = f"{each.low:.5g} to {each.high:.5g}" if each.determined else f"held: {each.note}"
+        if each.note == NONE_GIVEN:
+            interval = NONE_GIVEN
         rows.append((each.name, f"{each.value:.5g}", interval, each.unit, f"{each.before:.5g}"))
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
     return "\n".join(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from omnistep._command_line import made
 from omnistep._omnistep import Vehicle
-from omnistep._output_files import check_output, write_text
+from omnistep._output_files import check_output, check_picture, replaced, write_text
 from omnistep.errors import ConfigError
 
 
@@ -30,17 +30,39 @@ def identify(arguments: list[str]) -> int:
         metavar="NAME=VALUE",
         help="a value measured otherwise, such as mass_kg=3.2; may be repeated",
     )
+    parser.add_argument(
+        "--zero-duty",
+        choices=("brake", "coast"),
+        help="what the bridges do at a duty cycle of 0; that of the log, or the better one, if left out",
+    )
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results and gains")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FIT.png", help="png, svg or pdf of the wheels' speeds, simulated with the results"
+    )
+    parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
+    inputs = [*given.logs, *given.lifted, Path(given.vehicle)]
 
     def found() -> tuple[str, Vehicle]:
         from omnistep.identification import identify
 
+        if given.plot is not None:
+            check_picture(given.plot, inputs)
         known = dict(_known(each) for each in given.known)
-        result = identify(given.logs, vehicle=given.vehicle, lifted=given.lifted, known=known)
+        result = identify(
+            given.logs,
+            vehicle=given.vehicle,
+            lifted=given.lifted,
+            known=known,
+            zero_duty=given.zero_duty,
+            progress=not given.quiet,
+        )
+        if given.plot is not None:
+            with replaced(given.plot, inputs) as aside:
+                result.simulation.plot().savefig(aside, dpi=110)
         return result.table(), result.vehicle
 
-    return _write(found, given.out, [*given.logs, *given.lifted, Path(given.vehicle)])
+    return _write(found, given.out, inputs)
 
 
 def calibrate(arguments: list[str]) -> int:

@@ -51,7 +51,7 @@ KINDS = {
     "references": Kind(_SPEEDS, "wheels", held=True, keys=("at",)),
     "torques": Kind(_TORQUES, "wheels", keys=("n_m_per_a", "at")),
     "commanded_torques": Kind(_TORQUES, "wheels", held=True, keys=("n_m_per_a", "at")),
-    "duty": Kind(_DUTIES, "wheels", held=True),
+    "duty": Kind(_DUTIES, "wheels", held=True, keys=("zero",)),
     "command": Kind(_ANGLES, (3,), held=True),
     "gyro": Kind(_RATES, (1, 3)),
     "accelerometer": Kind(_FORCES, (3,)),
@@ -84,6 +84,8 @@ class Signal:
     wrap: float | None
     at_wheel: bool
     max_gap_s: float | None
+    #: What the bridges do at a duty cycle of zero, where the map says it.
+    zero: str | None = None
 
 
 @dataclass(frozen=True)
@@ -230,7 +232,14 @@ def _signal(made: LogMap, table: str, kind: Kind, keys: dict[str, Any], gap: flo
         wrap=wrap,
         at_wheel=at == "wheel",
         max_gap_s=_gap(file, f"{table}.max_gap_s", keys["max_gap_s"]) if "max_gap_s" in keys else gap,
+        zero=_zero(file, keys["zero"]) if "zero" in keys else None,
     )
+
+
+def _zero(file: str, given: Any) -> str:
+    if given not in ("brake", "coast"):
+        _refuse(file, "duty.zero", f'{given!r}, allowed: "brake" or "coast"')
+    return str(given)
 
 
 def _known(file: str, table: str, keys: Mapping[str, Any], known: Sequence[str]) -> None:

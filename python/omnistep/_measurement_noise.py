@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from omnistep._estimates import Floats, scipy_part
 
+#: Speed is nearly constant over this time [s] of at least so many rows; a wheel turns by this part of the fastest.
+STEADY_S, FEWEST_ROWS, TURNS = 0.1, 6, 0.1
 #: Steps of a walk are looked for between these parts of the errors of single readings, as variances.
 LEAST, MOST = 1e-6, 1e4
 
@@ -57,6 +59,28 @@ def likely(parts: Iterable[tuple[Floats, NDArray[np.int64]]], rows: int, needed_
     search = scipy_part("optimize", needed_by).minimize_scalar
     found = search(unlikely, bounds=(np.log(LEAST), np.log(MOST)), method="bounded")
     return Noise(float(np.exp(found.x)), rows)
+
+
+def implied_rad_s(sd: float, ratio: float, rows: int, period_s: float) -> float:
+    """Noise of the velocity of a single row that such errors of bins make, standard deviation [rad/s]."""
+    # A bin is the mean of that many independent readings; a step of the walk is the sum of as many.
+    return float(sd * np.sqrt(2.0 * rows + ratio / rows) / period_s)
+
+
+def shown_rad_s(speeds_rad_s: Floats, period_s: float) -> float:
+    """The same that velocities, (T, N), show about a straight line where speed is nearly constant [rad/s]."""
+    rows = max(FEWEST_ROWS, round(STEADY_S / period_s))
+    parts = speeds_rad_s[: len(speeds_rad_s) // rows * rows].reshape(-1, rows, speeds_rad_s.shape[1])
+    size = np.nan_to_num(np.abs(parts.mean(axis=1)).max(axis=1))
+    parts = parts[size > TURNS * size.max(initial=0.0)]
+    if not len(parts):
+        return 0.0
+    time = np.arange(rows) - 0.5 * (rows - 1)
+    slope = np.einsum("t,ptn->pn", time, parts) / (time @ time)
+    left = parts - parts.mean(axis=1, keepdims=True) - time[:, None] * slope[:, None, :]
+    steep = np.abs(slope).max(axis=1)
+    steady = left[steep <= np.median(steep)]
+    return float(np.sqrt((steady**2).sum() / (steady.size * (rows - 2) / rows)))
 
 
 def _runs(stretch: NDArray[np.int64]) -> list[slice]:

@@ -35,6 +35,13 @@ def check_output(out: Path, inputs: Iterable[Path] = (), *, text: bool = False) 
         raise ConfigError(f"{out}: not a regular file, allowed: {allowed}", key="out", file=str(out))
 
 
+def check_picture(out: Path, inputs: Iterable[Path] = ()) -> None:
+    """Refuse a path that no picture may be written to; as :func:`check_output`, and for its extension."""
+    if out.suffix not in (".png", ".svg", ".pdf"):
+        raise ConfigError(f"{out}: {out.suffix!r}, allowed: .png, .svg or .pdf", key="out", file=str(out))
+    check_output(out, inputs)
+
+
 @contextmanager
 def _named(out: Path) -> Iterator[None]:
     """Name the path, and no other, in an error of the system."""

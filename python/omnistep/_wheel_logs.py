@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,6 +18,11 @@ from omnistep.errors import ConfigError, LogError
 Floats = NDArray[np.float64]
 #: A trace, a log, the path of an MCAP, CSV or Parquet file, or columns by name.
 LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
+
+#: What a bridge does with its motor at a duty cycle of zero: short it, or leave it open.
+ZERO_DUTIES = ("brake", "coast")
+#: Fact of a recording that has it.
+ZERO_DUTY_FACT = "duty_zero"
 
 #: Rows may come this much too early or too late, in periods; others are left out, up to a part of them.
 JITTER, MOST_OFF = 0.35, 0.1
@@ -44,6 +49,7 @@ WHEELS = (
     "commanded_duty_{}",
 )
 OTHERS = ("time_s", "gyro_rad_s", "sensed_yaw_rate_rad_s")
+POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
 
 
 @dataclass(frozen=True)
@@ -62,16 +68,41 @@ class WheelLog:
     duty: Floats | None
     #: Yaw rate by a gyro [rad/s], (T,), where the log has it.
     yaw_rate: Floats | None
+    #: What the bridges do at a duty cycle of zero, where the log has it.
+    zero_duty: str | None = None
+    #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
+    pose: Floats | None = None
+
+    def rows(self, first: int, last: int) -> WheelLog:
+        """The part from the row ``first`` to the one before ``last``."""
+
+        def part(column: Any) -> Any:
+            return None if column is None else column[first:last]
+
+        columns = ("measured", "positions", "torques", "duty", "yaw_rate", "pose")
+        return replace(self, **{key: part(getattr(self, key)) for key in columns})
 
 
-def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
-    """Read the wheel signals of a log for a vehicle.
+def spans(there: Any) -> list[tuple[int, int]]:
+    """First row of each unbroken run of rows that are there, and the one after its last.
+
+    >>> import numpy as np
+    >>> from omnistep._wheel_logs import spans
+    >>> spans(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
+    """Read the wheel signals of a log for a vehicle, and measured poses if these are asked for.
 
     Raises:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
         LogError: the file cannot be read.
     """
-    name, columns = _columns(data, vehicle)
+    name, columns, zero = _columns(data, vehicle, POSE if pose else ())
     time = _column(name, columns, "time_s", None)
     if len(time) < 10:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
@@ -92,8 +123,11 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         return read if np.isfinite(read).any() else None
 
     positions, measured = wheels("wheel_{}_position_rad"), wheels("wheel_{}_measured_rad_s")
+    # In a trace, readings are of the start of a period, and poses of its end.
+    trace = positions is None and not isinstance(data, Mapping) and not _is_table(data)
     if positions is None:
         positions = wheels("sensed_wheel_rad_{}")  # of a recording
+        trace |= positions is not None
     if positions is not None:
         # The velocity over the periods that end with the row. Velocities as logged may be filtered, or have noise.
         measured = np.full_like(positions, np.nan)
@@ -119,6 +153,12 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
     gyro = next((key for key in ("gyro_rad_s", "sensed_yaw_rate_rad_s") if key in columns), None)
     yaw_rate = None if gyro is None else _column(name, columns, gyro, len(time))
 
+    poses = None
+    if pose and all(key in columns for key in POSE):
+        poses = np.stack([_column(name, columns, key, len(time)) for key in POSE], axis=1)
+        if trace:
+            poses = np.vstack([np.full((1, 3), np.nan), poses[:-1]])
+
     def at(rows: Floats) -> Floats:
         taken = np.full((slots[-1] + 1, rows.shape[1]), np.nan)
         taken[slots] = rows[kept]
@@ -132,6 +172,8 @@ def read(data: LogLike, vehicle: Vehicle) -> WheelLog:
         torques=None if torques is None else at(torques),
         duty=None if duty is None else at(duty),
         yaw_rate=None if yaw_rate is None else at(yaw_rate[:, None])[:, 0],
+        zero_duty=zero,
+        pose=None if poses is None else at(poses),
     )
 
 
@@ -210,22 +252,27 @@ def _followed(times: Floats, part: NDArray[np.int64]) -> tuple[NDArray[np.int64]
     return slots, off
 
 
-def _columns(data: LogLike, vehicle: Vehicle) -> tuple[str, Mapping[str, Any]]:
-    if isinstance(data, Log):
-        return fspath(data.path), data.trace.columns()
+def _is_table(data: LogLike) -> bool:
+    return isinstance(data, str | PathLike) and Path(data).suffix.lower() in SUFFIXES
+
+
+def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], str | None]:
     if isinstance(data, Trace):
-        return data.scenario, data.columns()
+        return data.scenario, data.columns(), None
     if isinstance(data, Mapping):
-        return "data", data
-    if not isinstance(data, str | PathLike):
+        return "data", data, None
+    if not isinstance(data, Log | str | PathLike):
         raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
-    path = Path(data)
-    if path.suffix.lower() in SUFFIXES:
-        return fspath(path), _table(path, vehicle)
-    return fspath(path), read_mcap(path).trace.columns()
+    if not isinstance(data, Log):
+        path = Path(data)
+        if _is_table(path):
+            return fspath(path), _table(path, vehicle, more), None
+        data = read_mcap(path)
+    zero = data.run.get(ZERO_DUTY_FACT)
+    return fspath(data.path), data.trace.columns(), zero if zero in ZERO_DUTIES else None
 
 
-def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
+def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Floats]:
     """The columns of a table that are needed; others may have any content."""
     if not path.is_file():
         raise LogError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}", file=fspath(path))
@@ -233,7 +280,7 @@ def _table(path: Path, vehicle: Vehicle) -> dict[str, Floats]:
         module("pyarrow")
     except ImportError as error:
         raise needs("pyarrow", f"a {path.suffix.lower()} log", "identify") from error
-    useful = [*OTHERS, *(pattern.format(wheel) for pattern in WHEELS for wheel in vehicle.wheel_names)]
+    useful = [*OTHERS, *more, *(pattern.format(wheel) for pattern in WHEELS for wheel in vehicle.wheel_names)]
     with reading(path):
         names = names_of(path)
         wanted = [name for name in useful if name in names]

@@ -1,4 +1,4 @@
-"""Radii, positions and directions of wheels from runs with measured ends: UMBmark for any number of wheels."""
+"""Radii, positions and directions of wheels from measured ends or recorded poses: UMBmark for any number of wheels."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from os import PathLike
 import numpy as np
 
 from omnistep import _plausibility
-from omnistep._calibration_drives import Drive
-from omnistep._calibration_fit import ENOUGH, FARTHEST, NEEDED_BY, SCALE, Found, Problem
-from omnistep._calibration_runs import CalibrationRun, number
-from omnistep._estimates import Estimate, Floats, scipy_part, table
+from omnistep._calibration_drives import Drive, name_of, part_of
+from omnistep._calibration_fit import ENOUGH, FARTHEST, NEEDED_BY, SCALE, Found, Problem, recordings_of
+from omnistep._calibration_poses import Piece, Recording
+from omnistep._calibration_runs import CalibrationRun, check, number
+from omnistep._estimates import Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
+from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
 
 #: How much farther a vehicle goes where something is taken for something else.
@@ -28,10 +30,35 @@ MISTAKEN = {
 }
 #: A run is wrong that fits so badly by chance in fewer than so many calibrations.
 BY_CHANCE = 0.02
-#: Ends that are off by so many times what was stated refute the statement, and every interval with it.
-REFUTED = 3.0
+#: Part of the pieces of recorded poses that may be left out because they do not fit the others.
+LEFT_OUT = 0.1
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
 OFF_M, OFF_RAD = 0.1, 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathError:
+    """How far odometry is off a recorded path.
+
+    Attributes:
+        run: the run, as messages name it.
+        pieces: how many pieces it was cut into.
+        piece_m: how far the wheels turn in each [m].
+        before_m: with the file's values, root mean square over the path [m]; where the plate is is as estimated.
+        after_m: with the estimates [m].
+    """
+
+    run: str
+    pieces: int
+    piece_m: float
+    before_m: float
+    after_m: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.run}: path {self.after_m:.3f} m off, {self.before_m:.3f} m with the file (root mean square);"
+            f" {self.pieces} pieces of {self.piece_m:.2g} m"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +72,9 @@ class Calibration:
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
         cannot_tell: parameters that the runs do not determine, and runs that would; a line each.
         vehicle: the vehicle with the estimates.
+        plates: of recorded poses where the marker plate is on the vehicle, ``NAME.plate_x_m``, ``NAME.plate_y_m`` and
+            ``NAME.plate_yaw_rad``, and how late they are, ``NAME.delay_s``. NAME is the log's, or ``plate`` of the run.
+        paths: of recorded poses how far odometry is off the path.
         position_rms_m: residual of the measured positions, root mean square [m]; NaN where none was measured.
         yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
     """
@@ -55,9 +85,11 @@ class Calibration:
     vehicle: Vehicle = field(repr=False)
     position_rms_m: float
     yaw_rms_rad: float
+    plates: tuple[Estimate, ...] = ()
+    paths: tuple[PathError, ...] = ()
 
     def __getitem__(self, name: str) -> Estimate:
-        every = (*self.common, *self.estimates)
+        every = (*self.common, *self.estimates, *self.plates)
         for each in every:
             if each.name == name:
                 return each
@@ -73,17 +105,18 @@ class Calibration:
             )
             if isfinite(rms)
         ]
-        return "\n".join([table((*self.common, *self.estimates)), *left, *self.cannot_tell])
+        found = table((*self.common, *self.estimates, *self.plates))
+        return "\n".join([found, *left, *(str(path) for path in self.paths), *self.cannot_tell])
 
 
 def calibrate(
     runs: Sequence[CalibrationRun],
     *,
     vehicle: str | PathLike[str] | Vehicle,
-    position_sd_m: float = 0.002,
-    yaw_sd_rad: float = 0.005,
+    position_sd_m: float | None = None,
+    yaw_sd_rad: float | None = None,
 ) -> Calibration:
-    """Find wheel radii, positions and directions from runs with measured ends.
+    """Find wheel radii, positions and directions from runs with measured ends or recorded poses.
 
     Odometry of every run is compared with the measurement at its end, by least squares over all runs. With more than
     three wheels the wheels are compared with each other too. First comes what all wheels have in common; single wheels
@@ -92,13 +125,19 @@ def calibrate(
     its rolling distance, its push direction, and the lever arm of its push: its position along the push, and a roller
     angle separate from the radius, keep their values.
 
+    A run with recorded poses is cut into pieces of some three seconds of motion, each as long as the others. The place
+    and the yaw of the marker plate on the vehicle, and a delay of the poses, are estimated too. Pieces that do not fit
+    the others are left out, up to a tenth of them.
+
     Args:
-        runs: squares both ways, straight lines forward and sideways, turns on the spot.
+        runs: squares both ways, straight lines forward and sideways, turns on the spot; with recorded poses any drive
+            that has all of these.
         vehicle: the vehicle as designed: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         position_sd_m: standard deviation of measured positions and distances [m], slip on the way included: their
-            weight against headings. With enough runs, intervals follow from the residuals instead; residuals that are
-            three times as large refute the number.
-        yaw_sd_rad: the same for measured headings [rad].
+            weight against headings. 2 mm by default, and 1 % of the way of a piece of recorded poses. With enough runs,
+            intervals follow from the residuals instead; residuals that are three times as large refute the number.
+        yaw_sd_rad: the same for measured headings [rad]; 0.005 by default, and 1 % of the way over the wheels' distance
+            from the middle.
 
     Raises:
         ConfigError: a run has no measurement, a column is missing, there are too few runs, or a number is out of range.
@@ -121,59 +160,114 @@ def calibrate(
     """
     drawn = Vehicle(vehicle)
     for name, value in (("position_sd_m", position_sd_m), ("yaw_sd_rad", yaw_sd_rad)):
-        number(name, value, "")
-    drives = [Drive(run, index, drawn) for index, run in enumerate(runs)]
-    if not drives:
-        raise ConfigError("runs: empty, allowed: at least one run", key="runs")
-    problem = Problem(drawn, drives, position_sd_m, yaw_sd_rad)
-    found, single = problem.solve()
+        if value is not None:
+            number(name, value, "")
+    problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
+    drives = problem.drives
     wrong = _wrong(drives, found, problem.stated)
-    ends = [drive.errors(Kinematics(layout=problem.layout(found.u))) for drive in drives]
-    places, turns = (_rms([e for end in ends for e in end[kind]]) for kind in (0, 1))
-    refuted = wrong or _refuted(found.sd[0], position_sd_m, "m") or _refuted(found.sd[1], yaw_sd_rad, "rad")
-    common, parts = problem.common_estimates(found, refuted), problem.estimates(found, single, refuted)
+    places, turns, parts_places, parts_turns, _ = problem.groups(found.u)
+    refuted = wrong or _refuted(found.sd, problem.stated)
+    common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
+    if refuted:
+        common, parts, plates = withheld(common), withheld(parts), withheld(plates)
+    recordings = recordings_of(drives)
     return Calibration(
         common=common,
         estimates=parts,
         cannot_tell=(
-            *_doubtful(drawn, drives, ends),
-            *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts)),
+            *left_out,
+            *_doubtful(drawn, problem, found, refuted),
+            *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
             *_far((*common, *parts)),
         ),
         vehicle=problem.vehicle(found.u),
-        position_rms_m=places,
-        yaw_rms_rad=turns,
+        position_rms_m=_rms([*places, *parts_places]),
+        yaw_rms_rad=_rms([*turns, *parts_turns]),
+        plates=plates,
+        paths=tuple(_path(problem, found, recording) for recording in recordings),
     )
 
 
-def _refuted(sd: float, stated: float, unit: str) -> str:
+def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> list[Drive | Piece]:
+    """Runs with a measured end, and the pieces of runs with recorded poses."""
+    drives: list[Drive | Piece] = []
+    for index, run in enumerate(runs):
+        check(run, f"run[{index}]")
+        log = read(run.log, drawn, pose=run.pose)
+        where = name_of(run, index, log)
+        log, first = part_of(log, run, where)
+        drives += Recording(run, log, first, drawn, where).pieces if run.pose else [Drive(run, log, where)]
+    if not drives:
+        raise ConfigError("runs: empty, allowed: at least one run", key="runs")
+    return drives
+
+
+def _solved(
+    drawn: Vehicle, drives: list[Drive | Piece], position_sd: float | None, yaw_sd: float | None
+) -> tuple[Problem, Found, Found, list[str]]:
+    """The fit without the pieces that do not fit, and what is said of these."""
+    said: list[str] = []
+    left = LEFT_OUT * sum(isinstance(drive, Piece) for drive in drives)
+    while True:
+        problem = Problem(drawn, drives, position_sd, yaw_sd)
+        found, single = problem.solve()
+        misfit = _misfit(found)
+        drive = drives[misfit[0]] if misfit else None
+        if misfit is None or not isinstance(drive, Piece) or len(said) + 1 > left:
+            return problem, found, single, said
+        said.append(f"{drive.where}: left out, it does not fit the others (slip, or a pose that is none)")
+        drives = [each for each in drives if each is not drive]
+
+
+def _misfit(found: Found) -> tuple[int, float] | None:
+    """The run that fits the others so badly by chance in few calibrations, and how many times as well they fit."""
+    f, chances, times = scipy_part("stats", NEEDED_BY).f, [], []
+    for less, numbers in found.left_out:
+        rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
+        tells = bool(numbers) and left >= ENOUGH
+        chances.append(f.sf((less / numbers) / (rest / left), numbers, left) if tells else 1.0)
+        times.append(float(np.sqrt(found.ends_left / found.ends_freedom / (rest / left))) if tells else 1.0)
+    worst = int(np.argmin(chances))
+    return (worst, times[worst]) if chances[worst] * len(chances) <= BY_CHANCE else None
+
+
+def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
+    plate = problem.plate(recording, found.u)
+    before, after = (
+        recording.path_error_m(Kinematics(layout=layout), plate)
+        for layout in (problem.drawn.layout, problem.layout(found.u))
+    )
+    return PathError(
+        run=recording.where,
+        pieces=len(recording.pieces),
+        piece_m=recording.piece_m,
+        before_m=before,
+        after_m=after,
+    )
+
+
+def _refuted(sd: Floats, stated: Floats) -> str:
     """Why intervals would be wrong: ends that are much farther off than was stated."""
-    if not sd > REFUTED * stated:
-        return ""
-    key = "position_sd_m" if unit == "m" else "yaw_sd_rad"
-    return (
-        f"the ends are {sd:.2g} {unit} off where {key} = {stated:g}; state how well they were measured and how far"
-        " wheels slip, or find the run that is wrong"
-    )
+    for k, (off, most) in enumerate(zip(sd[:4], stated, strict=True)):
+        if refutes(off, most):
+            key, unit = (("position_sd_m", "m"), ("yaw_sd_rad", "rad"))[k % 2]
+            return (
+                f"the {'ends' if k < 2 else 'pieces'} are {off:.2g} {unit} off where {key} = {most:.2g}; state how well"
+                " they were measured and how far wheels slip, or find the run that is wrong"
+            )
+    return ""
 
 
-def _wrong(drives: Sequence[Drive], found: Found, stated: Floats) -> str:
+def _wrong(drives: Sequence[Drive | Piece], found: Found, stated: Floats) -> str:
     """Name the run without which the others fit much better: one end that was measured or written down wrong."""
-    if (found.sd[:2] <= stated).all():
+    misfit = _misfit(found)
+    if misfit is None or (found.sd[:4] <= stated).all():
         return ""
-    worst = max(range(len(drives)), key=lambda run: found.left_out[run][0] / max(1, found.left_out[run][1]))
-    less, numbers = found.left_out[worst]
-    rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
-    if numbers == 0 or left < ENOUGH:
-        return ""
-    by_chance = scipy_part("stats", NEEDED_BY).f.sf((less / numbers) / (rest / left), numbers, left)
-    if by_chance * len(drives) > BY_CHANCE:
-        return ""
-    times = np.sqrt(found.ends_left / found.ends_freedom / (rest / left))
-    return (
-        f"{drives[worst].where} does not fit the others, which fit {times:.1f} times as well without it; measure its"
-        " end again, or leave it out"
-    )
+    worst, times = misfit
+    remedy = "measure its end again, or leave it out"
+    if isinstance(drives[worst], Piece):
+        remedy = f"nor do {100 * LEFT_OUT:.0f} % of the pieces, which are left out; look at the log there"
+    return f"{drives[worst].where} does not fit the others, which fit {times:.1f} times as well without it; {remedy}"
 
 
 def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
@@ -188,33 +282,39 @@ def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
     )
 
 
-def _doubtful(vehicle: Vehicle, drives: Sequence[Drive], ends: Sequence[tuple[list[float], list[float]]]) -> list[str]:
+def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) -> list[str]:
     """Report runs that fit no vehicle near the designed one: signs, units, the order of wheels or of positions."""
-    doubts = _times(vehicle, drives)
-    for drive in drives:
+    ends = [drive for drive in problem.drives if isinstance(drive, Drive)]
+    doubts = _times(vehicle, problem.drives)
+    for drive in ends:
         doubts += [f"{drive.where}: {doubt}" for doubt in _plausibility.of_parts(vehicle, drive.parts)]
+    for recording in recordings_of(problem.drives):
+        doubts += [f"{recording.where}: {doubt}" for doubt in recording.doubts(vehicle, refuted)]
+    if not ends:
+        return doubts
+    kinematics = Kinematics(layout=problem.layout(found.u))
+    errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
         (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),
         (1, "rad", OFF_RAD, "check that it is in rad and that a turn to the left is positive"),
     ):
-        off = [max((abs(each) for each in end[kind]), default=0.0) for end in ends]
+        off = [max((abs(each) for each in error[kind]), default=0.0) for error in errors]
         worst = int(np.argmax(off))
         if off[worst] > most:
             doubts.append(
-                f"{drives[worst].where}: its end is {off[worst]:.3g} {unit} off, the largest of all runs: {why}"
+                f"{ends[worst].where}: its end is {off[worst]:.3g} {unit} off, the largest of all runs: {why}"
             )
     return doubts
 
 
-def _times(vehicle: Vehicle, drives: Sequence[Drive]) -> list[str]:
+def _times(vehicle: Vehicle, drives: Sequence[Drive | Piece]) -> list[str]:
     """Report wheels that go another multiple of their way than one that a drawing may be wrong by."""
     kinematics, times = Kinematics(layout=vehicle.layout), []
     for drive in drives:
         x, y, _ = drive.end(kinematics)
-        way, run = float(np.hypot(x, y)), drive.run
-        seen = run.distance_m if run.distance_m is not None else np.hypot(run.end_x_m or 0.0, run.end_y_m or 0.0)
+        way, seen = float(np.hypot(x, y)), drive.distance_m
         if seen > OFF_M and way > OFF_M * seen / 100.0:
-            times.append(float(seen) / way)
+            times.append(seen / way)
     factor = float(np.median(times)) if times else 1.0
     for of, why in MISTAKEN.items():
         if abs(factor / of - 1.0) < 0.15:
@@ -222,24 +322,31 @@ def _times(vehicle: Vehicle, drives: Sequence[Drive]) -> list[str]:
     return []
 
 
-def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate]) -> tuple[str, ...]:
+def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: bool) -> tuple[str, ...]:
     """What was determined, what was not, and the drives that would, in words of the robot."""
     drives = {
         "radius": ("radius", "straight lines with a measured distance_m, forward and sideways"),
         "lever": ("shift_m", "turns on the spot and squares both ways with end_yaw_rad or a gyro"),
         "turn": ("turn_rad", "straight lines forward and sideways with end_x_m and end_y_m"),
     }
+    if poses:
+        # A plate that is turned and a vehicle that is turned below it have the same poses.
+        drives = {
+            "radius": ("radius", "longer"),
+            "lever": ("shift_m", "turns on the spot and arcs"),
+            "turn": ("turn_rad", "lines with end_x_m and end_y_m measured by hand; to poses it is the plate's yaw"),
+        }
     words = {
         "all.radius": "one radius for all wheels",
         "all.lever": "the lever",
         "all.turn_rad": "the turn of the whole",
     }
-    known = [words[each.name] for each in common if each.told]
+    known = [words[each.name] for each in common if each.determined]
     said = [f"these runs tell {', '.join(known) or 'nothing that all wheels have in common'}"]
     for kind, (ending, drive) in drives.items():
-        lacks = [each for each in single if f".{ending}" in each.name and not each.told]
+        lacks = [each for each in single if f".{ending}" in each.name and not each.determined]
         whole = next(each for each in common if kind in each.name)
-        if not whole.told:
+        if not whole.determined:
             names = ", ".join(each.name for each in lacks) or whole.name
             said.append(f"these runs cannot tell {words[whole.name]} ({names}); drive {drive}")
         elif lacks:

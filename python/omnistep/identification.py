@@ -3,46 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from omnistep._estimates import Estimate, Fit, Floats, Parameter, at_bounds, estimates, fit, shifts, table
+from omnistep._estimates import (
+    Estimate,
+    Fit,
+    Floats,
+    Parameter,
+    at_bounds,
+    estimates,
+    fit,
+    table,
+    withheld,
+)
+from omnistep._identification_doubts import NO_DUTY, Noises, far_off, noises, refuting, too_fast
+from omnistep._identified_parameters import BEGINS, parameters_of, undetermined
+from omnistep._identified_vehicle import vehicle_with
 from omnistep._margins import Loops, loops
 from omnistep._measurement_noise import likely
-from omnistep._motion_model import SHORTEST_S, Masses, Motion, cut
+from omnistep._motion_model import ZERO_DUTY, Motion
 from omnistep._omnistep import Log, Trace, Vehicle
-from omnistep._toml_files import unknown_key
-from omnistep._wheel_logs import LogLike, read
+from omnistep._speed_simulation import SpeedSimulation, simulated
+from omnistep._stretches import SHORTEST_S, STANDS, cut
+from omnistep._vehicle_masses import Masses
+from omnistep._wheel_logs import ZERO_DUTIES, LogLike, WheelLog, read
 from omnistep.errors import ConfigError
+from omnistep.runs import bar
 
 NEEDED_BY = "omnistep.identify"
 
-#: Where the search begins, if not at the file's.
-BEGINS = {"delay_s": 0.005, "lag_s": 0.01}
-#: What a held parameter may be off by, to say what that does to the others.
-OFF = 0.1
-#: With fewer rows than this in a wheel's time constant, counts blur how it follows its motor.
-FEW = 10.0
-#: What would tell each parameter.
-MANOEUVRES = {
-    "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: known mass_kg",
-    "yaw_inertia_kg_m2": "turn on the spot, accelerating and braking",
-    "wheel_inertia_kg_m2": "accelerate and brake the wheels in the air (lifted), or weigh the vehicle: known mass_kg",
-    "gear_friction_n_m": "coast down, or drive steadily",
-    "viscous_n_m_s_rad": "drive steadily at several speeds",
-    "rolling_resistance": "also turn the wheels in the air (lifted): only there gear friction acts alone",
-    "delay_s": "change torques in steps or as a chirp",
-    "lag_s": "change torques in steps or as a chirp of up to 10 Hz",
-    "stall_torque_n_m": "weigh the vehicle: known mass_kg; duty cycles alone give only ratios of torque to mass",
-    "slope_n_m_s_rad": "drive at several speeds up to the fastest, at full duty",
-}
-NO_DUTY = (
-    "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are commanded ones, which do not show"
-    " the motor's line; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
-)
+#: What a bridge does at zero duty matters where it is zero in this part of the rows in which a wheel turns.
+AT_ZERO = 0.01
+#: Two behaviours of a bridge fit about equally where the errors of one are less than this many times the other's.
+ALIKE = 1.2
+#: Evaluations after which most searches have ended.
+USUAL = 300
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +53,9 @@ class Identification:
         cannot_tell: parameters that the logs do not determine, and the manoeuvre that would; a line each.
         vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
             ``motor.gear_friction_n_m`` includes it.
+        simulation: the wheels' speeds, simulated from the logs' torques or duty cycles with the estimates.
+        zero_duty: what the bridges do at a duty cycle of zero: ``brake`` or ``coast``; None of torques.
+        noises: the noise of the wheels' speeds that the fit needs, and that they show.
         loops: the gains, with their margins.
         overrides: delay and lag as keys of a scenario, for a simulation with the estimates.
         residual_rad: residual of the wheels' angles, root mean square [rad].
@@ -63,6 +65,9 @@ class Identification:
     estimates: tuple[Estimate, ...]
     cannot_tell: tuple[str, ...]
     vehicle: Vehicle = field(repr=False)
+    simulation: SpeedSimulation = field(repr=False)
+    zero_duty: str | None
+    noises: Noises
     loops: Loops
     overrides: dict[str, Any]
     residual_rad: float
@@ -79,7 +84,16 @@ class Identification:
         left = (
             f"angles remaining: {self.residual_rad:.3g} rad (root mean square), of {100 * self.used:.0f} % of the rows"
         )
-        return "\n".join([table(self.estimates), left, f"gains: {self.loops}", *self.cannot_tell])
+        return "\n".join(
+            [
+                table(self.estimates),
+                left,
+                str(self.noises),
+                str(self.simulation),
+                f"gains: {self.loops}",
+                *self.cannot_tell,
+            ]
+        )
 
 
 def identify(
@@ -88,6 +102,8 @@ def identify(
     vehicle: str | PathLike[str] | Vehicle,
     lifted: LogLike | Sequence[LogLike] = (),
     known: Mapping[str, float] | None = None,
+    zero_duty: str | None = None,
+    progress: bool = True,
 ) -> Identification:
     """Find masses, friction, delay and lag from logs of torques and velocities on flat ground, with intervals.
 
@@ -97,7 +113,10 @@ def identify(
     random walk, the sum of noise on velocities; the residuals show the share of each (restricted maximum likelihood). A
     controller reacts to such errors, but later: with the right weights of past readings they cause no bias. Intervals
     are those of least squares, combined with the scatter between whole stretches. Parameters that the logs do not
-    determine keep the values of the file, and are named.
+    determine keep the values of the file, and are named. No interval is given where the residuals contradict the model.
+
+    A bridge brakes or coasts at a duty cycle of zero: coasting, a motor neither drives nor brakes. Where it is not
+    known, both are tried.
 
     A delay of readings and a delay of torques have the same effect: ``delay_s`` is their sum, for readings that are
     counts over the period that ends with their row. For instantaneous readings it is half a period less.
@@ -110,6 +129,9 @@ def identify(
         vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         lifted: logs with all wheels in the air.
         known: values that were measured otherwise, ``{"mass_kg": 3.2}``.
+        zero_duty: what the bridges do at a duty cycle of zero, instead of what the logs say
+            (``[duty] zero`` of an import's map).
+        progress: show a bar on standard error when it takes more than a second.
 
     Raises:
         ConfigError: a column is missing, the logs are too short or have no motion, or a number is out of range.
@@ -122,78 +144,156 @@ def identify(
     ...     "physics.engine": "articulated", "duration_s": 4.0, "command.vx_m_s": 0.5, "command.then": [
     ...         {"at_s": 2.0, "vx_m_s": 0.0, "vy_m_s": 0.5, "wz_rad_s": 0.5, "ramp_s": 0.5}]})
     >>> found = omnistep.identify(omnistep.run(scenario), vehicle="mecanum4", known={"wheel_inertia_kg_m2": 0.0035})
-    >>> round(found["mass_kg"].value, 1)
-    30.0
+    >>> round(found["mass_kg"].value)
+    30
     """
     guess = Vehicle(vehicle)
-    masses = Masses(guess)
-    logs = [(each, False) for each in _listed(data)] + [(each, True) for each in _listed(lifted)]
+    if zero_duty is not None and zero_duty not in ZERO_DUTIES:
+        raise ConfigError(f'zero_duty: {zero_duty!r}, allowed: "brake" or "coast"', key="zero_duty")
+    logs = [(read(each, guess), False) for each in _listed(data)]
+    logs += [(read(each, guess), True) for each in _listed(lifted)]
     if not logs:
         raise ConfigError("data: empty, allowed: at least one log", key="data")
-    motions, kinds = [], set()
-    for log, in_air in logs:
-        rows = read(log, guess)
-        inputs = rows.torques if rows.torques is not None else rows.duty
-        kinds.add("torque" if rows.torques is not None else "duty")
-        if inputs is None:
-            key = f"wheel_{guess.wheel_names[0]}_applied_n_m"
-            raise ConfigError(
-                f"{rows.name}: no torque in {key}, allowed: wheel_NAME_applied_n_m or wheel_NAME_duty of every wheel"
-                " ([commanded_torques] or [duty] of an import's map)",
-                key=key,
-                file=rows.name,
-            )
-        stretches = cut(rows, masses, inputs, lifted=in_air)
+    problem = Problem(guess, logs, known or {}, zero_duty)
+    tried = problem.ways()
+    answers: list[Answer] = []
+    with bar("identify", shown=progress) as show:
+        for way in tried:
+            answers.append(problem.solve(way, lambda part: show((len(answers) + part) / len(tried))))
+    return _identification(problem, _better(answers), answers)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What fits the logs best, for one behaviour of the bridges at zero duty."""
+
+    zero: str | None
+    motions: Sequence[Motion]
+    parameters: Sequence[Parameter]
+    residual: Callable[[Floats], Floats]
+    found: Fit
+    values: Mapping[str, float]
+    simulation: SpeedSimulation
+
+
+class Problem:
+    """Logs of a vehicle, and what is known of it."""
+
+    def __init__(
+        self,
+        guess: Vehicle,
+        logs: Sequence[tuple[WheelLog, bool]],
+        known: Mapping[str, float],
+        zero_duty: str | None,
+    ) -> None:
+        self.guess, self.logs, self.known, self.zero_duty = guess, logs, known, zero_duty
+        self.masses = Masses(guess)
+        for log, _ in logs:
+            if log.torques is None and log.duty is None:
+                key = f"wheel_{guess.wheel_names[0]}_applied_n_m"
+                raise ConfigError(
+                    f"{log.name}: no torque in {key}, allowed: wheel_NAME_applied_n_m or wheel_NAME_duty of every wheel"
+                    " ([commanded_torques] or [duty] of an import's map)",
+                    key=key,
+                    file=log.name,
+                )
+        kinds = {log.torques is None for log, _ in logs}
+        if len(kinds) > 1:
+            raise ConfigError("data: logs with torques and logs with duty cycles, allowed: one kind", key="data")
+        self.duty = kinds == {True}
+
+    def ways(self) -> list[str | None]:
+        """What bridges may do at zero duty, as far as that matters and is not known."""
+        if not self.duty:
+            return [None]
+        given = {self.zero_duty or log.zero_duty for log, _ in self.logs}
+        if None not in given:
+            return [given.pop()]
+        matters = any(_part_at_zero(log) > AT_ZERO for log, _ in self.logs if log.zero_duty is None)
+        return ["brake", "coast"] if matters else ["brake"]
+
+    def solve(self, way: str | None, progress: Callable[[float], None]) -> Answer:
+        """The parameters that fit best."""
+        motions = [self._motion(log, in_air, way) for log, in_air in self.logs]
+        parameters = parameters_of(self.guess, self.masses, self.known, duty=self.duty, motions=motions)
+        names = [p.name for p in parameters]
+        evaluations = 0
+
+        def residual(x: Floats) -> Floats:
+            nonlocal evaluations
+            evaluations += 1
+            progress(0.9 * evaluations / (evaluations + USUAL))
+            values = dict(zip(names, x, strict=True))
+            return np.concatenate([motion.residual(values) for motion in motions])
+
+        # Without any delay or lag the two look the same: the search begins elsewhere.
+        begin = np.array([p.start if p.known else BEGINS.get(p.name, p.start) for p in parameters])
+        found = _search(residual, parameters, motions, begin)
+        _estimate_noise(motions, found.residual)
+        bounds = np.array([(p.lower, p.upper) for p in parameters]).T
+        begin = np.where(found.free & (found.x > bounds[0]) & (found.x < bounds[1]), found.x, begin)
+        found = _search(residual, parameters, motions, begin)
+        values = dict(zip(names, (float(x) for x in found.x), strict=True))
+        simulation = simulated(motions, values)
+        progress(1.0)
+        return Answer(way, motions, parameters, residual, found, values, simulation)
+
+    def _motion(self, log: WheelLog, in_air: bool, way: str | None) -> Motion:
+        inputs = log.duty if self.duty else log.torques
+        assert inputs is not None
+        stretches = cut(log, self.masses, inputs, lifted=in_air)
         if stretches is None:
             raise ConfigError(
-                f"{rows.name}: no {SHORTEST_S} s in which the wheels keep turning one way, allowed: a log of a drive",
+                f"{log.name}: no {SHORTEST_S} s in which the wheels keep turning one way, allowed: a log of a drive",
                 key="data",
-                file=rows.name,
+                file=log.name,
             )
-        motions.append(Motion(stretches, masses, inputs, guess["motor.efficiency"]))
-    if len(kinds) > 1:
-        raise ConfigError("data: logs with torques and logs with duty cycles, allowed: one kind", key="data")
-    duty = kinds == {"duty"}
-    parameters = _parameters(guess, masses, known or {}, duty=duty, motions=motions)
-    names = [p.name for p in parameters]
+        coasts = self.duty and (self.zero_duty or log.zero_duty or way) == "coast"
+        return Motion(stretches, self.masses, inputs, self.guess["motor.efficiency"], coasts=coasts)
 
-    def residual(x: Floats) -> Floats:
-        values = dict(zip(names, x, strict=True))
-        return np.concatenate([motion.residual(values) for motion in motions])
 
-    # Without any delay or lag the two look the same: the search begins elsewhere.
-    begin = np.array([p.start if p.known else BEGINS.get(p.name, p.start) for p in parameters])
-    found = _search(residual, parameters, motions, begin)
-    _hear(motions, found.residual)
-    bounds = np.array([(p.lower, p.upper) for p in parameters]).T
-    begin = np.where(found.free & (found.x > bounds[0]) & (found.x < bounds[1]), found.x, begin)
-    found = _search(residual, parameters, motions, begin)
-    values = dict(zip(names, (float(x) for x in found.x), strict=True))
-    parts = estimates(parameters, found, needed_by=NEEDED_BY)
-    built, notes = _built(guess, masses, values, duty=duty)
-    matrix = masses.matrix(values["mass_kg"], values["yaw_inertia_kg_m2"], values["wheel_inertia_kg_m2"])
+def _part_at_zero(log: WheelLog) -> float:
+    """Part of the rows with a turning wheel in which its duty cycle is zero."""
+    assert log.duty is not None
+    speed = np.abs(np.nan_to_num(log.measured))
+    turns = speed > STANDS * np.quantile(speed, 0.99)
+    return float(np.mean(np.abs(log.duty[turns]) < ZERO_DUTY)) if turns.any() else 0.0
+
+
+def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -> Identification:
+    motions, parameters, found, values = best.motions, best.parameters, best.found, best.values
+    built, notes = vehicle_with(problem.guess, problem.masses, values, duty=problem.duty)
     period = motions[0].period
     gains = loops(
         built,
         period_s=period,
-        matrix=matrix,
+        matrix=problem.masses.matrix(values["mass_kg"], values["yaw_inertia_kg_m2"], values["wheel_inertia_kg_m2"]),
         delay_s=values["delay_s"],
         lag_s=values["lag_s"],
         viscous_n_m_s_rad=values["viscous_n_m_s_rad"],
     )
+    parts = estimates(parameters, found, needed_by=NEEDED_BY)
+    noise = noises(motions, found.residual)
+    refuted = refuting(noise, best.simulation)
     return Identification(
-        estimates=parts,
+        estimates=withheld(parts) if refuted else parts,
         cannot_tell=(
             *dict.fromkeys(doubt for motion in motions for doubt in motion.doubts()),
-            *_cannot_tell(residual, parameters, found),
-            *(_too_fast(motions, values) if duty else ()),
+            *([f"no interval is given: {refuted}"] if refuted else []),
+            *_which_way(best, answers),
+            *far_off(parts),
+            *undetermined(best.residual, parameters, found),
+            *(too_fast(motions, values) if problem.duty else ()),
             *at_bounds(parameters, found),
             *notes,
-            *(() if duty else (NO_DUTY,)),
+            *(() if problem.duty else (NO_DUTY,)),
         ),
         vehicle=built.replace(
             {"gains": {"kp_n_m_s_rad": gains.kp_n_m_s_rad, "ki_n_m_rad": gains.ki_n_m_rad, "kd_n_m_s2_rad": 0.0}}
         ),
+        simulation=best.simulation,
+        zero_duty=best.zero,
+        noises=noise,
         loops=gains,
         overrides={
             "actuators.torque_lag_s": values["lag_s"],
@@ -202,6 +302,24 @@ def identify(
         residual_rad=float(np.sqrt(np.mean(found.residual**2))),
         used=float(np.mean([motion.stretches.used for motion in motions])),
     )
+
+
+def _better(answers: Sequence[Answer]) -> Answer:
+    """The first, unless the second fits clearly better: bridges that coast fit braking ones too, as friction."""
+    first, *others = answers
+    return others[0] if others and first.simulation.off > ALIKE * others[0].simulation.off else first
+
+
+def _which_way(best: Answer, answers: Sequence[Answer]) -> list[str]:
+    """Report what the bridges seem to do at zero duty, where both were tried."""
+    others = [answer for answer in answers if answer is not best]
+    if not others:
+        return []
+    off, other = (f"{100 * answer.simulation.off:.2g} %" for answer in (best, others[0]))
+    said = f'zero duty: "{best.zero}" leaves the speeds off by {off}, "{others[0].zero}" by {other}'
+    if others[0].simulation.off < ALIKE * best.simulation.off:
+        return [f'{said}, about equally; results are those of "{best.zero}": give the right one ([duty] zero)']
+    return [f'{said}; results are those of "{best.zero}": give it ([duty] zero)']
 
 
 def _search(
@@ -218,16 +336,17 @@ def _search(
         redundant=sum(motion.redundant() for motion in motions),
     )
     driven = sum(len(motion.measured) * motion.stretches.rows * motion.period for motion in motions)
-    if driven <= 2 * SHORTEST_S * int(found.free.sum()):
+    searched = sum(not (p.known or p.apart_from) for p in parameters)
+    if driven <= 2 * SHORTEST_S * searched:
         raise ConfigError(
-            f"{driven:.2g} s of driving for {int(found.free.sum())} parameters, allowed: more than"
+            f"{driven:.2g} s of driving for {searched} parameters, allowed: more than"
             f" {2 * SHORTEST_S:g} s for each; drive longer",
             key="data",
         )
     return found
 
 
-def _hear(motions: Sequence[Motion], residual: Floats) -> None:
+def _estimate_noise(motions: Sequence[Motion], residual: Floats) -> None:
     """Estimate the measurement noise along stretches from the residuals: logs of one kind together."""
     ends = np.cumsum([0, *(motion.measured.size for motion in motions)])
     kinds: dict[tuple[int, float, bool], list[tuple[Motion, Floats]]] = {}
@@ -244,137 +363,3 @@ def _listed(data: Any) -> list[Any]:
     if isinstance(data, str | PathLike | Mapping | Trace | Log):
         return [data]
     return list(data)
-
-
-def _parameters(
-    vehicle: Vehicle, masses: Masses, known: Mapping[str, float], *, duty: bool, motions: Sequence[Motion]
-) -> list[Parameter]:
-    motor = vehicle.to_dict()["motor"]
-    stall, end = motor["stall_torque_n_m"], vehicle.no_load_rad_s
-    slope = stall / end if end else 0.0
-    wheel_stall = stall / float(masses.gear.mean())
-    speed = max(float(np.abs(np.nan_to_num(m.stretches.log.measured)).max()) for m in motions)
-    period = motions[0].period
-    ground = not all(motion.stretches.lifted for motion in motions)
-
-    def of(
-        name: str, unit: str, start: float, scale: float, most: float, rank: int = 0, least: float = 0.0
-    ) -> Parameter:
-        given = known.get(name)
-        if given is not None and not (isinstance(given, int | float) and least <= given <= most):
-            raise ConfigError(f"known: {name} = {given!r}, allowed: {least:.3g} to {most:.3g}", key=name)
-        value = start if given is None else float(given)
-        return Parameter(
-            name=name,
-            unit=unit,
-            start=value,
-            scale=scale,
-            lower=least,
-            upper=most,
-            rank=rank,
-            known=given is not None,
-            file=start,
-        )
-
-    mass, yaw, wheel = masses.mass, masses.yaw_inertia, masses.wheel_inertia
-    friction = 0.1 * wheel_stall
-    rolling = 9.81 * mass * float((masses.share * masses.radius).mean())
-    parameters = [
-        of("mass_kg", "kg", mass, mass, 20 * mass, 1, 0.05 * mass),
-        of("yaw_inertia_kg_m2", "kg.m2", yaw, yaw, 50 * yaw, 1, 0.02 * yaw),
-        of("wheel_inertia_kg_m2", "kg.m2", wheel, wheel, 50 * wheel, 3, 0.02 * wheel),
-        of("gear_friction_n_m", "N.m", motor["gear_friction_n_m"], friction, 10 * wheel_stall),
-        of("viscous_n_m_s_rad", "N.m.s/rad", motor["viscous_n_m_s_rad"], friction / speed, 10 * wheel_stall / speed, 2),
-        of("rolling_resistance", "", 0.0, friction / rolling, 1.0, 4),
-        of("delay_s", "s", 0.0, 0.01, 0.5, 0, -period),
-        of("lag_s", "s", 0.0, 0.02, 1.0, 1),
-    ]
-    if duty:
-        parameters += [
-            of("stall_torque_n_m", "N.m", stall, stall, 20 * stall, 5, 0.02 * stall),
-            of("slope_n_m_s_rad", "N.m.s/rad", slope, slope or friction / speed, 20 * (slope or stall / speed), 1),
-        ]
-    if unknown := sorted(set(known) - {p.name for p in parameters}):
-        hint = unknown_key(unknown[0], [p.name for p in parameters])
-        raise ConfigError(f"known: {unknown[0]}: {hint}", key=unknown[0])
-    in_air = any(motion.stretches.lifted for motion in motions)
-    if not in_air and not {"rolling_resistance", "gear_friction_n_m"} & set(known):
-        parameters = [
-            replace(p, apart_from="gear_friction_n_m") if p.name == "rolling_resistance" else p for p in parameters
-        ]
-    if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(known):
-        # A wheel that its motor's line brakes follows as a torque that lags does: which is which, nothing tells.
-        parameters = [replace(p, apart_from="wheel_inertia_kg_m2") if p.name == "lag_s" else p for p in parameters]
-    if not ground:
-        parameters = [
-            replace(p, known=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p
-            for p in parameters
-        ]
-    return parameters
-
-
-def _cannot_tell(residual: Callable[[Floats], Floats], parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
-    said = []
-    for k, others in found.together.items():
-        parameter = parameters[k]
-        with_others = f" apart from {', '.join(parameters[other].name for other in others)}" if others else ""
-        held = f"held at {parameter.start:.4g} {parameter.unit}".rstrip()
-        moved = shifts(residual, parameters, found, k, OFF)
-        if moved and parameter.start:
-            which = ", ".join(f"{name} by {100 * part:+.2g} %" for name, part in moved.items())
-            held += f", which the intervals assume to be exact: {100 * OFF:.0f} % more of it changes {which}"
-        said.append(f"this log cannot tell {parameter.name}{with_others}; {held}; {MANOEUVRES[parameter.name]}")
-    return tuple(said)
-
-
-def _too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, ...]:
-    """Report where the motion follows the motors within few periods of the log, so that counts hide it."""
-    for motion in motions:
-        constant_s = motion.time_constant_s(p)
-        if constant_s < FEW * motion.period:
-            what = (
-                "a wheel in the air follows its motor" if motion.stretches.lifted else "the vehicle follows its motors"
-            )
-            return (
-                f"results may be off by several of their intervals, delay_s, lag_s and inertias most: {what} within"
-                f" {constant_s:.2g} s, and the log has a row every {motion.period:.2g} s; log every"
-                f" {constant_s / FEW:.1g} s, or torques instead of duty cycles",
-            )
-    return ()
-
-
-def _built(vehicle: Vehicle, masses: Masses, p: Mapping[str, float], *, duty: bool) -> tuple[Vehicle, tuple[str, ...]]:
-    """The vehicle with these numbers, and the values that its file cannot hold."""
-    keys = vehicle.to_dict()
-    notes: list[str] = []
-    bodies = p["mass_kg"] - float(masses.wheel_mass.sum())
-    if bodies <= 0.0:
-        notes.append(f"the file's masses are kept: its wheels alone weigh more than the {p['mass_kg']:.4g} kg found")
-    else:
-        part = bodies / float(masses.body_mass.sum())
-        for body in keys["body"]:
-            body["mass_kg"] *= part
-        on_bodies = float(masses.body_mass @ (masses.body_places**2).sum(axis=1))
-        discs = masses.discs * p["wheel_inertia_kg_m2"] / masses.wheel_inertia
-        own = p["yaw_inertia_kg_m2"] - discs - (masses.away + (part - 1.0) * on_bodies)
-        if own <= 0.0:
-            notes.append(
-                "the file's boxes are kept: with these masses at their positions the yaw inertia is more than the"
-                f" {p['yaw_inertia_kg_m2']:.4g} kg.m2 found"
-            )
-        else:
-            stretch = float(np.sqrt(own / (masses.own * part)))
-            for body in keys["body"]:
-                x, y, z = body["box_m"]
-                body["box_m"] = [x * stretch, y * stretch, z]
-    for wheel in keys["wheel"]:
-        wheel["inertia_kg_m2"] *= p["wheel_inertia_kg_m2"] / masses.wheel_inertia
-    motor = keys["motor"]
-    rolling = p["rolling_resistance"] * p["mass_kg"] * 9.81 * float((masses.share * masses.radius).mean())
-    motor["gear_friction_n_m"] = p["gear_friction_n_m"] + rolling
-    motor["viscous_n_m_s_rad"] = p["viscous_n_m_s_rad"]
-    if duty:
-        motor["stall_torque_n_m"] = p["stall_torque_n_m"]
-        motor["slope_n_m_s_rad"] = p["slope_n_m_s_rad"]
-        motor["no_load_rpm"] = motor["no_load_rad_s"] = None
-    return Vehicle.from_dict(keys), tuple(notes)

@@ -1,12 +1,12 @@
 """Triangles of the shapes in a URDF, for simple players."""
 
 import math
-import re
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
+
+from omnistep._urdf_elements import numbers, parsed, sizes, turned
 
 _Floats = NDArray[np.float64]
 _Integers = NDArray[np.int64]
@@ -67,7 +67,7 @@ def of_urdf(text: str) -> Mesh:
     Raises:
         ValueError: the text is no URDF.
     """
-    links = [link.get("name", "") for link in _parsed(text).iter("link")]
+    links = [link.get("name", "") for link in parsed(text).iter("link")]
     found = shapes(text)
     parts = [(links.index(shape.link), *_triangles(shape)) for shape in found]
     offsets = np.cumsum([0, *(len(vertices) for _, vertices, _, _ in parts)])
@@ -95,7 +95,7 @@ def shapes(text: str) -> list[Shape]:
         ValueError: the text is no URDF.
     """
     found: list[Shape] = []
-    for link in _parsed(text).iter("link"):
+    for link in parsed(text).iter("link"):
         name = link.get("name", "")
         for visual in link.iter("visual"):
             try:
@@ -123,13 +123,13 @@ def axles(text: str) -> dict[str, _Floats]:
         ValueError: the text is no URDF.
     """
     found: dict[str, _Floats] = {}
-    for joint in _parsed(text).iter("joint"):
+    for joint in parsed(text).iter("joint"):
         if joint.get("type") != "continuous":
             continue
         child = joint.find("child")
         name = "" if child is None else child.get("link", "")
         try:
-            axis = _numbers(joint.find("axis"), "xyz", "1 0 0")
+            axis = numbers(joint.find("axis"), "xyz", "1 0 0")
         except ValueError as error:
             raise ValueError(f"not a URDF: the axis of {name!r} is not three numbers") from error
         if not np.any(axis):
@@ -138,27 +138,17 @@ def axles(text: str) -> dict[str, _Floats]:
     return found
 
 
-def _parsed(text: str) -> ElementTree.Element:
-    # Logs are files from elsewhere: nothing in them may name other files or grow when it is read.
-    if re.search(r"<!(DOCTYPE|ENTITY)", text):
-        raise ValueError("the URDF declares entities, allowed: plain elements")
-    try:
-        return ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ValueError(f"not a URDF: {error}") from error
-
-
 def _shape(link: str, visual: Any) -> list[Shape]:
     origin = visual.find("origin")
-    place = _numbers(origin, "xyz", "0 0 0")
-    turn = _turned(_numbers(origin, "rpy", "0 0 0"))
+    place = numbers(origin, "xyz", "0 0 0")
+    turn = turned(numbers(origin, "rpy", "0 0 0"))
     rgba = visual.find("material/color")
-    colour = np.round(255 * _numbers(rgba, "rgba", "0.6 0.6 0.6 1")[:3]).astype(np.int64)
+    colour = np.round(255 * numbers(rgba, "rgba", "0.6 0.6 0.6 1")[:3]).astype(np.int64)
     geometry = visual.find("geometry")
     if (box := geometry.find("box")) is not None:
-        return [Shape(link, "box", tuple(_sizes(box, "size", "1 1 1").tolist()), place, turn, colour)]
+        return [Shape(link, "box", tuple(sizes(box, "size", "1 1 1").tolist()), place, turn, colour)]
     if (cylinder := geometry.find("cylinder")) is not None:
-        size = (float(_sizes(cylinder, "radius", "1")[0]), float(_sizes(cylinder, "length", "1")[0]))
+        size = (float(sizes(cylinder, "radius", "1")[0]), float(sizes(cylinder, "length", "1")[0]))
         return [Shape(link, "cylinder", size, place, turn, colour)]
     return []  # this program writes no other shape
 
@@ -173,38 +163,6 @@ def _triangles(shape: Shape) -> tuple[_Floats, _Integers, _Integers]:
         shade = np.where(sector % 2 == 0, 1.0, _SPOKE)
         colours = np.round(shade[:, None] * shape.colour).astype(np.int64)
     return vertices @ shape.turn.T + shape.place_m, triangles, colours
-
-
-def _numbers(element: Any, name: str, default: str) -> _Floats:
-    """Return an attribute's numbers, as many as its default has; a ValueError where they are others or not finite."""
-    text = default if element is None else element.get(name, default)
-    try:
-        found = np.array([float(word) for word in text.split()])
-    except ValueError:
-        found = np.array([])
-    if found.shape != (len(default.split()),) or not np.isfinite(found).all():
-        raise ValueError(f"{name} = {text!r}")
-    return found
-
-
-def _sizes(element: Any, name: str, default: str) -> _Floats:
-    """Return an attribute's numbers, as :func:`_numbers`; a ValueError where one is not above 0."""
-    found = _numbers(element, name, default)
-    if not (found > 0.0).all():
-        raise ValueError(f"{name} = {element.get(name)!r}")
-    return found
-
-
-def _turned(rpy: _Floats) -> _Floats:
-    """Return the rotation about x, then y, then z, all fixed, as URDF has it."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def _box(size: _Floats) -> tuple[_Floats, _Integers]:

@@ -18,6 +18,7 @@ from omnistep._output_files import check_output
 from omnistep._recorded_command import AXES, MOST_COMMANDS, recorded_scenario
 from omnistep._resampling import Channel, channels
 from omnistep._tables import Floats
+from omnistep._wheel_logs import ZERO_DUTY_FACT
 from omnistep._wheel_odometry import reckoned
 from omnistep.errors import LogError
 from omnistep.runs import bar
@@ -195,6 +196,8 @@ def import_log(
         doubts = _doubtful(log_map, read, columns, signals)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
+    if "duty" in log_map.signals and (zero := log_map.signals["duty"].zero):
+        facts[ZERO_DUTY_FACT] = zero
     write_recording(path, scenario, columns, facts, log_map.text)
     return summary
 

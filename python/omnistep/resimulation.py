@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
+from omnistep._axes import figure, recorded_and_simulated
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
-from omnistep._output_files import check_output, replaced
+from omnistep._output_files import check_picture, replaced
 from omnistep._recorded_command import held
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
@@ -132,22 +133,15 @@ class Resimulation:
         Raises:
             ImportError: matplotlib is not installed: install the extra ``plot``.
         """
-        try:
-            from matplotlib.figure import Figure
-        except ImportError as error:
-            raise ImportError('plot needs matplotlib: install omnistep with its extra "plot"') from error
         names = self.recorded.wheel_names
         columns = 2
-        lines = math.ceil((len(names) + 4) / columns)
-        figure = Figure(figsize=(10.0, 1.9 * lines), layout="constrained")
-        axes = figure.subplots(lines, columns).ravel()
+        made, grid = figure(math.ceil((len(names) + 4) / columns), columns)
+        axes = grid.ravel()
         time_s = self.recorded["time_s"]
 
         def both(ax: Any, columns: tuple[Floats, Floats], number: int, label: str) -> None:
-            ax.plot(time_s, columns[0][:, number], color="0.6", lw=1.0, label="recorded")
-            ax.plot(time_s, columns[1][:, number], color="tab:blue", lw=1.0, label="simulated")
+            recorded_and_simulated(ax, time_s, *(each[:, number] for each in columns))
             ax.set_ylabel(label)
-            ax.grid(visible=True, alpha=0.3)
 
         for number, name in enumerate(names):
             both(axes[number], self._wheels, number, f"wheel {name} [rad/s]")
@@ -164,8 +158,8 @@ class Resimulation:
         path.grid(visible=True, alpha=0.3)
         for ax in axes[len(names) + 4 :]:
             ax.remove()
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
-        return figure
+        made.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+        return made
 
 
 def resimulate(
@@ -349,10 +343,8 @@ def write(
     progress: bool = True,
 ) -> None:
     """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
-    if out.suffix not in (".png", ".svg", ".pdf"):
-        raise ConfigError(f"{out}: {out.suffix!r}, allowed: .png, .svg or .pdf", key="out", file=str(out))
     inputs = [log] if scenario is None else [log, Path(scenario)]
-    check_output(out, inputs)
+    check_picture(out, inputs)
     again = resimulate(log, scenario, by=by, overrides=dict(_override(key) for key in keys), progress=progress)
     print(again)
     with replaced(out, inputs) as aside:

@@ -33,13 +33,24 @@ def wheel_runs() -> list[omnistep.WheelsTrace]:
     return [omnistep.wheels("synchronised"), omnistep.wheels("paper")]
 
 
-@pytest.fixture(scope="session")
-def recorded():
-    """The module beside this that makes a robot's log of a run."""
-    spec = importlib.util.spec_from_file_location("recorded", Path(__file__).with_name("recorded.py"))
+def beside(name):
+    """A module beside this."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def recorded():
+    """The module that makes a robot's log of a run."""
+    return beside("recorded")
+
+
+@pytest.fixture(scope="session")
+def robots():
+    """The module that has URDFs of robots."""
+    return beside("urdf_robots")
 
 
 @pytest.fixture(scope="session")

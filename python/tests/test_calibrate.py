@@ -97,7 +97,7 @@ def test_without_noise_the_wheels_are_found_exactly(name):
     real = built(drawn, rng)
     found = omnistep.calibrate(runs_of(real, rng, counts=0, noise=0.0), vehicle=drawn)
     for key, value in truth_of(drawn, real).items():
-        assert found[key].told, key
+        assert found[key].determined, key
         # Rounding, and where a search ends: millionths of a metre or radian.
         assert found[key].value == pytest.approx(value, abs=2e-6), key
     # What the file then says turns the wheels as the real vehicle's do.
@@ -115,7 +115,7 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds():
         found = omnistep.calibrate(runs_of(real, rng), vehicle=drawn)
         truth = truth_of(drawn, real)
         for each in found.estimates:
-            covered.setdefault(each.name, []).append(each.told and each.low <= truth[each.name] <= each.high)
+            covered.setdefault(each.name, []).append(each.determined and each.low <= truth[each.name] <= each.high)
     shares = {name: np.mean(each) for name, each in covered.items()}
     assert len(shares) == 9
     assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
@@ -137,13 +137,13 @@ def test_a_radius_that_all_wheels_share_is_found_with_coarse_counts_too(counts, 
     found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=tape_m, yaw_sd_rad=turn_rad)
     # Four lines of 1.5 m, each to 10 mm: 0.3 % of their common length; three times that.
     assert found["all.radius"].value == pytest.approx(1.073, rel=0.01)
-    assert found["all.radius"].told and found["all.lever"].told
+    assert found["all.radius"].determined and found["all.lever"].determined
     assert "these runs tell one radius for all wheels, the lever" in found.cannot_tell[0]
     for name in drawn.wheel_names:
         each = found[f"{name}.radius_m"]
         assert each.value == pytest.approx(1.073 * 0.076, rel=0.02), each
         # Nothing pretends to know a single wheel better than the ends tell all of them.
-        assert not each.told or each.high - each.low > 0.5 * 0.076 * (
+        assert not each.determined or each.high - each.low > 0.5 * 0.076 * (
             found["all.radius"].high - found["all.radius"].low
         )
 
@@ -166,27 +166,27 @@ def test_what_all_wheels_have_in_common_is_told_apart(name):
         found = omnistep.calibrate(runs_of(real, np.random.default_rng(3)), vehicle=drawn)
         for each, value in zip(found.common, expected, strict=True):
             # Eight turns of 2 pi and twelve rad to 4 mrad and 2 mm: a part in 1500 each, and three times that.
-            assert each.told and each.value == pytest.approx(value, abs=2e-3), each
+            assert each.determined and each.value == pytest.approx(value, abs=2e-3), each
     # Straight lines to a tape tell no lever, whatever wheels say of each other.
     rng, runs = np.random.default_rng(0), []
     for parts in [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]:
         log, (x, y, _) = drive(moved(lever=1.04), parts, rng)
         runs.append(omnistep.CalibrationRun(log=log, distance_m=float(np.hypot(x, y))))
     found = omnistep.calibrate(runs, vehicle=drawn)
-    assert found["all.radius"].told and not found["all.lever"].told and not found["all.turn_rad"].told
+    assert found["all.radius"].determined and not found["all.lever"].determined and not found["all.turn_rad"].determined
 
 
 @pytest.mark.parametrize("name", ["omni3", "mecanum4", "chugo7"])
 def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
     drawn, rng = omnistep.Vehicle(name), np.random.default_rng(4)
     runs = runs_of(built(drawn, rng), rng)
-    assert all(each.told for each in omnistep.calibrate(runs, vehicle=drawn).common)
+    assert all(each.determined for each in omnistep.calibrate(runs, vehicle=drawn).common)
     wrong = runs[5]
     runs[5] = omnistep.CalibrationRun(
         log=wrong.log, end_x_m=wrong.end_x_m + 0.05, end_y_m=wrong.end_y_m, end_yaw_rad=wrong.end_yaw_rad
     )
     found = omnistep.calibrate(runs, vehicle=drawn)
-    assert not any(each.told for each in (*found.common, *found.estimates))
+    assert not any(each.determined for each in (*found.common, *found.estimates))
     assert any("run[5] does not fit the others" in line for line in found.cannot_tell), found.cannot_tell
 
 
@@ -216,7 +216,7 @@ def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
         runs = runs_of(real, rng, counts=210, slip=0.01)
         found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.01, yaw_sd_rad=0.02)
         truth = truth_of(drawn, real)
-        covered += [each.low <= truth[each.name] <= each.high for each in found.estimates if each.told]
+        covered += [each.low <= truth[each.name] <= each.high for each in found.estimates if each.determined]
     # Of 288 numbers that all but a few are told; 12 of a run go together, so 24 runs leave 4 %.
     assert len(covered) > 150 and 0.88 <= np.mean(covered) <= 1.0, (len(covered), np.mean(covered))
 
@@ -225,12 +225,12 @@ def test_ends_that_refute_what_was_stated_have_no_interval():
     drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(2)
     runs = runs_of(built(drawn, rng), rng, noise=20.0)  # 4 cm where 2 mm are stated
     found = omnistep.calibrate(runs, vehicle=drawn)
-    assert not any(each.told for each in (*found.common, *found.estimates))
+    assert not any(each.determined for each in (*found.common, *found.estimates))
     (line,) = [line for line in found.cannot_tell if line.startswith("no interval is given")]
     assert "the ends are 0.0" in line and "where position_sd_m = 0.002" in line
     # Stated as it is, there is one.
     honest = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.04, yaw_sd_rad=0.08)
-    assert honest["all.radius"].told and honest["all.radius"].low < 1.0 + 0.01 < honest["all.radius"].high + 0.02
+    assert honest["all.radius"].determined and honest["all.radius"].low < 1.0 + 0.01 < honest["all.radius"].high + 0.02
 
 
 def test_the_estimate_is_where_scipy_ends_with_odometry_of_its_own():
@@ -288,7 +288,7 @@ def test_a_gyro_and_a_tape_tell_radii_and_levers_but_not_where_ahead_is():
         distance = float(np.hypot(x, y))
         runs.append(omnistep.CalibrationRun(log=log, distance_m=distance if distance > 0.5 else None, gyro=True))
     found = omnistep.calibrate(runs, vehicle=drawn)
-    held = [each.name for each in found.estimates if not each.told]
+    held = [each.name for each in found.estimates if not each.determined]
     # Turned as a whole, the vehicle drives the same distances: one direction stays as drawn, no more.
     assert len(held) >= 1 and all(name.endswith("turn_rad") or name.endswith("shift_m") for name in held)
     assert any(held[0] in line and "drive" in line for line in found.cannot_tell)
@@ -391,7 +391,7 @@ def test_lines_alone_tell_radii_and_the_rest_is_named():
         log, (x, y, yaw) = drive(drawn, parts, rng)
         runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
     found = omnistep.calibrate(runs, vehicle=drawn)
-    held = {each.name for each in found.estimates if not each.told}
+    held = {each.name for each in found.estimates if not each.determined}
     # Without a turn no lever is told against radii, and no interval is given for it.
     assert any(name.endswith("shift_m") for name in held)
     assert any("turns on the spot" in line for line in found.cannot_tell)

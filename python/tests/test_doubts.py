@@ -5,7 +5,9 @@ import pytest
 
 import omnistep
 from omnistep import _plausibility
-from omnistep._motion_model import Masses, Motion, cut
+from omnistep._motion_model import Motion
+from omnistep._stretches import cut
+from omnistep._vehicle_masses import Masses
 from omnistep._wheel_logs import read
 
 MAP = (

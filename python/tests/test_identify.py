@@ -12,7 +12,9 @@ from scipy.optimize import least_squares
 import omnistep
 from omnistep._margins import margins
 from omnistep._measurement_noise import likely
-from omnistep._motion_model import Masses, Motion, cut
+from omnistep._motion_model import Motion
+from omnistep._stretches import cut
+from omnistep._vehicle_masses import Masses
 from omnistep._wheel_logs import read
 
 SPEC = importlib.util.spec_from_file_location("wheel_plant", Path(__file__).with_name("wheel_plant.py"))
@@ -55,7 +57,7 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds(mecanum):
     for log in logs:
         found = omnistep.identify(log, vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
         for each in found.estimates:
-            if each.told:
+            if each.determined:
                 covered.setdefault(each.name, []).append(each.low <= truth[each.name] <= each.high)
     assert sorted(covered) == sorted(set(truth) - {"wheel_inertia_kg_m2"})
     shares = {name: np.mean(each) for name, each in covered.items()}
@@ -76,7 +78,7 @@ def test_the_estimate_is_where_scipy_ends_with_the_same_residuals(mecanum, noisy
     found = omnistep.identify(data, vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
     log, masses = read(data, vehicle), Masses(vehicle)
     motion = Motion(cut(log, masses, log.torques, lifted=False), masses, log.torques, 1.0)
-    names = [each.name for each in found.estimates if each.told]
+    names = [each.name for each in found.estimates if each.determined]
     assert len(names) == 6
     scale = np.array([truth[name] for name in names])
     held = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"], "rolling_resistance": 0.0}
@@ -104,7 +106,7 @@ def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
     (ground,) = plant.logs(vehicle, truth, [2], counts=4096, **DRIVES["mecanum4"])
     # Up to 9.2 s it does not turn: going round a bend takes the mass alone, and would tell it.
     alone = omnistep.identify({key: column[:920] for key, column in ground.items()}, vehicle=vehicle)
-    assert not alone["rolling_resistance"].told and not alone["wheel_inertia_kg_m2"].told
+    assert not alone["rolling_resistance"].determined and not alone["wheel_inertia_kg_m2"].determined
     assert any(
         "lifted" in line and "rolling_resistance apart from gear_friction_n_m" in line for line in alone.cannot_tell
     )
@@ -118,7 +120,7 @@ def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
         ("rolling_resistance", rolling, 0.04),
         ("mass_kg", truth["mass_kg"], 0.01),
     ]:
-        assert both[name].told
+        assert both[name].determined
         assert both[name].value == pytest.approx(value, rel=within), name
     # A file has no rolling resistance: its gears take both.
     assert both.vehicle["motor.gear_friction_n_m"] == pytest.approx(0.10, rel=0.02)
@@ -142,7 +144,7 @@ def test_duty_cycles_tell_the_motors_line_where_the_mass_is_known(mecanum):
     with pytest.raises(omnistep.ConfigError, match=r"_duty reaches \d+\.?\d*, allowed: -1 to 1"):
         omnistep.identify(percent, vehicle=vehicle, known=known)
     without = omnistep.identify(log, vehicle=vehicle)
-    assert not without["stall_torque_n_m"].told
+    assert not without["stall_torque_n_m"].determined
     assert any("stall_torque_n_m apart from" in line and "known mass_kg" in line for line in without.cannot_tell)
 
 
@@ -283,7 +285,7 @@ def test_gaps_are_left_out(mecanum):
     without_torques = omnistep.identify(unknown, vehicle=vehicle, known=known)
     whole = omnistep.identify(logs[5], vehicle=vehicle, known=known)
     for each in whole.estimates:
-        if each.told:
+        if each.determined:
             # Of a part of the data: within the whole log's interval and a half.
             halves = 0.5 * (each.high - each.low)
             assert without_torques[each.name].value == pytest.approx(each.value, abs=1.5 * halves), each.name
@@ -308,7 +310,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
 
     (tmp_path / "drawn.toml").write_text(vehicle.to_toml())
     asked = ["identify", "drive.csv", "--vehicle", "drawn.toml", "--known", "wheel_inertia_kg_m2=0.0035"]
-    code, said, wrong = command(*asked, "-o", "found.toml")
+    code, said, wrong = command(*asked, "--quiet", "-o", "found.toml")
     assert (code, wrong) == (0, "")
     assert "this log cannot tell rolling_resistance apart from gear_friction_n_m" in said
     assert "phase margin" in said

@@ -120,7 +120,10 @@ impl Error {
         match self {
             Self::Key { file, key, message } => Self::Key {
                 file,
-                key: format!("{table}.{key}"),
+                key: match key.as_str() {
+                    "top level" => table.to_owned(),
+                    key => format!("{table}.{key}"),
+                },
                 message,
             },
             other => other,

@@ -288,7 +288,15 @@ pub(crate) fn read<T: DeserializeOwned + Validate<Context = ()>>(
     table: Table,
 ) -> Result<T, Error> {
     check_version(source, &table)?;
-    let value: T = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
+    checked(source, Value::Table(table))
+}
+
+/// The same of a table inside, or of another value.
+pub(crate) fn checked<T: DeserializeOwned + Validate<Context = ()>>(
+    source: &Source,
+    value: Value,
+) -> Result<T, Error> {
+    let value: T = serde_path_to_error::deserialize(value).map_err(|error| {
         let path = error.path().to_string();
         let message = with_nearest_inside(one_line(error.inner().message()));
         let inside = message

@@ -10,7 +10,8 @@ const MOST_PARTS: usize = 16;
 const MOST_CHARACTERS: usize = 200;
 
 /// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
-/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0).
+/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0). An
+/// element may be named, as in `vehicle.body.platform.mass_kg`; `vehicle.wheel.*.radius_m` means every wheel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
     key: String,
@@ -92,32 +93,68 @@ impl Override {
 
     /// Puts the value in its place. An unknown key is put there too: reading the table then names it.
     pub(crate) fn apply(&self, source: &Source, table: &mut Table) -> Result<(), Error> {
-        let (parents, last) = self
-            .key
-            .rsplit_once('.')
-            .map_or((None, self.key.as_str()), |(p, l)| (Some(p), l));
         let refuse = |reason: String| source.refuse(self.key.clone(), reason);
         if let Some(reason) = too_long(&self.key) {
             return Err(refuse(reason));
         }
-        let mut here: Option<&mut Value> = None;
-        for part in parents.into_iter().flat_map(|p| p.split('.')) {
-            here = Some(match here {
-                None => table.entry(part).or_insert_with(|| Value::Table(Table::new())),
-                Some(value) => child(value, part).map_err(refuse)?,
-            });
-        }
-        match here {
-            None => {
-                table.insert(last.into(), self.value.clone());
-            }
-            Some(Value::Table(inner)) => {
-                inner.insert(last.into(), self.value.clone());
-            }
-            Some(value) => *child(value, last).map_err(refuse)? = self.value.clone(),
-        }
-        Ok(())
+        let parts: Vec<&str> = self.key.split('.').collect();
+        put_in(table, &parts, &self.value).map_err(refuse)
     }
+}
+
+/// Puts a value where the parts of a key lead from a table.
+fn put_in(table: &mut Table, parts: &[&str], new: &Value) -> Result<(), String> {
+    let Some((part, rest)) = parts.split_first() else {
+        return Ok(()); // no key is empty
+    };
+    let inner = table.entry(*part).or_insert_with(|| Value::Table(Table::new()));
+    put(inner, rest, new)
+}
+
+/// The same from any value: elements of lists are meant by number, by name, or all of them.
+fn put(here: &mut Value, parts: &[&str], new: &Value) -> Result<(), String> {
+    let Some((part, rest)) = parts.split_first() else {
+        *here = new.clone();
+        return Ok(());
+    };
+    match here {
+        Value::Table(table) => put_in(table, parts, new),
+        Value::Array(items) => elements(items, part)?
+            .into_iter()
+            .try_for_each(|i| put(&mut items[i], rest, new)),
+        _ => Err(format!(
+            "{part:?} is below a plain value, allowed: a key of a table"
+        )),
+    }
+}
+
+/// Which elements of a list a part of a key means.
+fn elements(items: &[Value], part: &str) -> Result<Vec<usize>, String> {
+    if part == "*" && !items.is_empty() {
+        return Ok((0..items.len()).collect());
+    }
+    // A name that is a number would be mistaken for an element's.
+    let is_name = |name: &&str| name.parse::<usize>().is_err();
+    let name = |item: &Value| Some(item.get("name")?.as_str()?.to_owned());
+    let names: Vec<_> = items.iter().map(name).collect();
+    let index = match part.parse::<usize>() {
+        Ok(index) => Some(index).filter(|index| *index < items.len()),
+        Err(_) => names.iter().position(|name| name.as_deref() == Some(part)),
+    };
+    index.map(|index| vec![index]).ok_or_else(|| {
+        let last = items.len().saturating_sub(1);
+        let named: Vec<_> = names
+            .iter()
+            .flatten()
+            .map(String::as_str)
+            .filter(is_name)
+            .collect();
+        let or_name = match named.as_slice() {
+            [] => String::new(),
+            named => format!(", or a name: {}", named.join(", ")),
+        };
+        format!("element {part:?}, allowed: * for all, 0 to {last}{or_name}")
+    })
 }
 
 impl std::fmt::Display for Override {
@@ -126,23 +163,6 @@ impl std::fmt::Display for Override {
             Value::String(text) => write!(f, "{}={text}", self.key),
             value => write!(f, "{}={value}", self.key),
         }
-    }
-}
-
-fn child<'a>(value: &'a mut Value, part: &str) -> Result<&'a mut Value, String> {
-    match value {
-        Value::Table(table) => Ok(table.entry(part).or_insert_with(|| Value::Table(Table::new()))),
-        Value::Array(items) => {
-            let length = items.len();
-            let index = part.parse::<usize>().ok().filter(|i| *i < length);
-            index.and_then(|i| items.get_mut(i)).ok_or_else(|| {
-                let last = length.saturating_sub(1);
-                format!("element {part:?}, allowed: the number of one of the elements, 0 to {last}")
-            })
-        }
-        _ => Err(format!(
-            "{part:?} is below a plain value, allowed: a key of a table"
-        )),
     }
 }
 
@@ -196,6 +216,44 @@ mod tests {
                 assert!(said.len() <= 400 && said.lines().count() == 1, "{said}");
             }
         }
+    }
+
+    #[test]
+    fn elements_are_named_or_numbered_or_all() {
+        let loaded = |name: &str, keys: &[&str]| {
+            let keys: Vec<_> = keys
+                .iter()
+                .map(|key| Override::parse(key).expect("a key"))
+                .collect();
+            Scenario::load("step", &[&[Override::new("vehicle", name)], &keys[..]].concat())
+        };
+        let keys = [
+            "vehicle.wheel.*.radius_m=0.06",
+            "vehicle.wheel.rear_left.radius_m=0.07",
+            "vehicle.body.0.mass_kg=9",
+        ];
+        let scenario = loaded("mecanum4", &keys).expect("whole");
+        let vehicle = scenario.vehicle();
+        let radii: Vec<_> = vehicle.wheel.iter().map(|wheel| wheel.radius_m).collect();
+        assert_eq!(
+            (radii, vehicle.body[0].mass_kg),
+            (vec![0.06, 0.06, 0.07, 0.06], 9.0)
+        );
+        // Wheels that are named by numbers are counted: 1 is the second.
+        let counted = loaded("chugo7", &["vehicle.wheel.1.mass_kg=2"]).expect("whole");
+        assert_eq!(
+            counted
+                .vehicle()
+                .wheel
+                .iter()
+                .position(|wheel| wheel.mass_kg == 2.0),
+            Some(1)
+        );
+        let message = loaded("mecanum4", &["vehicle.wheel.front.radius_m=1"])
+            .expect_err("wrong")
+            .to_string();
+        let said = "element \"front\", allowed: * for all, 0 to 3, or a name: front_left, front_right";
+        assert!(message.contains(said), "{message}");
     }
 
     #[test]

@@ -52,6 +52,8 @@ pub(crate) const STIFFNESS_N_M_RAD: Range = range(1e-3, 1e9);
 pub(crate) const RATIO: Range = range(-1e3, 1e3);
 /// Stops of a hinge: short of a whole turn to either side, where the angle would jump.
 pub(crate) const STOP_RAD: Range = range(0.0, 3.0);
+/// Once around either way.
+pub(crate) const HEADING_DEG: Range = range(-360.0, 360.0);
 /// Past 1.5 a wheel pushes hardly anything.
 pub(crate) const ROLLER_ANGLE_RAD: Range = range(-1.5, 1.5);
 /// Limits of speeds.

@@ -281,6 +281,7 @@ impl Scenario {
         Command::complete(&mut table);
         let whole = || Self::load("step", &[]).ok()?.to_toml().ok()?.parse().ok();
         let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;
+        scenario.vehicle.assumed = vehicle.assumed;
         scenario.check(source)?;
         scenario.check_couplings(source)?;
         scenario.check_rollers(source)?;
@@ -432,7 +433,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Where every wheel shall have rollers, every wheel has some.
+    /// Where every wheel shall have rollers, every wheel has some that fit.
     fn check_rollers(&self, source: &Source) -> Result<(), Error> {
         let missing = |i: &usize| self.rollers(*i).is_none();
         let wheels = 0..self.vehicle.wheel.len();
@@ -440,7 +441,7 @@ impl Scenario {
         let rolling = everywhere || !wheels.clone().all(|i| missing(&i));
         if everywhere && let Some(i) = wheels.clone().find(missing) {
             let message = format!(
-                "\"rollers\", allowed: \"contact\" or \"ball\" with {}, whose file has neither [rollers] nor rollers of wheel[{i}]",
+                "\"rollers\", allowed: \"contact\" or \"ball\" with {}, until [rollers] fit wheel[{i}]",
                 self.vehicle.name
             );
             return Err(source.refuse("physics.wheel_model", message));

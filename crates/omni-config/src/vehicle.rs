@@ -1,8 +1,10 @@
 //! A vehicle: bodies, passive hinges, couplings, wheels, motors, gains.
 
+pub(crate) mod completion;
 mod coupling;
 mod motor;
 mod shape;
+mod short_forms;
 mod validation;
 
 use garde::Validate;
@@ -32,7 +34,7 @@ pub use motor::Motor;
 /// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from the ground. The commanded
 /// twist is that of the frame's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = completion::schema::vehicle))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Vehicle {
@@ -78,11 +80,15 @@ pub struct Vehicle {
     #[serde(default)]
     #[garde(dive)]
     pub limits: Option<Limits>,
+    /// What was assumed of what the file leaves out.
+    #[serde(skip)]
+    #[garde(skip)]
+    pub(crate) assumed: Vec<String>,
 }
 
 /// A rigid body without its wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = completion::schema::body))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Body {
@@ -94,7 +100,7 @@ pub struct Body {
     #[garde(custom(within(MASS_KG)))]
     #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
     pub mass_kg: f64,
-    /// Centre of mass \[m\], each within 100.
+    /// Centre of mass \[m\], each within 100. Left out: half way up the box, in the middle of the wheels that the body carries.
     #[garde(custom(within(PLACE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub com_m: [f64; 3],
@@ -106,7 +112,7 @@ pub struct Body {
 
 /// A passive hinge between two bodies: no motor, no sensor in the controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = completion::schema::hinge))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Hinge {
@@ -134,7 +140,7 @@ pub struct Hinge {
     #[garde(custom(within(STOP_RAD)))]
     #[cfg_attr(feature = "schema", schemars(range(min = STOP_RAD.min, max = STOP_RAD.max)))]
     pub limit_rad: f64,
-    /// Viscous damping \[N.m.s/rad\], 0 to 1e6.
+    /// Viscous damping \[N.m.s/rad\], 0 to 1e6. Left out: what stops the child in 0.2 s.
     #[garde(custom(within(DAMPING_N_M_S_RAD)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
     pub damping_n_m_s_rad: f64,
@@ -269,10 +275,26 @@ impl Vehicle {
         for each in overrides {
             each.apply(source, &mut table)?;
         }
+        let assumed = completion::complete(source, &mut table)?;
         let whole = || Source::vehicle("chugo7", None).ok()?.table().ok();
         let vehicle: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         vehicle.check(source)?;
-        Ok(vehicle)
+        Ok(Self { assumed, ..vehicle })
+    }
+
+    /// What was assumed of what the file leaves out, in words: inertias of wheels, centres of mass, damping of hinges.
+    ///
+    /// ```
+    /// use omni_config::{FileKind, Source, Vehicle};
+    /// let text = FileKind::Vehicle.template("omni3")?.replace("inertia_kg_m2 = 0.0007", "");
+    /// let vehicle = Vehicle::from_source(&Source::text("mine.toml", &*text), &[])?;
+    /// assert_eq!(vehicle.wheel[0].inertia_kg_m2, 0.4 * 0.05 * 0.05 / 2.0); // a solid wheel
+    /// assert!(vehicle.assumptions()[0].starts_with("3 wheels without inertia_kg_m2: up to 0.0005 kg.m2"));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn assumptions(&self) -> &[String] {
+        &self.assumed
     }
 
     /// Rows of wheels that meet an obstacle ahead together, front row first: wheels whose x differs by less than 2 cm from the
@@ -331,8 +353,8 @@ impl Vehicle {
         }))
     }
 
-    /// The rollers of the wheel with that index, from 0, under a wheel model; none where it is a ball, or the file has no
-    /// rollers for it.
+    /// The rollers of the wheel with that index, from 0, under a wheel model; none where it is a ball. Those of a file that has none
+    /// are nine, or twice nine on an omni wheel, of a fifth of the wheel's radius.
     ///
     /// ```
     /// use omni_config::{Vehicle, WheelModel};
@@ -348,7 +370,13 @@ impl Vehicle {
         match model {
             WheelModel::Ball => None,
             WheelModel::Contact if !own => None,
-            _ => self.rollers_of(index)?.ok(),
+            _ => match self.rollers_of(index) {
+                Some(given) => given.ok(),
+                None => {
+                    let wheel = self.wheel.get(index)?;
+                    Rollers::usual(wheel).on(wheel).ok()
+                }
+            },
         }
     }
 

@@ -45,7 +45,7 @@ deserialize_by_kind!(WheelContact, ContactByKind);
 
 /// A driven wheel with free rollers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = crate::vehicle::completion::schema::wheel))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelSpec {
@@ -84,7 +84,8 @@ pub struct WheelSpec {
     #[garde(custom(within(MASS_KG)))]
     #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
     pub mass_kg: f64,
-    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6.
+    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: that of a solid wheel, and of the motor's
+    /// rotor where its inertia is given.
     #[garde(custom(within(INERTIA_KG_M2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
     pub inertia_kg_m2: f64,
@@ -105,7 +106,7 @@ pub struct WheelSpec {
     #[garde(custom(within(PRELOAD_N)))]
     #[cfg_attr(feature = "schema", schemars(range(min = PRELOAD_N.min, max = PRELOAD_N.max)))]
     pub preload_n: f64,
-    /// What touches the ground.
+    /// What touches the ground; a ball if left out.
     #[garde(dive)]
     pub contact: WheelContact,
 }

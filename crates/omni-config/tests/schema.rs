@@ -95,6 +95,18 @@ fn places(kind: FileKind) -> Vec<Place> {
 /// A command that has waypoints instead of a twist.
 const A_PATH: &str = "command={ path = [{ x_m = 1.0, y_m = 0.0 }] }";
 
+/// Wheels in short.
+const FORMS: [(&str, &str); 2] = [
+    (
+        "mecanum4",
+        "mecanum4={ wheelbase_m = 0.3, track_m = 0.3, radius_m = 0.05, wheel_mass_kg = 0.4 }",
+    ),
+    (
+        "omni3",
+        "omni3={ lever_m = 0.2, radius_m = 0.05, wheel_mass_kg = 0.4 }",
+    ),
+];
+
 fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
     if let Some(name) = place.schema["$ref"]
         .as_str()
@@ -113,7 +125,10 @@ fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
     };
     if let Some(properties) = place.schema["properties"].as_object() {
         for (key, schema) in properties {
-            visit(root, inside(key, schema, &place.before), found);
+            let form = FORMS.iter().filter(|(form, _)| form == key);
+            let form = form.map(|(_, whole)| Override::parse(whole).expect("KEY=VALUE"));
+            let before: Vec<_> = place.before.iter().cloned().chain(form).collect();
+            visit(root, inside(key, schema, &before), found);
         }
     }
     if place.schema["items"].is_object() {

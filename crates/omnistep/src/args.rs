@@ -26,7 +26,7 @@ pub(crate) struct Cli {
 /// Below the list of commands: those to begin with.
 const BEGIN: &str = "Start here:
   omnistep compare step                       six control policies over a step, one table
-  omnistep run flat --set vehicle=mecanum4    another vehicle; omnistep list names all
+  omnistep run flat --vehicle mecanum4        another vehicle; omnistep list names all
   omnistep new vehicle my_robot               a file to describe your own vehicle in
   omnistep compare --help                     the options of a command";
 
@@ -86,6 +86,9 @@ pub(crate) enum Command {
         /// A built-in scenario or a .toml file: its vehicle, policy and control period.
         #[arg(default_value = "step")]
         scenario: String,
+        /// A vehicle instead of the scenario's: a built-in one or a .toml file; short for --set vehicle=VEHICLE.
+        #[arg(long)]
+        vehicle: Option<String>,
         /// Replaces a key, such as control.policy=paper or vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
@@ -293,6 +296,9 @@ pub(crate) struct RunArgs {
     /// A built-in scenario or a .toml file.
     #[arg(default_value = "step")]
     pub(crate) scenario: String,
+    /// A vehicle instead of the scenario's: a built-in one or a .toml file; short for --set vehicle=VEHICLE.
+    #[arg(long)]
+    pub(crate) vehicle: Option<String>,
     /// Replaces a key of the scenario or, with "vehicle." in front, of its vehicle, such as terrain.friction=0.5
     /// or vehicle.motor.stall_torque_n_m=1; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -411,7 +417,7 @@ pub(crate) struct PythonArgs {
 
 impl RunArgs {
     pub(crate) fn overrides(&self) -> Result<Vec<Override>, Error> {
-        let mut all = parse_overrides(&self.overrides)?;
+        let mut all = with_vehicle(self.vehicle.as_deref(), &self.overrides)?;
         if let Some(seed) = &self.seed {
             const ALLOWED: &str = "a whole number, 0 to 9223372036854775807";
             all.push(Override::new(
@@ -439,6 +445,16 @@ pub(crate) fn whole(
         value: text.into(),
         allowed,
     })
+}
+
+/// The same with another vehicle.
+pub(crate) fn with_vehicle(vehicle: Option<&str>, texts: &[String]) -> Result<Vec<Override>, Error> {
+    let mut all: Vec<_> = vehicle
+        .map(|name| Override::new("vehicle", name))
+        .into_iter()
+        .collect();
+    all.extend(parse_overrides(texts)?);
+    Ok(all)
 }
 
 pub(crate) fn parse_overrides(texts: &[String]) -> Result<Vec<Override>, Error> {

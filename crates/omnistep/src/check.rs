@@ -5,7 +5,7 @@ use std::io::Write;
 use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelSpec};
 
 use crate::Error;
-use crate::notices::{announce_gains, beyond_balls, doubts_of};
+use crate::notices::{announce_assumed, beyond_balls, doubts_of};
 use crate::output::{print, warn};
 
 /// Control period and gravity that a vehicle's facts are for, where no scenario gives them: the built-in scenarios'.
@@ -35,7 +35,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
                 Some(_) => None,
                 None => Some(vehicle.derived_gains(PERIOD_S)?),
             };
-            announce_gains(&vehicle.name, PERIOD_S, derived.as_ref());
+            announce_assumed(&vehicle, PERIOD_S, derived.as_ref());
             told.warn(vehicle.doubts(PERIOD_S)?);
             told.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
@@ -48,7 +48,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
         }
         File::Scenario(scenario) => {
             let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
-            announce_gains(&vehicle.name, scenario.period_s(), derived);
+            announce_assumed(vehicle, scenario.period_s(), derived);
             let gravity = scenario.physics.gravity_m_s2;
             told.warn(vehicle.doubts(scenario.period_s())?);
             told.warn(vehicle.falls(gravity));

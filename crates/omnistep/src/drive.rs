@@ -11,7 +11,7 @@ use omni_log::{Live, Opened, Pilot, Until, driving_pace, run_live};
 use omni_sim::Simulation;
 
 use crate::Error;
-use crate::args::{DriveArgs, parse_overrides};
+use crate::args::{DriveArgs, with_vehicle};
 use crate::compare::{headline_told, policy_key};
 use crate::live::{explain, page_of, show};
 use crate::notices::announce_vehicle;
@@ -33,7 +33,7 @@ const BLEED_S: f64 = 1.5;
 
 /// Runs until it is ended, driven by keys and from the page, and prints its table.
 pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
-    let mut overrides = parse_overrides(&args.overrides)?;
+    let mut overrides = with_vehicle(args.vehicle.as_deref(), &args.overrides)?;
     if let Some(policy) = &args.policy {
         overrides.push(policy_key(policy)?);
     }

@@ -41,10 +41,10 @@ mod wheels;
 use std::ffi::OsString;
 use std::io::Write;
 
-use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, parse_overrides};
+use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, with_vehicle};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
-use notices::announce_gains;
+use notices::announce_assumed;
 use omni_config::{Engine, Language, Scenario};
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error, warn};
@@ -128,6 +128,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Study(args) => run_study(&args, out),
         Command::Constants {
             scenario,
+            vehicle,
             overrides,
             language,
         } => {
@@ -135,13 +136,9 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 ConstantsLanguage::Rust => Language::Rust,
                 ConstantsLanguage::C => Language::C,
             };
-            let scenario = Scenario::load(&scenario, &parse_overrides(&overrides)?)
+            let scenario = Scenario::load(&scenario, &with_vehicle(vehicle.as_deref(), &overrides)?)
                 .map_err(|error| error.to_command("constants"))?;
-            announce_gains(
-                &scenario.vehicle().name,
-                scenario.period_s(),
-                scenario.derived_gains(),
-            );
+            announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
             if let Some(text) = scenario.unseen_encoders() {
                 warn(&format!("{}: {text}", scenario.name));
             }

@@ -1,6 +1,6 @@
 //! What is said of a scenario before it is run: gains that were derived, and all that is doubtful.
 
-use omni_config::{DerivedGains, Scenario, WheelModel};
+use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 
 use crate::output::{say, warn};
 
@@ -48,21 +48,27 @@ pub(crate) fn announce(scenario: &Scenario) {
 
 /// What of that is about the vehicle, whatever it is told to do.
 pub(crate) fn announce_vehicle(scenario: &Scenario) {
-    announce_gains(
-        &scenario.vehicle().name,
-        scenario.period_s(),
-        scenario.derived_gains(),
-    );
+    announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
+    if scenario.physics.wheel_model == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
+        say(&format!(
+            "{}: no [rollers]; nine a row, of a fifth of the wheel's radius",
+            scenario.vehicle().name
+        ));
+    }
     announce_beyond_balls(scenario);
 }
 
-/// Says on standard error which gains a vehicle got whose file gives none.
-pub(crate) fn announce_gains(vehicle: &str, period_s: f64, derived: Option<&DerivedGains>) {
+/// Says on standard error what a vehicle got whose file leaves something out: gains, and what else was assumed.
+pub(crate) fn announce_assumed(vehicle: &Vehicle, period_s: f64, derived: Option<&DerivedGains>) {
+    let name = &vehicle.name;
     if let Some(derived) = derived {
         let period_ms = 1e3 * period_s;
         say(&format!(
-            "{vehicle}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
+            "{name}: no [gains]; derived for a control period of {period_ms} ms: {derived}"
         ));
+    }
+    for assumption in vehicle.assumptions() {
+        say(&format!("{name}: {assumption}"));
     }
 }
 

@@ -19,10 +19,11 @@ const LINE: [&str; 3] = ["slope_n_m_s_rad", "no_load_rpm", "no_load_rad_s"];
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(extend("oneOf" = LINE.map(|key| serde_json::json!({ "required": [key] })))))]
+#[cfg_attr(feature = "schema", schemars(transform = super::completion::schema::motor))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Motor {
-    /// Torque at rest \[N.m\], 1e-6 to 1e6.
+    /// Torque at rest \[N.m\], 1e-6 to 1e6; or in kg.cm or oz.in, under `stall_torque_kg_cm` or `stall_torque_oz_in`.
     #[garde(custom(within(STALL_TORQUE_N_M)))]
     #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
     pub stall_torque_n_m: f64,

@@ -7,6 +7,9 @@ pub(crate) struct DriveArgs {
     /// A built-in vehicle or scenario, or a .toml file of one. A vehicle drives on the ground of the scenario bumps.
     #[arg(value_name = "VEHICLE|SCENARIO", default_value = "bumps")]
     pub(crate) name: String,
+    /// A vehicle instead of the scenario's: a built-in one or a .toml file.
+    #[arg(long)]
+    pub(crate) vehicle: Option<String>,
     /// Replaces a key of the scenario or, with "vehicle." in front, of its vehicle, such as terrain.friction=0.5
     /// or vehicle.motor.stall_torque_n_m=1; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -17,6 +17,7 @@ mod results;
 mod rollers;
 mod ros2_control;
 mod ros2_control_urdf;
+mod short_vehicles;
 mod side_by_side;
 mod stopped;
 mod suggestions;

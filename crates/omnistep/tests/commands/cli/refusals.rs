@@ -393,7 +393,7 @@ fn unknown_names_are_refused_with_the_names_there_are() {
         &["compare", "--set", "vehicle.wheel[9].radius_m=0.1"],
     );
     assert!(
-        said.contains("element \"9\", allowed: the number of one of the elements, 0 to 6"),
+        said.contains("element \"9\", allowed: * for all, 0 to 6"),
         "{said}"
     );
     assert_eq!(

@@ -53,7 +53,7 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
         ),
         (
             ["run", "flat", "--set", "vehicle.wheel.radius_m=0.1"],
-            "wheel.radius_m: element \"radius_m\", allowed: the number of one of the elements, 0 to 6",
+            "wheel.radius_m: element \"radius_m\", allowed: * for all, 0 to 6",
         ),
         (
             ["run", "flat", "--set", "sensors.gyro=1"],

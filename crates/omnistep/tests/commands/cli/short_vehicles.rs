@@ -1,0 +1,133 @@
+//! Vehicles that few numbers describe, and keys by name.
+
+use std::fs;
+
+use super::{omnistep, refused, stderr, stdout};
+
+const SHORT: &str = r#"
+schema_version = 1
+name = "short"
+total_mass_kg = 8.8
+[[body]]
+name = "frame"
+box_m = [0.4, 0.35, 0.12]
+[motor]
+stall_torque_kg_cm = 24.3
+no_load_rpm = 312
+[mecanum4]
+wheelbase_m = 0.336
+track_m = 0.4
+radius_m = 0.048
+wheel_mass_kg = 0.35
+"#;
+
+#[test]
+fn what_a_short_file_leaves_out_is_assumed_aloud_and_what_is_run_is_written_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("short.toml"), SHORT).unwrap();
+    let assumed = [
+        "short: 4 wheels without inertia_kg_m2: up to 0.000403 kg.m2, that of a solid wheel",
+        "short: body \"frame\" without com_m: [0, 0, 0.06], half way up its box",
+        "short: body \"frame\" has what is left of total_mass_kg: 7.4 kg",
+    ];
+    let rolling = [
+        "--set",
+        "physics.wheel_model=rollers",
+        "--set",
+        "physics.engine=articulated",
+    ];
+    let run = [
+        "run",
+        "flat",
+        "--vehicle",
+        "short.toml",
+        "--set",
+        "duration_s=0.5",
+        "--quiet",
+    ];
+    for (command, rollers) in [
+        (vec!["check", "short.toml"], false),
+        ([&run[..], &rolling].concat(), true),
+    ] {
+        let done = omnistep(folder.path(), &command);
+        assert!(done.status.success(), "{}", stderr(&done));
+        let said = stderr(&done);
+        for line in assumed {
+            assert!(said.contains(line), "{command:?}: {said}");
+        }
+        assert_eq!(
+            said.contains("short: no [rollers]; nine a row"),
+            rollers,
+            "{said}"
+        );
+    }
+    // What was logged needs no assumption: the run is repeated bit for bit.
+    let replayed = omnistep(
+        folder.path(),
+        &["replay", "out/flat-synchronised-articulated.mcap"],
+    );
+    assert!(
+        replayed.status.success() && !stderr(&replayed).contains("without"),
+        "{}",
+        stderr(&replayed)
+    );
+}
+
+#[test]
+fn another_vehicle_is_named_by_an_option_of_every_command_that_takes_a_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |command: &str| {
+        let done = omnistep(
+            folder.path(),
+            &[
+                command,
+                "flat",
+                "--vehicle",
+                "mecanum4",
+                "--set",
+                "vehicle.wheel.*.radius_m=0.05",
+            ],
+        );
+        assert!(done.status.success(), "{}", stderr(&done));
+        stdout(&done)
+    };
+    assert!(with("constants").contains("[[20.0, -20.0, ")); // one over 0.05 m
+    let run = omnistep(
+        folder.path(),
+        &[
+            "run",
+            "flat",
+            "--vehicle",
+            "omni3",
+            "--set",
+            "duration_s=0.2",
+            "--quiet",
+        ],
+    );
+    assert!(
+        stdout(&run).starts_with("omni3 on flat ground"),
+        "{}",
+        stdout(&run)
+    );
+    assert_eq!(
+        refused(folder.path(), &["run", "flat", "--vehicle", "mecanum"]),
+        "error: built-in flat: vehicle: \"mecanum\" (did you mean \"mecanum4\"?), allowed: chugo7, omni3, mecanum4, rocker_bogie6, \
+         or the path of a .toml file\n"
+    );
+    let message = refused(
+        folder.path(),
+        &[
+            "run",
+            "flat",
+            "--vehicle",
+            "mecanum4",
+            "--set",
+            "vehicle.wheel.left.gear=1",
+        ],
+    );
+    assert_eq!(
+        message,
+        "error: built-in mecanum4: wheel.left.gear: element \"left\", allowed: * for all, 0 to 3, or a name: front_left, \
+         front_right, rear_left, rear_right\n"
+    );
+}

@@ -1,0 +1,299 @@
+"""Recorded poses for calibration: a drive in pieces, each of which begins and ends at a measured pose."""
+
+from __future__ import annotations
+
+from cmath import rect
+from itertools import pairwise
+from math import cos, remainder, sin, tau
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from omnistep import _plausibility
+from omnistep._calibration_drives import GAP_S, STANDS, STANDS_OVER_S, end_of, thinned
+from omnistep._calibration_drives import whole_positions as whole
+from omnistep._calibration_runs import CalibrationRun
+from omnistep._estimates import Floats
+from omnistep._omnistep import Kinematics, Odometry, Vehicle
+from omnistep._wheel_logs import POSE, WheelLog, spans
+from omnistep.errors import ConfigError
+
+#: A piece is as long as the vehicle moves in this time on the average.
+PIECE_S = 3.0
+#: A piece is left out that is longer than so many others, because poses are missing, or shorter than this part of one.
+LONGEST, SHORTEST = 2.0, 0.5
+#: Fewest pieces: each has three numbers, and a plate and a clock four unknowns.
+FEWEST = 4
+#: Wheels that turn less than this in all do not move the vehicle [m at the wheel].
+MOVES_M = 0.1
+#: A pose jumps that moves so much farther than wheels may [m, rad]; these may be so many times as fast as in the file,
+#: and a plate so far from the middle [m].
+JUMP_M, JUMP_RAD, FASTER, REACH_M = 0.03, 0.1, 2.0, 0.5
+#: Poses that are back after this time were somewhere else in single rows.
+AWAY_S = 0.5
+#: Poses this close to a gap are no ends: the clocks may differ so much.
+MARGIN_S = 0.1
+#: Parts of a piece, of equal ways, in which wheels are compared with each other.
+PARTS = 3
+#: Poses are averaged over this time: less noise, and a smooth course for the delay.
+SMOOTH_S = 0.1
+
+
+class Plate(NamedTuple):
+    """Where the marker plate is on the vehicle, and how late its poses are."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    delay_s: float
+
+    def moved(self, x: Any, y: Any, yaw: Any) -> tuple[Any, Any, Any]:
+        """Motion of the plate for a motion of the vehicle, each from its own start and in its own axes."""
+        c, s = np.cos(yaw), np.sin(yaw)
+        x = x + c * self.x_m - s * self.y_m - self.x_m
+        y = y + s * self.x_m + c * self.y_m - self.y_m
+        c, s = cos(self.yaw_rad), sin(self.yaw_rad)
+        return c * x + s * y, c * y - s * x, yaw
+
+
+class Stretch(NamedTuple):
+    """Rows of a log with every wheel, in which the pose does not jump."""
+
+    first: int
+    #: Angles of the actuators [rad], (T, N).
+    positions: Floats
+    #: At which rows a piece may begin or end, (T,).
+    good: Any
+
+
+class Recording:
+    """Wheels and poses of a run, in pieces."""
+
+    def __init__(self, run: CalibrationRun, log: WheelLog, first: int, vehicle: Vehicle, where: str) -> None:
+        self.run, self.where, self.first, self.period_s, self.log = run, where, first, log.period_s, log
+        name = where.split(" (")[0] if log.name == "data" else Path(log.name).stem
+        self.clock, self.plate = name, run.plate or name
+        poses = _poses(log, where)
+        self.stretches, self.jumps_s = self._stretches(vehicle, poses)
+        self.known = np.flatnonzero(np.isfinite(poses).all(axis=1))
+        seen = poses[self.known]
+        seen[:, 2] = np.unwrap(seen[:, 2])
+        self.poses = _smooth(seen, 2 * round(0.5 * SMOOTH_S / self.period_s) + 1)
+        radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in vehicle.layout.wheels]))
+        ways = [self._way(stretch.positions) * radius for stretch in self.stretches]
+        total = sum(float(way[-1]) for way in ways)
+        if total < MOVES_M:
+            raise ConfigError(
+                f"{where}: nothing moves {self.span()}, allowed: a part in which the vehicle drives", key="log"
+            )
+        moving = sum(np.count_nonzero(np.diff(way)) for way in ways) * self._raster() * self.period_s
+        #: How far wheels turn in a piece [m], at the wheel.
+        self.piece_m = float(total / moving * PIECE_S)
+        self.pieces = [
+            Piece(self, stretch, begin, end)
+            for stretch, way in zip(self.stretches, ways, strict=True)
+            for begin, end in self._cuts(stretch, way)
+        ]
+        if len(self.pieces) < FEWEST:
+            raise ConfigError(
+                f"{where}: {len(self.pieces)} pieces of {PIECE_S:g} s with poses {self.span()}, allowed: {FEWEST} or"
+                " more",
+                key="pose",
+            )
+
+    def span(self) -> str:
+        """Which part of the log it is, in words."""
+        first = self.first * self.period_s
+        return f"from {first:.4g} to {first + (len(self.log.measured) - 1) * self.period_s:.4g} s"
+
+    def at(self, row: Any, delay_s: float) -> Floats:
+        """Where the plate was measured at a row, (3,) or (T, 3), of a clock that is late."""
+        late = np.asarray(row) + delay_s / self.period_s
+        return np.stack([np.interp(late, self.known, column) for column in self.poses.T], axis=-1)
+
+    def yaw_of_plate(self, kinematics: Kinematics) -> float:
+        """Where the plate looks, roughly: what turns odometry of the pieces to the measured ways."""
+        total = 0j
+        for piece in self.pieces:
+            (x, y, _), (u, v, _) = piece.end(kinematics), piece.measured(0.0)
+            total += complex(x, y) * complex(u, -v)
+        return float(np.angle(total))
+
+    def doubts(self, vehicle: Vehicle, refuted: str) -> list[str]:
+        """What looks wrong with it; that wheels and poses disagree only where they do so after the fit too."""
+        doubts = _plausibility.of_parts(vehicle, np.concatenate([piece.parts for piece in self.pieces]))
+        if refuted:
+            poses = self.at(np.arange(len(self.log.measured)), 0.0)
+            doubts += _plausibility.of_pose(vehicle, self.log.measured, self.period_s, poses, 1.0 / self.period_s)
+        if self.jumps_s:
+            more = f", and {len(self.jumps_s) - 1} times more" if len(self.jumps_s) > 1 else ""
+            doubts.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{more}: pieces begin anew there")
+        return doubts
+
+    def path_error_m(self, kinematics: Kinematics, plate: Plate) -> float:
+        """How far odometry is off the recorded path, root mean square [m]; it begins anew where a pose jumps."""
+        squares = []
+        for stretch in self.stretches:
+            rows = np.flatnonzero(stretch.good)
+            if not len(rows):
+                continue
+            odometry = Odometry(kinematics=kinematics, period_s=self.period_s)
+            path = odometry.step_positions(stretch.positions[rows[0] :])[rows - rows[0]]
+            seen = self.at(stretch.first + rows, plate.delay_s)
+            x, y, _ = plate.moved(*path.T)
+            ahead = seen[0, 2]
+            off = [
+                seen[0, 0] + cos(ahead) * x - sin(ahead) * y - seen[:, 0],
+                seen[0, 1] + sin(ahead) * x + cos(ahead) * y - seen[:, 1],
+            ]
+            squares.append(off[0] ** 2 + off[1] ** 2)
+        return float(np.sqrt(np.concatenate(squares).mean()))
+
+    def _raster(self) -> int:
+        return max(1, round(STANDS_OVER_S / self.period_s))
+
+    def _stretches(self, vehicle: Vehicle, poses: Floats) -> tuple[list[Stretch], list[float]]:
+        """Where every wheel and consistent poses are known, and when poses jump; poses that are none become NaN."""
+        rows = self.log.measured if self.log.positions is None else self.log.positions
+        back = np.asarray(Kinematics(layout=vehicle.layout).forward_matrix)
+        found, jumps = [], []
+        for first, last in _runs(~np.isnan(rows).any(axis=1), int(GAP_S / self.period_s + 1e-6)):
+            part = self.log.rows(first, last)
+            positions = whole(part, self.where)
+            own = poses[first:last]
+            twist = np.abs(np.diff(positions, axis=0, prepend=positions[:1]) @ back.T)
+            _freeze(own, twist, max(1, round(GAP_S / self.period_s)))
+            ends = _jumps(own, twist, round(AWAY_S / self.period_s))
+            jumps += [(self.first + first + at) * self.period_s for at in ends]
+            for begin, end in zip([0, *ends], [*ends, len(own)], strict=True):
+                if end - begin > 1:
+                    good = _good(own[begin:end], self.period_s)
+                    found.append(Stretch(first + begin, positions[begin:end], good))
+        return found, jumps
+
+    def _way(self, positions: Floats) -> Floats:
+        """How far the fastest wheel has turned at every row of a raster [rad]; a count more or less is no way."""
+        turned = np.abs(np.diff(positions[:: self._raster()], axis=0)).max(axis=1, initial=0.0)
+        turned[turned < STANDS * np.max(turned, initial=0.0)] = 0.0
+        return np.asarray(np.r_[0.0, np.cumsum(turned)])
+
+    def _cuts(self, stretch: Stretch, way: Floats) -> list[tuple[int, int]]:
+        """First and last row of every piece, of equal ways as far as poses are known."""
+        cuts, begin, raster = [], -1, self._raster()
+        for row, here in zip(range(0, len(stretch.positions), raster), way, strict=True):
+            last = row + raster >= len(stretch.positions)
+            if not stretch.good[row]:
+                continue
+            gone = here - way[begin // raster] if begin >= 0 else 0.0
+            enough = gone >= (SHORTEST if last else 1.0) * self.piece_m
+            if enough and gone <= LONGEST * self.piece_m:
+                cuts.append((begin, row))
+            if begin < 0 or enough or gone == 0.0:
+                begin = row
+        return cuts
+
+
+class Piece:
+    """A part of a recording: odometry from its start, and the pose at its end in the axes of that at its start."""
+
+    def __init__(self, recording: Recording, stretch: Stretch, begin: int, end: int) -> None:
+        self.recording, self.rows = recording, (stretch.first + begin, stretch.first + end)
+        times = [(recording.first + row) * recording.period_s for row in self.rows]
+        self.where = f"{recording.where} from {times[0]:.1f} to {times[1]:.1f} s"
+        positions = stretch.positions[begin : end + 1]
+        self.positions = thinned(positions, recording.period_s)
+        way = np.cumsum(np.abs(np.diff(self.positions, axis=0, prepend=self.positions[:1])).max(axis=1))
+        ends = np.searchsorted(way, np.linspace(0.0, way[-1], PARTS + 1))
+        self.parts = np.diff(self.positions[ends], axis=0)
+
+    @property
+    def distance_m(self) -> float:
+        """How far from its start it was measured to end [m]."""
+        return float(np.hypot(*self.measured(0.0)[:2]))
+
+    def end(self, kinematics: Kinematics) -> tuple[float, float, float]:
+        """Where the wheels say that it ends: x, y [m], yaw [rad]."""
+        return end_of(self.positions, kinematics)
+
+    def measured(self, delay_s: float) -> tuple[float, float, float]:
+        """Where the plate was measured at its end, from its start: x, y [m], yaw [rad]."""
+        begin, end = self.recording.at(self.rows, delay_s)
+        dx, dy, dyaw = end - begin
+        c, s = cos(begin[2]), sin(begin[2])
+        return c * dx + s * dy, c * dy - s * dx, dyaw
+
+    def errors(self, kinematics: Kinematics, plate: Plate) -> tuple[list[float], list[float]]:
+        """Odometry less the measurement: positions [m], headings [rad]."""
+        x, y, yaw = plate.moved(*self.end(kinematics))
+        u, v, turned = self.measured(plate.delay_s)
+        off = remainder(yaw - turned, tau)
+        # Ways in the axes halfway through: an error of the turn is then none of the way too.
+        way = complex(x, y) * rect(1.0, -0.5 * (turned + off)) - complex(u, v) * rect(1.0, -0.5 * turned)
+        return [way.real, way.imag], [off]
+
+
+def _poses(log: WheelLog, where: str) -> Floats:
+    if log.pose is None or not np.isfinite(log.pose).all(axis=1).any():
+        raise ConfigError(
+            f"{where}: no poses, allowed: a log imported with [pose] in its map, or columns {', '.join(POSE)}",
+            key="pose",
+        )
+    return log.pose.copy()
+
+
+def _smooth(poses: Floats, rows: int) -> Floats:
+    """Means over rows before and after; fewer at the ends."""
+    count = np.convolve(np.ones(len(poses)), np.ones(rows), mode="same")
+    return np.stack([np.convolve(column, np.ones(rows), mode="same") / count for column in poses.T], axis=1)
+
+
+def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
+    """First and last row of what is there, with gaps of up to so many rows in it."""
+    rows = np.flatnonzero(there)
+    if not len(rows):
+        return []
+    breaks = np.flatnonzero(np.diff(rows) > bridged + 1)
+    begins, ends = np.r_[rows[0], rows[breaks + 1]], np.r_[rows[breaks], rows[-1]] + 1
+    return [(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True) if end - begin > 1]
+
+
+def _freeze(poses: Floats, twist: Floats, rows: int) -> None:
+    """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN."""
+    same = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)]
+    for begin, end in spans(same):
+        x, y, turn = twist[begin:end].sum(axis=0)
+        if end - begin > rows and (np.hypot(x, y) > JUMP_M or turn > JUMP_RAD):
+            poses[begin:end] = np.nan
+
+
+def _jumps(poses: Floats, twist: Floats, away: int) -> list[int]:
+    """Rows at which poses jump by more than wheels may have moved them; short excursions become NaN."""
+    at = _steps(poses, twist)
+    for begin, end in pairwise(at):
+        if end - begin <= away:
+            poses[begin:end] = np.nan
+    return _steps(poses, twist)
+
+
+def _steps(poses: Floats, twist: Floats) -> list[int]:
+    rows = np.flatnonzero(np.isfinite(poses).all(axis=1))
+    if len(rows) < 2:
+        return []
+    ways = np.diff(np.cumsum(twist, axis=0)[rows], axis=0)
+    steps = np.diff(poses[rows], axis=0)
+    turned = np.abs(np.arctan2(np.sin(steps[:, 2]), np.cos(steps[:, 2])))
+    far = np.hypot(*steps[:, :2].T) > JUMP_M + FASTER * np.hypot(*ways[:, :2].T) + REACH_M * turned
+    return [int(row) for row in rows[1:][far | (turned > JUMP_RAD + FASTER * ways[:, 2])]]
+
+
+def _good(poses: Floats, period_s: float) -> Any:
+    """Rows with poses on both sides, for clocks that differ."""
+    known = np.asarray(np.isfinite(poses).all(axis=1))
+    bridged = np.ones(len(known))
+    for begin, end in spans(~known):
+        if (end - begin) * period_s > GAP_S or begin == 0 or end == len(known):
+            bridged[begin:end] = 0.0
+    margin = round(MARGIN_S / period_s)
+    near = np.convolve(np.pad(1.0 - bridged, margin, constant_values=1.0), np.ones(2 * margin + 1), mode="valid")
+    return near < 0.5

@@ -1,0 +1,157 @@
+"""Identification from PWM of bridges that brake or coast at zero duty: what it doubts, when it gives no interval."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omnistep
+from omnistep._measurement_noise import implied_rad_s, shown_rad_s
+from omnistep._wheel_logs import read
+
+SPEC = importlib.util.spec_from_file_location("hobby_plant", Path(__file__).with_name("hobby_plant.py"))
+plant = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(plant)
+
+KNOWN = {"mass_kg": plant.TRUTH["mass_kg"], "wheel_inertia_kg_m2": plant.TRUTH["wheel_inertia_kg_m2"]}
+#: What duty cycles tell, and how near. Counts, and commands that change between rows, leave less than half of that.
+WITHIN = {
+    "stall_torque_n_m": 0.015,
+    "slope_n_m_s_rad": 0.015,
+    "gear_friction_n_m": 0.05,
+    "yaw_inertia_kg_m2": 0.08,
+}
+CASES = [(zero, seed) for zero in ("brake", "coast") for seed in (0, 1)]
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hobby")
+    return {(zero, seed): plant.written(folder, seed, zero) for zero, seed in CASES}
+
+
+@pytest.fixture(scope="module")
+def found(logs):
+    return {
+        case: omnistep.identify(log, vehicle=plant.file(), known=KNOWN, progress=False) for case, log in logs.items()
+    }
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_motor_and_friction_are_found_and_the_bridge_is_named(found, case):
+    result, zero = found[case], case[0]
+    assert result.zero_duty == zero
+    for name, within in WITHIN.items():
+        assert result[name].value == pytest.approx(plant.TRUTH[name], rel=within), name
+    (line,) = [line for line in result.cannot_tell if line.startswith("zero duty:")]
+    assert f'results are those of "{zero}"' in line
+    # Viscous friction brakes always, as a motor does that its bridge shorts: the other way round nothing does.
+    assert ("about equally" in line) == (zero == "brake")
+    # Single counts over the 0.1 s of the comparison are 0.8 % of these speeds.
+    assert result.simulation.off < 0.025
+    assert not [line for line in result.cannot_tell if line.startswith(("doubtful", "no interval"))]
+
+
+def test_intervals_hold_the_truth(found):
+    inside = [
+        result[name].low <= plant.TRUTH[name] <= result[name].high for result in found.values() for name in WITHIN
+    ]
+    # Of 16 independent ones with 95 % more than three are outside in one of 140 cases.
+    assert len(inside) == 16 and sum(inside) >= 13
+
+
+@pytest.fixture(scope="module")
+def wrong(logs):
+    return omnistep.identify(logs["coast", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+
+
+def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
+    assert wrong.zero_duty == "brake"
+    assert not any(each.determined for each in wrong.estimates)
+    (line,) = [line for line in wrong.cannot_tell if line.startswith("no interval is given")]
+    assert "bridges at zero duty" in line
+    # Wheels that roll on are braked in the model.
+    assert wrong.simulation.off > 0.25
+    assert f"the log's speeds are off by {100 * wrong.simulation.off:.2g} %" in wrong.table()
+    rows = [row.split() for row in wrong.table().splitlines()]
+    assert [row[2] for row in rows if row[0] == "stall_torque_n_m"] == ["none"]
+
+
+def test_what_is_far_from_the_file_is_doubted(logs):
+    kg_cm = plant.file(stall_torque_n_m=16.0)
+    result = omnistep.identify(logs["coast", 1], vehicle=kg_cm, known=KNOWN, zero_duty="coast", progress=False)
+    (line,) = [line for line in result.cannot_tell if line.startswith("doubtful")]
+    assert "stall_torque_n_m is 1.6 N.m, 1/10 of the file's 16" in line
+
+
+def test_a_late_log_is_doubted(logs):
+    columns = {**omnistep.read_mcap(logs["brake", 0]).trace.columns()}
+    # Commands of 15 rows of 10 ms before the others.
+    for wheel in plant.file().wheel_names:
+        columns[f"wheel_{wheel}_duty"] = np.roll(columns.pop(f"commanded_duty_{wheel}"), -15)
+    early = omnistep.identify(columns, vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    # The plant's delay and lag, less a row in which commands change.
+    assert early["delay_s"].value == pytest.approx(0.15, abs=0.012)
+    assert any(line.startswith("doubtful: delay_s is 0.1") for line in early.cannot_tell)
+
+
+def test_the_map_says_what_bridges_do_and_the_log_keeps_it(tmp_path):
+    log = plant.written(tmp_path, 2, "coast", 'zero = "coast"\n')
+    assert read(log, plant.file()).zero_duty == "coast"
+    result = omnistep.identify(log, vehicle=plant.file(), known=KNOWN, progress=False)
+    assert result.zero_duty == "coast"
+    assert not [line for line in result.cannot_tell if line.startswith("zero duty:")]
+    text = (tmp_path / "map.toml").read_text()
+    for given in ('"off"', "0", "[]"):
+        (tmp_path / "map.toml").write_text(text.replace('zero = "coast"', f"zero = {given}"))
+        with pytest.raises(omnistep.ConfigError, match=r'map\.toml: duty\.zero: .*, allowed: "brake" or "coast"$'):
+            omnistep.import_log(tmp_path / "coast_2.csv", map=tmp_path / "map.toml", out=tmp_path / "no.mcap")
+    with pytest.raises(omnistep.ConfigError, match='zero_duty: \'off\', allowed: "brake" or "coast"'):
+        omnistep.identify(log, vehicle=plant.file(), zero_duty="off", progress=False)
+
+
+def test_noise_is_shown_and_implied_in_the_same_unit():
+    rng = np.random.default_rng(4)
+    rows, period = 4, 0.005
+    speed = 5.0 + 2.0 * np.sin(0.5 * period * np.arange(20000))[:, None] * np.ones(3)
+    # Angles that are each wrong by 2 mrad, and a walk of 1 mrad a row: their velocities.
+    angle = 2e-3 * rng.standard_normal((20000, 3)) + np.cumsum(1e-3 * rng.standard_normal((20000, 3)), axis=0)
+    noise = np.diff(angle, axis=0, prepend=0.0) / period
+    sd = float(np.std(noise[1:]))
+    # Of windows of 20 rows, half of 1000, 3 wheels: 30000 numbers. Errors of angles make neighbours differ: a line
+    # through a window takes 4 % less of them than of independent ones.
+    assert shown_rad_s(speed + noise, period) == pytest.approx(sd, rel=0.06)
+    # A bin is the mean of four readings; a walk has four steps of a row in one of a bin.
+    bins, ratio = 2e-3 / np.sqrt(rows), rows * 1e-3**2 / (2e-3**2 / rows)
+    assert implied_rad_s(bins, ratio, rows, period) == pytest.approx(sd, rel=0.01)
+
+
+def test_the_command_draws_what_it_simulated(logs, tmp_path):
+    (tmp_path / "hobby.toml").write_text(plant.file().to_toml())
+
+    def command(*more):
+        known = [f"--known={name}={value}" for name, value in KNOWN.items()]
+        asked = ["identify", str(logs["coast", 0]), "--vehicle", "hobby.toml", "--zero-duty", "coast", *known, *more]
+        done = subprocess.run([sys.executable, "-m", "omnistep", *asked], cwd=tmp_path, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    code, said, wrong = command("--plot", "fit.png", "--quiet")
+    assert (code, wrong) == (0, "")
+    assert "simulated with these numbers the log's speeds are off by 1" in said
+    assert (tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
+    code, said, wrong = command("--plot", "fit.gif", "--quiet")
+    assert (code, said, wrong) == (2, "", "error: fit.gif: '.gif', allowed: .png, .svg or .pdf\n")
+    assert not (tmp_path / "fit.gif").exists()
+
+
+def test_the_picture_has_both_speeds_of_every_wheel(found):
+    simulation = found["coast", 0].simulation
+    axes = simulation.plot().axes
+    assert len(axes) == 4
+    for number, ax in enumerate(axes):
+        recorded, again = (line.get_ydata() for line in ax.lines)
+        assert np.array_equal(recorded, simulation.recorded[0][:, number], equal_nan=True)
+        assert np.array_equal(again, simulation.simulated[0][:, number], equal_nan=True)
