@@ -32,27 +32,30 @@ fn spread(values: &[f64]) -> (f64, f64) {
 
 fn encoder_counts_quantise_the_velocity_and_lose_no_way() {
     // 4096 counts a turn: one count a period of 1 ms is 1.534 rad/s; at 0.3 m/s, 4.545 rad/s, readings are two, three or four of them.
-    let trace = drive(&["sensors.encoder_counts=4096", "duration_s=3.0"]);
-    let one = std::f64::consts::TAU / 4096.0 / 1e-3;
-    let read = trace.wheel("measured_rad_s", 0).expect("a signal");
-    for reading in read {
-        let counts = reading / one;
+    // 537.7, a common gear motor's: a count comes every third period.
+    for per_turn in [4096.0, 537.7] {
+        let trace = drive(&[&format!("sensors.encoder_counts={per_turn}"), "duration_s=3.0"]);
+        let one = std::f64::consts::TAU / per_turn / 1e-3;
+        let read = trace.wheel("measured_rad_s", 0).expect("a signal");
+        for reading in read {
+            let counts = reading / one;
+            assert!(
+                (counts - counts.round()).abs() < 1e-6,
+                "{reading} rad/s is {counts} counts"
+            );
+        }
+        // Summed, the counts are the way: one count at most is missing.
+        let way: f64 = read.iter().sum::<f64>() * 1e-3 * 0.066;
+        // The reading of a period is of the one before.
+        let x = trace.column("pose_x_m").expect("a column")[trace.rows() - 2];
         assert!(
-            (counts - counts.round()).abs() < 1e-6,
-            "{reading} rad/s is {counts} counts"
+            (way - x).abs() < one * 1e-3 * 0.066 + 1e-4,
+            "{per_turn} counts a turn: {way} m counted, {x} m gone"
         );
+        // Rounding down is no bias: the vehicle goes as fast as commanded.
+        let vx = trace.column("twist_vx_m_s").expect("a column");
+        assert!((spread(&vx[2000..]).0 - 0.3).abs() < 0.002);
     }
-    // Summed, the counts are the way: one count at most is missing.
-    let way: f64 = read.iter().sum::<f64>() * 1e-3 * 0.066;
-    // The reading of a period is of the one before.
-    let x = trace.column("pose_x_m").expect("a column")[trace.rows() - 2];
-    assert!(
-        (way - x).abs() < one * 1e-3 * 0.066 + 1e-4,
-        "{way} m counted, {x} m gone"
-    );
-    // Rounding down is no bias: the vehicle goes as fast as told.
-    let vx = trace.column("twist_vx_m_s").expect("a column");
-    assert!((spread(&vx[2000..]).0 - 0.3).abs() < 0.002);
 }
 
 fn encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them() {

@@ -131,7 +131,7 @@ impl Scenario {
 
     fn encoder_values(&self) -> Result<Option<EncoderValues>, Error> {
         let counts = self.sensors.encoder_counts;
-        if counts == 0 {
+        if counts == 0.0 {
             return Ok(None);
         }
         let refuse = |error: omni_core::ConfigError| Error::Key {

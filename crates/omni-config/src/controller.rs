@@ -143,13 +143,13 @@ impl Scenario {
     /// ```
     pub fn coarse_encoder(&self) -> Result<Option<String>, Error> {
         let counts = self.sensors.encoder_counts;
-        if counts == 0 || self.has_traction() {
+        if counts == 0.0 || self.has_traction() {
             return Ok(None); // traction control filters counts
         }
         let config = self.wheel_control::<f64, 1>()?;
         let whole = config
             .pid
-            .encoder_step(f64::from(counts))
+            .encoder_step(counts)
             .map_err(|error| self.vehicle().refuse(&error))?;
         // What a way of reading velocities leaves of a whole count.
         let left = match self.sensors.encoder_velocity {

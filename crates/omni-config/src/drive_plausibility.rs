@@ -57,7 +57,7 @@ impl Scenario {
         let (Some(stuck_rad_s), Some(periods)) = (faults.stuck_rad_s, faults.stuck_periods) else {
             return doubts;
         };
-        let counts = f64::from(self.sensors.encoder_counts);
+        let counts = self.sensors.encoder_counts;
         let three_counts =
             (LEAST_COUNTS + 1.0) * std::f64::consts::TAU / (counts * stuck_rad_s * self.period_s());
         if counts > 0.0 && f64::from(periods) < three_counts {

@@ -70,7 +70,7 @@ impl EncoderVelocity {
 #[non_exhaustive]
 pub struct EncoderReading {
     /// Counts a turn.
-    pub counts: u32,
+    pub counts: f64,
     /// Velocity that one count in a control period is \[rad/s\].
     pub count_rad_s: f64,
     /// What a reading is off by at most at a steady velocity \[rad/s\]: a count in a period or, with `sensors.encoder_velocity`, what is left
@@ -131,13 +131,13 @@ impl Scenario {
     /// ```
     pub fn velocity_estimator<R: omni_core::Real>(&self) -> Result<Option<VelocityEstimator<R>>, Error> {
         let counts = self.sensors.encoder_counts;
-        if counts == 0 {
+        if counts == 0.0 {
             return Ok(None);
         }
         let method = self.sensors.encoder_velocity.map(|velocity| velocity.method());
         let config = VelocityConfig {
             method: method.unwrap_or_default(),
-            count_rad: R::of(std::f64::consts::TAU / f64::from(counts)),
+            count_rad: R::of(std::f64::consts::TAU / counts),
             period_s: R::of(self.period_s()),
         };
         VelocityEstimator::new(config)
@@ -156,7 +156,7 @@ impl Scenario {
 
     /// What is wrong with `sensors.encoder_velocity` that no single key shows: the key and why.
     pub(crate) fn encoder_velocity_refusal(&self) -> Option<(String, String)> {
-        if self.sensors.encoder_velocity.is_some() && self.sensors.encoder_counts == 0 {
+        if self.sensors.encoder_velocity.is_some() && self.sensors.encoder_counts == 0.0 {
             let message = "set without encoder counts, allowed: only with sensors.encoder_counts above 0";
             return Some(("sensors.encoder_velocity".into(), message.into()));
         }
@@ -169,8 +169,8 @@ impl Scenario {
     /// What a reading is off by at most at a steady velocity for the counts of its encoders \[rad/s\]; none without counts.
     pub(crate) fn encoder_step_rad_s(&self) -> Option<f64> {
         let counts = self.sensors.encoder_counts;
-        let count_rad = std::f64::consts::TAU / f64::from(counts);
-        (counts > 0).then(|| match self.sensors.encoder_velocity {
+        let count_rad = std::f64::consts::TAU / counts;
+        (counts > 0.0).then(|| match self.sensors.encoder_velocity {
             None => count_rad / self.period_s(),
             Some(EncoderVelocity::Window { periods }) => count_rad / (f64::from(periods) * self.period_s()),
             Some(EncoderVelocity::Edges {}) => 0.0,
@@ -201,7 +201,7 @@ impl Scenario {
         let counts = self.sensors.encoder_counts;
         Ok(Some(EncoderReading {
             counts,
-            count_rad_s: std::f64::consts::TAU / f64::from(counts) / self.period_s(),
+            count_rad_s: std::f64::consts::TAU / counts / self.period_s(),
             step_rad_s,
             top_rad_s,
         }))

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::ranges::{
-    BIAS_RAD_S, DELAY_US, ENCODER_COUNTS, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG,
-    SPEED_RAD_S, within,
+    BIAS_RAD_S, DELAY_US, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
+    is_encoder_counts, within,
 };
 
 /// Encoders and the gyro; ideal by default.
@@ -18,13 +18,12 @@ use crate::ranges::{
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Sensors {
-    /// Counts of each encoder a turn of its actuator, up to 10 million; 0: no quantisation. With counts the measured velocity is the whole
+    /// Counts of each encoder a turn of its actuator, 1 to 10 million, fractions allowed (a gear motor may have 537.7); 0: no quantisation. With counts the measured velocity is the whole
     /// counts of the last control period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed within
     /// two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
-    #[serde(deserialize_with = "crate::integers::encoder_counts")]
-    #[garde(custom(within(ENCODER_COUNTS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_COUNTS.min, max = ENCODER_COUNTS.max)))]
-    pub encoder_counts: u32,
+    #[garde(custom(is_encoder_counts))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = crate::ranges::ENCODER_COUNTS.max)))]
+    pub encoder_counts: f64,
     /// How velocities are computed from counts, as in firmware with coarse encoders; left out: from the counts of one control
     /// period. Traction control filters those itself, but does not filter the result of this method.
     #[garde(dive)]
@@ -95,6 +94,28 @@ impl HeadingHold {
             gain_per_s: R::of(self.gain_per_s),
             limit_rad_s: R::of(self.limit_rad_s),
             period_s: R::of(period_s),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Override, Scenario};
+
+    #[test]
+    fn counts_of_a_turn_may_be_a_fraction_and_are_none_or_at_least_one() {
+        let counts = |value: &str| {
+            let key = Override::new("sensors.encoder_counts", value.parse::<f64>().expect("a number"));
+            Scenario::load("flat", &[key]).map(|scenario| scenario.sensors.encoder_counts)
+        };
+        assert_eq!(counts("537.7").expect("in range"), 537.7);
+        assert_eq!(counts("0").expect("none"), 0.0);
+        for value in ["0.5", "-2", "20000000", "nan"] {
+            let said = counts(value).expect_err("refused").to_string();
+            let shown = value.replace("nan", "NaN");
+            let expected =
+                format!("built-in flat: sensors.encoder_counts: {shown}, allowed: 0, or 1 to 10000000");
+            assert_eq!(said, expected);
         }
     }
 }

@@ -40,7 +40,6 @@ readers! {
     axis_count: ranges::AXIS_COUNT;
     count: ranges::COUNT;
     delay_us: ranges::DELAY_US;
-    encoder_counts: ranges::ENCODER_COUNTS;
     iterations: ranges::ITERATIONS;
     period_us: ranges::PERIOD_US;
     periods: ranges::PERIODS;
@@ -135,7 +134,6 @@ mod tests {
             ("physics.step_us", "1.5", "a whole number, 1 to 100000"),
             ("physics.solver_iterations", "-1", "1 to 100"),
             ("physics.roller_substeps", "-1", "1 to 16"),
-            ("sensors.encoder_counts", "-2", "0 to 10000000"),
             ("sensors.delay_us", "-2", "0 to 100000"),
             ("seed", "-1", "0 to 9223372036854775807"),
             ("drive.blind_periods", "-1", "0 to 65534"),

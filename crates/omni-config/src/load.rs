@@ -10,6 +10,7 @@ use toml::{Table, Value};
 use crate::builtin::{Builtin, EXPERIMENTS, SCENARIOS, STUDIES, VEHICLES, kind_of_builtin};
 use crate::file_kind::FileKind;
 use crate::kind_tables::INNER_KEY;
+use crate::missing_keys::others_missing;
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
 use crate::suggestion::{nearest, with_nearest};
 use crate::{Error, SCHEMA_VERSION};
@@ -296,9 +297,12 @@ pub(crate) fn checked<T: DeserializeOwned + Validate<Context = ()>>(
     source: &Source,
     value: Value,
 ) -> Result<T, Error> {
-    let value: T = serde_path_to_error::deserialize(value).map_err(|error| {
+    let value: T = serde_path_to_error::deserialize(value.clone()).map_err(|error| {
         let path = error.path().to_string();
-        let message = with_nearest_inside(one_line(error.inner().message()));
+        let mut message = with_nearest_inside(one_line(error.inner().message()));
+        if message.contains("missing field `") {
+            message += &others_missing::<T>(value);
+        }
         let inside = message
             .strip_prefix(INNER_KEY)
             .and_then(|rest| rest.split_once(INNER_KEY));

@@ -118,7 +118,7 @@ pub(crate) const LEVEL_M: Range = range(-10.0, 10.0);
 pub(crate) const COUNT: Range = range(1.0, 100.0);
 /// Half a turn either way.
 pub(crate) const TURN_RAD: Range = range(-3.2, 3.2);
-pub(crate) const ENCODER_COUNTS: Range = range(0.0, 1e7);
+pub(crate) const ENCODER_COUNTS: Range = range(1.0, 1e7);
 /// As omni-core has them.
 pub(crate) const WINDOW_PERIODS: Range = range(1.0, 32.0);
 pub(crate) const BANDWIDTH_RAD_S: Range = range(1e-4, 1e6);
@@ -280,6 +280,18 @@ fn is_device(value: &str) -> bool {
     let number = lower.strip_prefix("com").or_else(|| lower.strip_prefix("lpt"));
     ["con", "prn", "aux", "nul"].contains(&&*lower)
         || number.is_some_and(|number| matches!(number.as_bytes(), [b'0'..=b'9']))
+}
+
+/// Counts of a turn, or 0 for none.
+pub(crate) fn is_encoder_counts(counts: &f64, _: &()) -> garde::Result {
+    let range = ENCODER_COUNTS;
+    if *counts == 0.0 || !counts.outside(range) {
+        return Ok(());
+    }
+    refuse(
+        counts.shown(),
+        &format!("0, or {} to {}", range.min.shown(), range.max.shown()),
+    )
 }
 
 /// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them, and no device of Windows.

@@ -27,6 +27,9 @@ const HUB_PART: f64 = 0.1;
 /// Shortest roller, as a part of its diameter: shorter ones are discs with nothing to crown.
 const SHORTEST: f64 = 0.15;
 
+/// Ripple of a wheel without gaps, as a part of its radius: less is not felt.
+const CLOSED: f64 = 1e-3;
+
 /// What a wheel of rollers is made of: rollers, and the wheel's radius, roller angle, mass and inertia.
 type Parts = (Rollers, [f64; 4]);
 
@@ -60,6 +63,23 @@ impl Rollers {
             all.push_front((parts, built));
         });
         Ok(built)
+    }
+
+    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none where thinner ones do not.
+    pub(crate) fn closing_radius_m(&self, wheel: &WheelSpec) -> Option<f64> {
+        let closes = |radius_m: f64| {
+            let thinner = Self {
+                radius_m,
+                length_m: None,
+                crown_m: None,
+                ..*self
+            };
+            thinner
+                .build(wheel)
+                .is_ok_and(|built| built.ripple().part() < CLOSED)
+        };
+        let radius_m = down(largest(self.radius_m, closes));
+        closes(radius_m).then_some(radius_m)
     }
 
     fn build(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {

@@ -363,7 +363,7 @@ impl Scenario {
                 Fault::EmergencyStop(_) if self.drive.is_none() => {
                     "\"emergency_stop\", allowed: only with [drive], which has the emergency stop"
                 }
-                Fault::EncoderToggles(_) if self.sensors.encoder_counts == 0 => {
+                Fault::EncoderToggles(_) if self.sensors.encoder_counts == 0.0 => {
                     "\"encoder_toggles\", allowed: only with sensors.encoder_counts above 0"
                 }
                 _ => continue,

@@ -137,7 +137,7 @@ impl Scenario {
         let (given, mut sensors) = (&self.sensors, TractionSensors::perfect());
         // What is made of counts by something else is no multiple of them.
         if given.encoder_velocity.is_none() {
-            sensors.encoder_counts = given.encoder_counts;
+            sensors.encoder_counts = R::of(given.encoder_counts);
         }
         sensors.encoder_noise_rad_s = R::of(given.encoder_noise_rad_s);
         sensors.gyro_noise_rad_s = R::of(given.gyro_noise_rad_s);

@@ -3,7 +3,7 @@
 use omni_core::{ConfigError, Kinematics};
 
 use crate::derived_gains::digits;
-use crate::{Error, Vehicle, WheelSpec, for_wheel_count, wheel_count_refused};
+use crate::{Error, Vehicle, WheelContact, WheelModel, WheelSpec, for_wheel_count, wheel_count_refused};
 
 /// A derived time constant beyond this is doubtful \[s\].
 const SLOW_S: f64 = 1.0;
@@ -19,6 +19,8 @@ const GAINS: f64 = 5.0;
 const STRONG: f64 = 8.0;
 /// Wheels are doubtful that are denser than steel \[kg/m^3\], as wide as they are high.
 const DENSE_KG_M3: f64 = 9000.0;
+/// Rollers are doubtful where the axle's height changes by more than this part of the wheel's radius.
+const RIPPLE: f64 = 0.01;
 /// A wheel is doubtful that with the other roller angle makes the motion so many times as well conditioned.
 const WRONG_HAND: f64 = 1.5;
 /// Limits are doubtful beyond what the motors reach by more than this part.
@@ -47,6 +49,7 @@ impl Vehicle {
         doubts.extend(self.wrong_hand()?);
         doubts.extend(self.wheel.iter().filter_map(flywheel));
         doubts.extend(self.too_dense());
+        doubts.extend(self.gaps());
         doubts.extend(self.too_strong()?);
         doubts.extend(self.too_high());
         doubts.extend(self.unequal_wheels());
@@ -213,6 +216,31 @@ impl Vehicle {
             first.mass_kg,
             first.radius_m,
             digits(kg_m3(first) / 1000.0)
+        ))
+    }
+
+    /// Rollers between which a wheel falls.
+    fn gaps(&self) -> Option<String> {
+        let rippling = |(index, _): &(usize, &WheelSpec)| {
+            let built = self.rollers(*index, WheelModel::Rollers);
+            built.is_some_and(|built| built.ripple().part() > RIPPLE)
+        };
+        let (index, wheel) = self.wheel.iter().enumerate().find(rippling)?;
+        let built = self.rollers(index, WheelModel::Rollers)?;
+        let rollers = match wheel.contact {
+            WheelContact::Rollers(own) => own,
+            _ => self.rollers?,
+        };
+        let mend = match rollers.closing_radius_m(wheel) {
+            Some(radius_m) => format!("with radius_m = {radius_m} they leave none"),
+            None => "use more rollers or two rows".into(),
+        };
+        Some(format!(
+            "wheel {}: between its {} rollers of radius_m = {} are gaps, the axle falls by {:.1} % of the wheel's radius; {mend}",
+            wheel.name,
+            built.rows * built.count,
+            rollers.radius_m,
+            100.0 * built.ripple().part()
         ))
     }
 

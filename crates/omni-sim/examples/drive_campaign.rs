@@ -297,7 +297,7 @@ fn torque(trace: &Trace, signal: &str, wheel: usize, row: usize) -> f64 {
 /// Are its wheels, motors and encoders as they should be? Encoders of 256 counts are not: read every millisecond, one count asks for all that a
 /// motor has, and loops that get one now and then hardly brake.
 fn nothing_is_broken(scenario: &Scenario) -> bool {
-    if scenario.sensors.encoder_counts == 256 {
+    if scenario.sensors.encoder_counts == 256.0 {
         return false;
     }
     let mut faults = scenario.fault.iter();

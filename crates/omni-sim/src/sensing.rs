@@ -332,9 +332,9 @@ impl Sensing {
                 _ => None,
             });
             let part: f64 = slips.product();
-            let counts = sensors.encoder_counts > 0;
+            let counts = sensors.encoder_counts > 0.0;
             if counts {
-                let per_rad = f64::from(sensors.encoder_counts) / std::f64::consts::TAU;
+                let per_rad = sensors.encoder_counts / std::f64::consts::TAU;
                 let encoder = &mut state.encoders[i];
                 let before = encoder.place;
                 encoder.turn(angles_rad[i], part, per_rad, phase[i]);

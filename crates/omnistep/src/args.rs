@@ -116,6 +116,9 @@ pub(crate) enum Command {
         /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
         #[arg(default_value = "step")]
         scenario: String,
+        /// A vehicle instead of the scenario's: a built-in one or a .toml file; short for --set vehicle=VEHICLE.
+        #[arg(long)]
+        vehicle: Option<String>,
         /// Replaces a key, such as terrain.height_m=0.04 or vehicle.motor.stall_torque_n_m=1; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
@@ -159,6 +162,9 @@ pub(crate) enum Command {
         /// Format to write.
         #[arg(long, value_enum)]
         format: Format,
+        /// A vehicle instead of the scenario's: a built-in one or a .toml file.
+        #[arg(long)]
+        vehicle: Option<String>,
         /// Replaces a key of the vehicle; with --format mjcf of the scenario, so vehicle.rollers.count=9 for its vehicle; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,

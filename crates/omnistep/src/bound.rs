@@ -8,7 +8,6 @@ use omni_config::{Override, Scenario};
 use serde::Serialize;
 
 use crate::Error;
-use crate::args::parse_overrides;
 use crate::output::{aligned, print};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
@@ -25,8 +24,13 @@ struct Line<'a> {
 }
 
 /// Prints what the step of a scenario takes of its vehicle, a row of wheels a line.
-pub(super) fn bound(name: &str, overrides: &[String], json: bool, out: &mut dyn Write) -> Result<(), Error> {
-    let scenario = scenario(name, parse_overrides(overrides)?)?;
+pub(super) fn bound(
+    name: &str,
+    overrides: Vec<Override>,
+    json: bool,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
+    let scenario = scenario(name, overrides)?;
     let bound = Bound::of(&scenario)?;
     if json {
         for row in &bound.rows {

@@ -21,9 +21,7 @@ use crate::scenario_or_vehicle::scenario_or_vehicle;
 use crate::signals::stop_flag;
 use keys::Keys;
 
-/// The ground that a vehicle drives on without a scenario.
-const GROUND: &str = "bumps";
-/// Its bumps: their height as a part of the smallest wheel's radius, at most so high \[m\]; the first is no nearer than this \[m\].
+/// The bumps of [`ground_for`]: their height as a part of the smallest wheel's radius, at most so high \[m\]; the first is no nearer than this \[m\].
 const BUMP_OF_RADIUS: f64 = 1.0 / 3.0;
 const HIGHEST_M: f64 = 0.02;
 const NEAREST_M: f64 = 0.7;
@@ -88,11 +86,9 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     ended.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// A scenario by its name, or the bumps with a vehicle by its name.
+/// A scenario by its name, or a vehicle by its name on a ground that fits it.
 fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
-    match scenario_or_vehicle(name, overrides, || {
-        Ok((GROUND, ground_for(&Vehicle::load(name)?)))
-    }) {
+    match scenario_or_vehicle(name, overrides, || Ok(ground_for(&Vehicle::load(name)?))) {
         // Of two lists of names the one with a name that may have been meant.
         Err(unknown @ omni_config::Error::UnknownName { .. }) => Err(match Vehicle::load(name) {
             Err(other) if other.to_string().contains("(did you mean ") => other.into(),
@@ -102,13 +98,35 @@ fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
     }
 }
 
-/// Bumps that a vehicle's wheels can climb, with room before the first.
-fn ground_for(vehicle: &Vehicle) -> Vec<Override> {
+/// Bumps that a vehicle's wheels can climb, with room before the first; level ground where balls are its wheels on level ground only.
+fn ground_for(vehicle: &Vehicle) -> (&'static str, Vec<Override>) {
+    if vehicle.beyond_balls_ahead().is_some() {
+        return ("flat", Vec::new());
+    }
     let radii = vehicle.wheel.iter().map(|wheel| wheel.radius_m);
     let height_m = (BUMP_OF_RADIUS * radii.fold(f64::INFINITY, f64::min)).min(HIGHEST_M);
-    vec![
+    let bumps = vec![
         Override::new("terrain.height_m", height_m),
         Override::new("terrain.width_m", 2.0 * height_m), // half round
         Override::new("terrain.at_m", obstacle_at_m(vehicle, NEAREST_M)),
-    ]
+    ];
+    ("bumps", bumps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vehicle_meets_bumps_only_where_balls_are_its_wheels_there() {
+        let ground = |name: &str| {
+            scenario(name, Vec::new())
+                .expect("a vehicle")
+                .terrain
+                .described()
+                .to_string()
+        };
+        assert!(ground("chugo7").contains("bumps"), "{}", ground("chugo7"));
+        assert!(ground("mecanum4").contains("flat"), "{}", ground("mecanum4"));
+    }
 }

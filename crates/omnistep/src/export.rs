@@ -7,22 +7,23 @@ use omni_config::{Override, Scenario, Source, Vehicle};
 use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicle_urdf};
 
 use crate::Error;
-use crate::args::{CommandInterface, Format, parse_overrides};
+use crate::args::{CommandInterface, Format, parse_overrides, with_vehicle};
 use crate::output::{print, write_file};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
-/// Writes a vehicle, or a scenario, into a file or to standard output.
+/// Writes a vehicle, or a scenario with its own vehicle or another `instead`, into a file or to standard output.
 pub(super) fn export(
     name: &str,
     format: Format,
+    instead: Option<&str>,
     overrides: &[String],
     file: Option<&Path>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let text = match format {
-        Format::Mjcf => mjcf(&scenario(name, parse_overrides(overrides)?)?)? + "\n",
-        Format::Urdf => vehicle_urdf(&vehicle(name, overrides)?) + "\n",
-        Format::Ros2Control => ros2_controllers(&vehicle(name, overrides)?)?,
+        Format::Mjcf => mjcf(&scenario(name, with_vehicle(instead, overrides)?)?)? + "\n",
+        Format::Urdf => vehicle_urdf(&vehicle(instead.unwrap_or(name), overrides)?) + "\n",
+        Format::Ros2Control => ros2_controllers(&vehicle(instead.unwrap_or(name), overrides)?)?,
     };
     match file {
         None => print(out, &text),

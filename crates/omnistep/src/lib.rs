@@ -45,7 +45,7 @@ use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, with_vehicle};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
 use notices::announce_assumed;
-use omni_config::{Engine, Language, Scenario};
+use omni_config::{Engine, Language, Override, Scenario};
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error, warn};
 
@@ -151,9 +151,15 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         } => ripple::ripple(&vehicle, &overrides, json, out),
         Command::Bound {
             scenario,
+            vehicle,
             overrides,
             json,
-        } => run_bound(&scenario, &overrides, json, out),
+        } => run_bound(
+            &scenario,
+            with_vehicle(vehicle.as_deref(), &overrides)?,
+            json,
+            out,
+        ),
         Command::Replay {
             log,
             policy,
@@ -162,9 +168,17 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Export {
             name,
             format,
+            vehicle,
             overrides,
             out: file,
-        } => export::export(&name, format, &overrides, file.as_deref(), out),
+        } => export::export(
+            &name,
+            format,
+            vehicle.as_deref(),
+            &overrides,
+            file.as_deref(),
+            out,
+        ),
         Command::Urdf {
             vehicle,
             ros2_control,
@@ -246,12 +260,12 @@ fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
 
 /// `omnistep bound`.
 #[cfg(feature = "bound")]
-fn run_bound(scenario: &str, overrides: &[String], json: bool, out: &mut dyn Write) -> Result<(), Error> {
+fn run_bound(scenario: &str, overrides: Vec<Override>, json: bool, out: &mut dyn Write) -> Result<(), Error> {
     bound::bound(scenario, overrides, json, out)
 }
 
 #[cfg(not(feature = "bound"))]
-fn run_bound(_: &str, _: &[String], _: bool, _: &mut dyn Write) -> Result<(), Error> {
+fn run_bound(_: &str, _: Vec<Override>, _: bool, _: &mut dyn Write) -> Result<(), Error> {
     Err(Error::NotBuilt {
         what: "bound",
         feature: "bound",

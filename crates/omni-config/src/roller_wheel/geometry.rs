@@ -43,6 +43,13 @@ pub struct Ripple {
     pub rolling_radius_m: f64,
 }
 
+impl Ripple {
+    /// Difference of the heights, as a part of the largest.
+    pub(crate) fn part(&self) -> f64 {
+        (self.max_m - self.min_m) / self.max_m
+    }
+}
+
 /// Gap that is kept between rollers, as a part of their radius.
 const CLEARANCE: f64 = 0.02;
 /// Part of a pitch that a roller covers where it is as long as is of any use.

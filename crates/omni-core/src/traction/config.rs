@@ -46,7 +46,7 @@ impl<R: Real> TractionWheel<R> {
 /// ```
 /// use omni_core::TractionSensors;
 /// let mut sensors = TractionSensors::<f32>::perfect();
-/// (sensors.encoder_counts, sensors.delay_s) = (1024, 2e-3); // counts a turn of the actuator; readings are 2 ms old
+/// (sensors.encoder_counts, sensors.delay_s) = (1024.0, 2e-3); // counts a turn of the actuator; readings are 2 ms old
 /// assert_eq!(sensors.encoder_noise_rad_s, 0.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,8 +54,8 @@ impl<R: Real> TractionWheel<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TractionSensors<R> {
-    /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period; 0: it is not.
-    pub encoder_counts: u32,
+    /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period, fractions allowed; 0: it is not.
+    pub encoder_counts: R,
     /// Standard deviation of a wheel's reading \[rad/s\], 0 to 100.
     pub encoder_noise_rad_s: R,
     /// Standard deviation of the gyro's reading \[rad/s\], 0 to 100.
@@ -66,7 +66,7 @@ pub struct TractionSensors<R> {
     pub lag_s: R,
 }
 
-constant_struct!(TractionSensors<R> { encoder_counts: u32, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
+constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
 
 /// Gains and times of a traction control. Start from [`TractionConfig::steady`] or [`TractionConfig::reach`].
 ///
@@ -148,7 +148,7 @@ impl<R: Real> TractionSensors<R> {
     #[must_use]
     pub const fn perfect() -> Self {
         Self {
-            encoder_counts: 0,
+            encoder_counts: R::ZERO,
             encoder_noise_rad_s: R::ZERO,
             gyro_noise_rad_s: R::ZERO,
             delay_s: R::ZERO,
@@ -291,6 +291,12 @@ impl<R: Real> TractionConfig<R> {
             &(0.0..=100.0),
             "0 to 100",
         )?;
+        within(
+            "encoder_counts",
+            self.sensors.encoder_counts,
+            0.0..=1e9,
+            "0 to 1e9",
+        )?;
         within("slip_s", self.slip_s, 1e-6..=10.0, "1e-6 to 10")?;
         within("slip_free_m_s", self.slip_free_m_s, 0.0..=100.0, "0 to 100")?;
         within("slip_width_m_s", self.slip_width_m_s, 1e-6..=100.0, "1e-6 to 100")?;
@@ -372,8 +378,8 @@ impl<R: Real> TractionTimes<R> {
         let noise_s = R::of(NOISE_PART) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
         let (mut count_rad, mut window) = (zero, zero);
         let (mut rough_m_s, mut rare_rad_s) = (zero, zero);
-        if sensors.encoder_counts > 0 {
-            count_rad = R::two_pi() / R::of(f64::from(sensors.encoder_counts));
+        if sensors.encoder_counts > zero {
+            count_rad = R::two_pi() / sensors.encoder_counts;
             window = window_s(count_rad);
             rough_m_s = count_rad / window * way_m;
             rare_rad_s = R::of(RARE) * count_rad / window;

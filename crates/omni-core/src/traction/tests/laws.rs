@@ -49,7 +49,7 @@ fn driven_with_noise(traction: &Traction<f64, 7>, noise_rad_s: f64) -> (f64, f64
 #[test]
 fn counts_of_slow_wheels_that_reach_a_limit_of_the_torque_are_not_rectified() {
     // A count in a period reads as 98 rad/s, for which the loop asks 15 times the motor's torque: plain loops have the commanded speed on average.
-    let counts = 64;
+    let counts = 64.0;
     let traction = with(|sensors| sensors.encoder_counts = counts);
     let slow = BodyTwist {
         vx_m_s: 0.03,
@@ -62,8 +62,8 @@ fn counts_of_slow_wheels_that_reach_a_limit_of_the_torque_are_not_rectified() {
         let mut rates = [0.0; 7];
         for i in 0..7 {
             angle[i] += plant.rate_rad_s[i] * T;
-            let now = (angle[i] / std::f64::consts::TAU * f64::from(counts)).floor();
-            rates[i] = (now - counted[i]) * std::f64::consts::TAU / f64::from(counts) / T;
+            let now = (angle[i] / std::f64::consts::TAU * counts).floor();
+            rates[i] = (now - counted[i]) * std::f64::consts::TAU / counts / T;
             counted[i] = now;
         }
         let sample = traction.step(&mut state, &level(slow, &rates), &TractionTarget::at(0.03));
@@ -194,7 +194,7 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
         "{noisy:?}"
     );
     assert!(noisy.free_m_s > perfect.free_m_s);
-    let coarse = with(|sensors| sensors.encoder_counts = 64).times;
+    let coarse = with(|sensors| sensors.encoder_counts = 64.0).times;
     assert!(
         coarse.slip_s > 10.0 * perfect.slip_s && coarse.free_m_s < 0.1,
         "{coarse:?}"
@@ -202,7 +202,7 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
     let slow = seven(TractionConfig::steady(0.3, 2.0, 10e-3)).times;
     assert_eq!(slow.slip_s, 50e-3); // five periods
     // Raw counts are as late as other readings: 15 ms of twice 20.
-    let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64, 20e-3));
+    let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64.0, 20e-3));
     let [gain, integral] = both.times.own(&both.config, true);
     assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375).abs() < 1e-12);
 }
@@ -336,7 +336,7 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
 #[test]
 fn what_sensors_hide_is_not_controlled() {
     // 32 counts a turn hide 0.4 * 4.4 rad/s * 66 mm = 0.12 m/s: half of 0.24 m/s.
-    let traction = with(|sensors| sensors.encoder_counts = 32);
+    let traction = with(|sensors| sensors.encoder_counts = 32.0);
     let held_up = |speed_m_s: f64| {
         let (mut state, command) = (
             TractionState::new(),
@@ -521,7 +521,7 @@ fn a_direction_that_trembles_hides_no_dead_wheel() {
 #[test]
 fn counts_that_come_often_are_estimated_although_they_hide_slip() {
     // 64 counts hide 0.083 m/s; at 0.1 m/s half a count comes in their window. Plain loops on raw counts heat with 0.38 N2.m2.
-    let traction = with(|sensors| sensors.encoder_counts = 64);
+    let traction = with(|sensors| sensors.encoder_counts = 64.0);
     let slow = BodyTwist {
         vx_m_s: 0.1,
         ..BodyTwist::ZERO

@@ -178,7 +178,7 @@ fn policy_with(sensors: TractionSensors<f64>) -> crate::TractionPolicy<f64, 7> {
 #[test]
 fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_sensors_tell() {
     let mut coarse = TractionSensors::perfect();
-    coarse.encoder_counts = 256; // hide 0.04 m/s: slip is told at 0.3 m/s, not at 0.05 m/s
+    coarse.encoder_counts = 256.0; // hide 0.04 m/s: slip is told at 0.3 m/s, not at 0.05 m/s
     for (sensors, dead) in [(coarse, 7), (TractionSensors::perfect(), 2)] {
         for rests in [true, false] {
             let mut policy = policy_with(sensors);
@@ -212,7 +212,7 @@ fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_se
 #[test]
 fn a_vehicle_that_is_stuck_gives_up_where_slip_cannot_be_told_too() {
     let mut coarse = TractionSensors::perfect();
-    coarse.encoder_counts = 128; // hide 0.058 m/s
+    coarse.encoder_counts = 128.0; // hide 0.058 m/s
     let mut policy = policy_with(coarse);
     let slow = BodyTwist {
         vx_m_s: 0.1,

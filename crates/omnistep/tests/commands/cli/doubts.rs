@@ -245,6 +245,26 @@ fn wheels_motors_and_commands_that_nobody_builds_are_warned_of() {
             .any(|line| line.contains("13.1 kg a litre") && line.contains("steel has 7.9")),
         "{dense:?}"
     );
+    // The rollers of a wheel of 76 mm on one of 47.5 mm.
+    let gaps = doubts(&[
+        ("radius_m = 0.076 ", "radius_m = 0.0475 "),
+        ("inertia_kg_m2 = 0.0035", "inertia_kg_m2 = 0.0014"),
+    ]);
+    let (said, mend) = (
+        "between its 9 rollers of radius_m = 0.015 are gaps, the axle falls by 3.2 %",
+        "with radius_m = 0.009784 they leave none",
+    );
+    assert!(
+        gaps.iter()
+            .any(|line| line.contains(said) && line.ends_with(mend)),
+        "{gaps:?}"
+    );
+    let closed = doubts(&[
+        ("radius_m = 0.076 ", "radius_m = 0.0475 "),
+        ("inertia_kg_m2 = 0.0035", "inertia_kg_m2 = 0.0014"),
+        ("radius_m = 0.015 ", "radius_m = 0.009784 "),
+    ]);
+    assert!(closed.iter().all(|line| !line.contains("gaps")), "{closed:?}");
     let hand = doubts(&[(
         "roller_angle_rad = -0.7853981634 # 45 degrees to the right of forward\nradius_m = 0.076                # 6 inches",
         "roller_angle_rad = 0.7853981634\nradius_m = 0.076 # 6 inches",

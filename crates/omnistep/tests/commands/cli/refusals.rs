@@ -54,6 +54,11 @@ fn a_missing_field_is_named() {
     refused_file("s.toml", "friction = 0.7", "", friction);
     let mass = "body[1]: missing field `mass_kg`; for example mass_kg = 6.0";
     refused_file("v.toml", "mass_kg = 6.0", "", mass);
+    // All at once, so that a file is complete after one run.
+    let ground = "friction = 0.7              # rubber on dry concrete; not in the paper\nheight_m = 0.05\nat_m = 0.7 ";
+    let all =
+        "terrain: missing field `friction`, also terrain.height_m, terrain.at_m; for example friction = 0.7";
+    refused_file("s.toml", ground, "", all);
 }
 
 #[test]

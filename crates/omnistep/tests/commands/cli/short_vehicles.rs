@@ -92,6 +92,12 @@ fn another_vehicle_is_named_by_an_option_of_every_command_that_takes_a_scenario(
         stdout(&done)
     };
     assert!(with("constants").contains("[[20.0, -20.0, ")); // one over 0.05 m
+    let export = |format: &str| {
+        let args = ["export", "flat", "--vehicle", "omni3", "--format", format];
+        stdout(&omnistep(folder.path(), &args))
+    };
+    assert!(export("mjcf").starts_with("<mujoco model=\"flat\">"));
+    assert!(export("urdf").starts_with("<robot name=\"omni3\">"));
     let run = omnistep(
         folder.path(),
         &[
