@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 import study_safety
-from study_situations import SEEDS, VEHICLES, situations as planned_situations
+from study_situations import SEEDS, VEHICLES
+from study_situations import situations as planned_situations
 
 from omnistep._omnistep import mean_interval, wilson
 
