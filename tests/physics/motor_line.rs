@@ -57,6 +57,20 @@ fn no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_o
     }
 }
 
+fn a_motor_gives_no_more_than_its_drive_lets_it_and_comes_to_its_no_load_speed() {
+    let free = scenario(&["terrain.friction=0", "vehicle.motor.torque_limit_n_m=1"]);
+    let [mut asked, mut limited] = [(); 2].map(|()| Simulation::new(&free).expect("valid"));
+    for k in 0..1500 {
+        // What is asked for beyond the limit is the limit, in every bit.
+        let [beyond, at] = [(&mut asked, STALL_N_M), (&mut limited, 1.0)]
+            .map(|(simulation, torque)| turned(simulation, [torque, -torque, -torque, torque], 1));
+        assert_eq!(beyond, at, "period {k}");
+    }
+    // The line ends where it did: 1 N.m is left up to 20 rad/s, 70 ms; then J over the slope, 35 ms, is passed forty times.
+    let speed = limited.measured_rad_s()[0];
+    assert!((speed / NO_LOAD_RAD_S - 1.0).abs() < 1e-3, "{speed} rad/s");
+}
+
 fn without_load_a_motor_comes_to_its_no_load_speed_and_stays_there() {
     // Also with a line that is too steep for the wheel and the step: 3 N.m over 0.3 rad/s is 10 N.m.s/rad, and J / dt is 7. That wheel
     // gets there in one step, in which the platform gives way to four of them: 4 times 0.0035 of its 0.33 kg.m^2, less what contacts hold.
@@ -158,6 +172,7 @@ fn with_ideal_encoders_a_run_within_the_line_is_as_without_one() {
 
 on_both_engines! {
     no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_or_coarse,
+    a_motor_gives_no_more_than_its_drive_lets_it_and_comes_to_its_no_load_speed,
     without_load_a_motor_comes_to_its_no_load_speed_and_stays_there,
     a_torque_held_for_good_settles_where_the_line_meets_the_load,
     a_wheel_beyond_its_no_load_speed_is_braked_with_the_stall_torque_and_driven_with_none,

@@ -200,7 +200,7 @@ impl Bound {
             gravity_m_s2: scenario.physics.gravity_m_s2,
             ..Step::new(height_m, friction)?
         };
-        let found = Linkage::new(vehicle)?.bound(&step, vehicle.motor.stall_torque_n_m, speed_m_s);
+        let found = Linkage::new(vehicle)?.bound(&step, vehicle.motor.peak_torque_n_m(), speed_m_s);
         found.map_err(|error| match error {
             Error::Argument {
                 name: "height_m",

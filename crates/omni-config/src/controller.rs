@@ -82,7 +82,7 @@ impl Scenario {
         let kp_over_ki_s = gains.kp_n_m_s_rad / gains.ki_n_m_rad;
         pid.anti_windup = self
             .control
-            .anti_windup(kp_over_ki_s, vehicle.motor.stall_torque_n_m);
+            .anti_windup(kp_over_ki_s, vehicle.motor.peak_torque_n_m());
         pid.integral_zone_rad_s = R::of(self.control.integral_zone_rad_s.unwrap_or(f64::INFINITY));
         pid.proportional_limit_n_m = R::of(self.control.proportional_limit_n_m.unwrap_or(f64::INFINITY));
         Ok(WheelControlConfig {
@@ -157,7 +157,7 @@ impl Scenario {
             Some(_) => self.encoder_step_rad_s().unwrap_or(0.0) / whole.velocity_rad_s,
         };
         let (velocity_rad_s, torque_n_m) = (left * whole.velocity_rad_s, left * whole.torque_n_m);
-        let stall = self.vehicle().motor.stall_torque_n_m;
+        let stall = self.vehicle().motor.peak_torque_n_m();
         Ok((torque_n_m > stall).then(|| {
             format!(
                 "sensors.encoder_counts = {counts}: one count in a control period reads as {:.1} rad/s, for which the gains \

@@ -75,7 +75,7 @@ impl Vehicle {
     pub fn derived_gains(&self, period_s: f64) -> Result<DerivedGains, Error> {
         let (rows, _) = self.actuators()?;
         let inertia = self.largest_inertia(&rows);
-        let stall = self.motor.stall_torque_n_m;
+        let stall = self.motor.peak_torque_n_m();
         let free_wheel = self
             .wheel
             .iter()

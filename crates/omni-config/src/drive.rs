@@ -319,7 +319,7 @@ impl Scenario {
     pub(crate) fn drive_faults(&self) -> Option<DriveFaults> {
         let mut faults = self.drive?.faults.unwrap_or_default();
         let count_rad_s = self.encoder_step_rad_s().unwrap_or(0.0);
-        let half_n_m = 0.5 * self.vehicle().motor.stall_torque_n_m;
+        let half_n_m = 0.5 * self.vehicle().motor.peak_torque_n_m();
         faults.stuck_torque_n_m.get_or_insert(half_n_m);
         faults
             .stuck_rad_s

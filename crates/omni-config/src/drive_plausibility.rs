@@ -108,7 +108,7 @@ impl Scenario {
     pub fn unseen_encoders(&self) -> Option<String> {
         let (vehicle, wheels) = (self.vehicle(), self.unchecked_wheels());
         let least_n_m = self.drive_faults()?.stuck_torque_n_m?;
-        let stall_n_m = vehicle.motor.stall_torque_n_m;
+        let stall_n_m = vehicle.motor.peak_torque_n_m();
         let asked_n_m = self.most_asked_n_m().unwrap_or(f64::INFINITY);
         let mend = if least_n_m >= stall_n_m {
             format!("use less than the motor's {stall_n_m} N.m")

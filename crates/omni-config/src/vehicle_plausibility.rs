@@ -248,7 +248,8 @@ impl Vehicle {
     fn too_strong(&self) -> Result<Option<String>, Error> {
         let (rows, _) = self.actuators()?;
         let stall = self.motor.stall_torque_n_m;
-        let push_n = stall * rows.iter().map(|[ax, ay, _]| libm::hypot(*ax, *ay)).sum::<f64>();
+        let push_n =
+            self.motor.peak_torque_n_m() * rows.iter().map(|[ax, ay, _]| libm::hypot(*ax, *ay)).sum::<f64>();
         let times = push_n / (9.81 * self.mass_kg());
         Ok((times > STRONG).then(|| {
             format!(

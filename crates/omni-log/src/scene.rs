@@ -296,7 +296,7 @@ pub(crate) fn state(messages: &Messages, simulation: &Simulation) -> State {
     State {
         time_s: simulation.time_ns() as f64 * 1e-9,
         policy: scenario.control.policy.clone(),
-        stall_torque_n_m: scenario.vehicle().motor.stall_torque_n_m,
+        stall_torque_n_m: scenario.vehicle().motor.peak_torque_n_m(),
         asked: sample.asked.to_array().map(|value| value as f32),
         twist: seen.twist.to_array().map(|value| value as f32),
         common_factor: sample.common_factor as f32,

@@ -303,7 +303,7 @@ fn on_step(
     let Some(height_m) = step_m else {
         return Ok(String::new());
     };
-    let has = vehicle.motor.stall_torque_n_m;
+    let has = vehicle.motor.peak_torque_n_m();
     let mut step = omni_bound::Step::new(height_m, friction)?;
     step.gravity_m_s2 = gravity_m_s2;
     let where_ = format!("step of {height_m} m, friction {friction}");

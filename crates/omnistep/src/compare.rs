@@ -362,7 +362,7 @@ pub(super) fn headline(scenario: &Scenario) -> String {
 /// The same of a vehicle that is told something else than the scenario's command.
 pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
     let vehicle = &scenario.vehicle().name;
-    let torque = scenario.vehicle().motor.stall_torque_n_m;
+    let torque = scenario.vehicle().motor.peak_torque_n_m();
     let wheels = 0..scenario.vehicle().wheel.len();
     let on = match wheels
         .clone()

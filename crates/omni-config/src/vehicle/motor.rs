@@ -43,6 +43,12 @@ pub struct Motor {
     #[garde(inner(custom(within(NO_LOAD_RAD_S))))]
     #[cfg_attr(feature = "schema", schemars(range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max)))]
     pub no_load_rad_s: Option<f64>,
+    /// Most torque that the drive lets the motor have \[N.m\], 1e-6 to the stall torque, at every speed: the corner of a current limit. Left
+    /// out: the stall torque.
+    #[serde(default)]
+    #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
+    pub torque_limit_n_m: Option<f64>,
     /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed, also at rest. The torque-speed
     /// line does not include it. 0 by default.
     #[serde(default)]
@@ -102,12 +108,30 @@ impl Motor {
             .or_else(by_slope)
     }
 
+    /// Most torque that it ever gives \[N.m\]: that at rest, or the limit of its drive.
+    ///
+    /// ```
+    /// use omni_config::{Override, Source, Vehicle};
+    /// let limited = Override::parse("motor.torque_limit_n_m=0.4")?;
+    /// let motor = Vehicle::from_source(&Source::vehicle("omni3", None)?, &[limited])?.motor;
+    /// assert_eq!((motor.stall_torque_n_m, motor.peak_torque_n_m()), (1.0, 0.4));
+    /// let limit = motor.limit::<f64>()?;
+    /// assert_eq!(limit.range(10.0).upper_n_m, 0.4); // the line has 0.7 N.m there
+    /// assert!((limit.range(30.0).upper_n_m - 0.1).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn peak_torque_n_m(&self) -> f64 {
+        self.torque_limit_n_m.unwrap_or(self.stall_torque_n_m)
+    }
+
     /// The limit that the controller works with.
     ///
     /// # Errors
-    /// As [`TorqueLimit::line`].
+    /// As [`TorqueLimit::line`] and [`TorqueLimit::capped`].
     pub fn limit<R: omni_core::Real>(&self) -> Result<TorqueLimit<R>, omni_core::ConfigError> {
-        TorqueLimit::line(R::of(self.stall_torque_n_m), R::of(self.line_slope_n_m_s_rad()))
+        TorqueLimit::line(R::of(self.stall_torque_n_m), R::of(self.line_slope_n_m_s_rad()))?
+            .capped(R::of(self.peak_torque_n_m()))
     }
 
     /// What the gear of a wheel with this `gear` (wheel turns per motor turn) takes; none where it takes nothing.
@@ -134,6 +158,15 @@ impl Motor {
 
     /// What is wrong with it that no single key shows.
     pub(super) fn refusal(&self) -> Option<String> {
+        if let Some(limit) = self
+            .torque_limit_n_m
+            .filter(|limit| *limit > self.stall_torque_n_m)
+        {
+            let stall = self.stall_torque_n_m;
+            return Some(format!(
+                "torque_limit_n_m = {limit}, allowed: up to the stall torque, {stall}"
+            ));
+        }
         let values = [self.slope_n_m_s_rad, self.no_load_rpm, self.no_load_rad_s];
         let given = LINE
             .iter()

@@ -261,7 +261,7 @@ pub(super) fn actuators(xml: &mut Xml, vehicle: &Vehicle) -> io::Result<()> {
         )?;
         vehicle.wheel.iter().try_for_each(|wheel| {
             let name = wheel_link(&wheel.name);
-            let stall = vehicle.motor.stall_torque_n_m;
+            let stall = vehicle.motor.peak_torque_n_m();
             let attributes: [(&str, &dyn Display); 4] = [
                 ("name", &name),
                 ("joint", &name),

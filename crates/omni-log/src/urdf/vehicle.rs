@@ -112,7 +112,7 @@ pub(super) fn write_parts(xml: &mut Xml, vehicle: &Vehicle) -> io::Result<()> {
 pub(super) fn wheel_limits(vehicle: &Vehicle, wheel: &WheelSpec) -> [f64; 2] {
     let no_load = vehicle.no_load_rad_s().unwrap_or(f64::INFINITY) * wheel.gear;
     [
-        vehicle.motor.stall_torque_n_m / wheel.gear,
+        vehicle.motor.peak_torque_n_m() / wheel.gear,
         no_load.min(UNLIMITED_RAD_S),
     ]
 }

@@ -99,7 +99,7 @@ impl StepClimb {
             rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
             added_n_m: vec![0.0; forward.len()],
             forward,
-            stall_n_m: vehicle.motor.stall_torque_n_m,
+            stall_n_m: vehicle.motor.peak_torque_n_m(),
             period_s: scenario.period_s(),
             way_m: at_m - scenario.start.x_m,
             heading_rad: scenario.start.heading_rad,

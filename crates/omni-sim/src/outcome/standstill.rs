@@ -33,7 +33,7 @@ impl Standstill {
         Self {
             reach_m: farthest_wheel_m(scenario),
             period_us: scenario.control.period_us,
-            full_n_m: FULL_PART * scenario.vehicle().motor.stall_torque_n_m,
+            full_n_m: FULL_PART * scenario.vehicle().motor.peak_torque_n_m(),
             at: None,
             now: Span::default(),
             longest: Span::default(),

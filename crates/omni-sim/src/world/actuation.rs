@@ -19,6 +19,7 @@ pub(super) struct Actuation {
     follow_mean: f64,
     sag: f64,
     stall_n_m: f64,
+    peak_n_m: f64,
     slope_n_m_s_rad: f64,
     step_s: f64,
     /// Motors whose windings are shorted.
@@ -119,6 +120,7 @@ impl Actuation {
             follow_mean: 1.0 - follow * lag_s / step_s,
             sag: scenario.actuators.voltage_sag,
             stall_n_m: vehicle.motor.stall_torque_n_m,
+            peak_n_m: vehicle.motor.peak_torque_n_m(),
             slope_n_m_s_rad: vehicle.motor.line_slope_n_m_s_rad(),
             step_s,
             shorted: Vec::new(),
@@ -200,9 +202,10 @@ impl Actuation {
     fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
         let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
         let stall = voltage * self.stall_n_m;
-        let driving = (stall - slope * velocity.abs()).max(0.0);
-        let lower = if velocity < 0.0 { -driving } else { -stall };
-        let upper = if velocity > 0.0 { driving } else { stall };
+        let most = stall.min(self.peak_n_m);
+        let driving = (stall - slope * velocity.abs()).clamp(0.0, most);
+        let lower = if velocity < 0.0 { -driving } else { -most };
+        let upper = if velocity > 0.0 { driving } else { most };
         let per_rad_s = self.inertia_kg_m2[wheel] * self.gear[wheel] * self.gear[wheel] / self.step_s;
         if slope <= per_rad_s {
             return [lower, upper];
