@@ -40,8 +40,8 @@ def view(axes: Axes, o_from_below: bool, below: bool) -> None:
     axes.annotate("front", (0, 0.29), (0, 0.12), ha="center", arrowprops={"arrowstyle": "->", "color": RUBBER}, size=10)
     for ahead in (1, -1):
         for left in (1, -1):
-            # From above an O shows the upper rollers, an X. Those on the ground slope the other way. Turned over, left is
-            # right, and they slope as the upper ones again.
+            # From above an O shows the upper rollers, an X. Those on the ground slope the other way. Turned over,
+            # left is right, and they slope as the upper ones again.
             slope = ahead * left * (1 if o_from_below else -1)
             shown = -left if below else left
             wheel(axes, ahead * WHEELBASE / 2, shown * TRACK / 2, slope, GROUND if below else RUBBER)
