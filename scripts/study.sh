@@ -3,4 +3,4 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/venv.sh
-.venv/bin/python scripts/study.py "$@"
+PYTHONWARNINGS=ignore::UserWarning .venv/bin/python scripts/study.py "$@"
