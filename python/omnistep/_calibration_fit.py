@@ -22,6 +22,8 @@ SCALE = 0.05
 COMMON = 4.0
 #: Residuals tell their own size from so many degrees of freedom on, and are no smaller than this [m, rad].
 ENOUGH, LEAST_M = 3.0, 1e-6
+#: From so many runs on their own scatter says how far the numbers may be off.
+MANY = 15
 #: Errors of ends that were measured with a tape, if nothing else is stated; of poses likewise.
 POSITION_M, YAW_RAD = 0.002, 0.005
 #: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
@@ -45,6 +47,8 @@ class Found:
 
     u: Floats
     covariance: Floats
+    #: The same from the scatter of runs; 0 from few.
+    scatter: Floats
     #: Degrees of freedom of what the variances rest on.
     freedom: float
     #: Standard deviations of places [m] and turns [rad] of measured ends, the same of pieces between recorded poses,
@@ -237,6 +241,7 @@ class Problem:
         return Found(
             u=moves @ z,
             covariance=moves @ covariance @ moves.T,
+            scatter=moves @ self._scatter(weighted, slopes, covariance) @ moves.T,
             freedom=float(max(1.0, known)),
             sd=sd,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
@@ -244,6 +249,19 @@ class Problem:
             left_out=[self._without(run, weighted, slopes, covariance) for run in range(len(self.drives))],
             evidence=float(evidence),
         )
+
+    def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> Floats:
+        """Covariance from what the numbers would be without each run: whatever the errors of runs are; none from few runs."""
+        runs = len(self.drives)
+        if runs < MANY:
+            return np.zeros_like(covariance)
+        moved = []
+        for run in range(runs):
+            rows = np.flatnonzero(self.run_of == run)
+            own = slopes[rows]
+            alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
+            moved.append(covariance @ own.T @ np.linalg.solve(alone, weighted[rows]))
+        return np.cov(np.array(moved).T, ddof=0) * (runs - 1)
 
     def _without(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[float, int]:
         """By how much less squares are left without a run, and how many numbers its end has."""
@@ -327,7 +345,8 @@ class Problem:
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
         value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
-        deviation = float(np.sqrt(max(0.0, float(row @ known.covariance @ row))))
+        variances = (float(row @ each @ row) for each in (known.covariance, known.scatter))
+        deviation = float(np.sqrt(max(0.0, *variances)))
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
         half = (
