@@ -20,7 +20,7 @@ import omnistep
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "robots.md"
 FILES = ROOT / "crates" / "omnistep" / "assets" / "robots"
-BLOCK = re.compile(r"(<!-- robots: (\w+) -->\n).*?(<!-- end of robots -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- robots: (\w+) -->\n)(.*?)(<!-- end of robots -->)", re.DOTALL)
 POLICIES = ("independent", "steady")
 SEEDS = (1, 2, 3)
 #: Where the vehicle starts differs by seed: turned by this [rad], ahead or behind by that [m]; standard deviations.
@@ -76,13 +76,26 @@ def lifted_mm(name: str, most_mm: int) -> str:
     """The highest step of whole millimetres of which `omnistep check --step` does not warn."""
 
     def check(height_mm: int) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "omnistep", "check", str(FILES / f"{name}.toml"), "--step", str(height_mm / 1e3)]
-        return subprocess.run([*command, "--strict"], capture_output=True, text=True, check=False)
+        arguments = ["check", str(FILES / f"{name}.toml"), "--step", str(height_mm / 1e3)]
+        command = [sys.executable, "-m", "omnistep", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
 
     if "no bound for this vehicle" in check(1).stdout:
         return "no bound"
-    enough = [height_mm for height_mm in range(1, most_mm) if check(height_mm).returncode == 0]
-    return f"{max(enough)} mm" if enough else "none"
+    # Between a height that the motors lift the wheels on and one that they do not: a higher step needs more torque.
+    low_mm, high_mm = 0, most_mm
+    while high_mm - low_mm > 1:
+        middle_mm = (low_mm + high_mm) // 2
+        if re.search("^warning: .*: step of ", check(middle_mm).stderr, re.MULTILINE):
+            high_mm = middle_mm
+        else:
+            low_mm = middle_mm
+    return f"{low_mm} mm" if low_mm else "none"
+
+
+def heights_mm(robot: omnistep.Vehicle) -> list[int]:
+    """The heights of steps that a robot is to climb: tenths of its wheels' radius [mm]."""
+    return [round(tenth * 100 * robot["wheel.0.radius_m"]) for tenth in range(1, 11)]
 
 
 def climbs(robot: omnistep.Vehicle, policy: str, speed_m_s: float, height_m: float) -> bool:
@@ -105,8 +118,7 @@ def climbed() -> str:
     rows = []
     for name in names():
         robot = vehicle(name)
-        radius_mm = 1000 * robot["wheel.0.radius_m"]
-        grid_mm = [round(tenth * radius_mm / 10) for tenth in range(1, 11)]
+        grid_mm = heights_mm(robot)
         speed_m_s = robot["limits.vx_m_s"] / 2
         highest = []
         for policy in POLICIES:
@@ -116,7 +128,7 @@ def climbed() -> str:
                     break
                 last_mm = height_mm
             highest.append(f"{last_mm} mm" if last_mm else f"below {grid_mm[0]} mm")
-        torque = lifted_mm(name, round(radius_mm))
+        torque = lifted_mm(name, grid_mm[-1])
         rows.append([f"`{name}`", f"{speed_m_s:.2g}", torque, *highest, STEPS.get(name, "-")])
         print(*rows[-1], sep="\t", flush=True)
     return table(["robot", "speed [m/s]", "`check --step`", *(f"`{policy}`" for policy in POLICIES), "maker"], rows)
@@ -124,14 +136,14 @@ def climbed() -> str:
 
 def block(page: str, name: str) -> str:
     """What the page holds between the markers of that name."""
-    return {found: text for _, found, text in re.findall(r"(<!-- robots: (\w+) -->\n)(.*?)\n<!-- end", page, re.DOTALL)}[name]
+    return next(text for _, found, text, _ in BLOCK.findall(page) if found == name).rstrip()
 
 
 def write(name: str, text: str) -> None:
     """Replace what the page holds between the markers of that name."""
 
     def filled(found: re.Match[str]) -> str:
-        return f"{found[1]}{text}\n{found[3]}" if found[2] == name else found[0]
+        return f"{found[1]}{text}\n{found[4]}" if found[2] == name else found[0]
 
     PAGE.write_text(BLOCK.sub(filled, PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
