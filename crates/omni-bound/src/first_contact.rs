@@ -4,6 +4,9 @@ use omni_config::{Row, Vehicle};
 
 use crate::{Error, Step};
 
+/// Push of a wheel \[N per N at its rim\] below which it comes of the rounding of an angle.
+const ROUNDING: f64 = 1e-9;
+
 /// What a row of wheels needs to lift off where it touches the edge.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -67,7 +70,10 @@ pub fn touch(vehicle: &Vehicle, step: &Step) -> Result<Option<Vec<RowTouch>>, Er
             (other.x_m - centre_m, apart_m - ahead, 0.0)
         };
         // N ahead = T own + P down, with P = T others or what friction holds of the other row's load.
-        let (own, others) = (push(row) * radius, push(other));
+        // A wheel that rolls across the way gives no push but for the rounding of its angle.
+        let own = push(row) * radius;
+        let own = if own.abs() < ROUNDING { 0.0 } else { own };
+        let others = push(other);
         let needed = weight_n * lever * ahead / span;
         let by_push = down + drop * ahead / span; // of a newton of push, about the axle
         let torque = needed / (own + others * by_push);

@@ -84,6 +84,10 @@ pub struct Vehicle {
     #[serde(skip)]
     #[garde(skip)]
     pub(crate) assumed: Vec<String>,
+    /// Does the file give the motors' rotors, whose inertia wheels have besides their own?
+    #[serde(skip)]
+    #[garde(skip)]
+    pub(crate) with_rotors: bool,
 }
 
 /// A rigid body without its wheels.
@@ -275,11 +279,18 @@ impl Vehicle {
         for each in overrides {
             each.apply(source, &mut table)?;
         }
+        let with_rotors = table
+            .get("motor")
+            .is_some_and(|motor| motor.get("rotor_inertia_kg_m2").is_some());
         let assumed = completion::complete(source, &mut table)?;
         let whole = || Source::vehicle("chugo7", None).ok()?.table().ok();
         let vehicle: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         vehicle.check(source)?;
-        Ok(Self { assumed, ..vehicle })
+        Ok(Self {
+            assumed,
+            with_rotors,
+            ..vehicle
+        })
     }
 
     /// What was assumed of what the file leaves out, in words: inertias of wheels, centres of mass, damping of hinges.

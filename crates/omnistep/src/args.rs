@@ -236,7 +236,8 @@ pub(crate) enum Command {
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
-        /// The built-in vehicle, scenario or study to start from; chugo7, step or climb_map if left out.
+        /// What to start from: a built-in vehicle, a robot of omnistep list robots or a .toml file of a vehicle; a built-in scenario or study.
+        /// If left out: chugo7, step or climb_map.
         #[arg(long)]
         like: Option<String>,
         /// The vehicle of a scenario, a manoeuvre or a map: a built-in one or a .toml file. If left out: that of the scenario to start from, else
@@ -251,7 +252,7 @@ pub(crate) enum Command {
         /// What the files describe.
         kind: FileKindArg,
     },
-    /// Lists the built-in scenarios, vehicles, policies and studies.
+    /// Lists the built-in scenarios, vehicles, policies and studies, and robots to start a vehicle from.
     List {
         /// Lists only this kind, with a description of each.
         kind: Option<Listed>,

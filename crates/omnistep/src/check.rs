@@ -195,6 +195,12 @@ fn facts(
         "layout",
         format!("condition number {:.2} (1 is best)", vehicle.condition_number()?),
     );
+    if vehicle.wheel.len() == 3 {
+        say(
+            "encoders",
+            "all 3 are needed: without one the motion is unknown, and the drive stops".into(),
+        );
+    }
     let [x, y, z] = vehicle
         .centre_of_mass_m()
         .map(|at| if at.abs() < 5e-5 { 0.0 } else { at });

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::args::{FileKindArg, NewKind};
 use crate::output::print;
 use crate::room::{behind_m, obstacle_at_m};
-use crate::{log_map, manoeuvre};
+use crate::{log_map, manoeuvre, robots};
 
 /// Prints the JSON Schema of a kind of file.
 #[cfg(feature = "schema")]
@@ -67,6 +67,7 @@ pub(super) fn new(
     };
     let text = match kind_of_new {
         NewKind::Manoeuvre => manoeuvre::text(name, like)?,
+        NewKind::Vehicle => robots::like(like, name)?,
         NewKind::Scenario => driven(named(kind, like, name)?, like, vehicle)?,
         _ => named(kind, like, name)?,
     };

@@ -29,6 +29,7 @@ mod notices;
 mod output;
 mod retry_state;
 mod ripple;
+mod robots;
 mod room;
 #[cfg(feature = "ros2")]
 mod ros2;

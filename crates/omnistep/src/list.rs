@@ -9,12 +9,14 @@ use omni_config::{
 
 use crate::Error;
 use crate::output::print;
+use crate::robots::{self, ROBOTS};
 
 /// What there is built in.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Listed {
     Scenarios,
     Vehicles,
+    Robots,
     Policies,
     Studies,
     Experiments,
@@ -25,6 +27,7 @@ impl Listed {
         match self {
             Self::Scenarios => builtin_scenarios(),
             Self::Vehicles => builtin_vehicles(),
+            Self::Robots => ROBOTS.map(|(name, _)| name).to_vec(),
             Self::Policies => POLICIES.to_vec(),
             Self::Studies => builtin_studies(),
             Self::Experiments => vec!["wheels"],
@@ -36,6 +39,7 @@ impl Listed {
         let kind = match self {
             Self::Scenarios => FileKind::Scenario,
             Self::Vehicles => FileKind::Vehicle,
+            Self::Robots => return robots::in_a_line(name),
             Self::Policies => return policy_in_a_line(name),
             Self::Studies => FileKind::Study,
             Self::Experiments => FileKind::Experiment,
@@ -57,6 +61,11 @@ pub(super) fn list(kind: Option<Listed>, out: &mut dyn Write) -> Result<(), Erro
     for (title, kind, note) in [
         ("scenarios:  ", Listed::Scenarios, ""),
         ("vehicles:   ", Listed::Vehicles, ""),
+        (
+            "robots:     ",
+            Listed::Robots,
+            " (make a vehicle: `omnistep new vehicle NAME --like ROBOT`)",
+        ),
         ("policies:   ", Listed::Policies, ""),
         ("studies:    ", Listed::Studies, ""),
         (

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Row, Table, presets};
-use omni_config::{check_replaceable, shortened_line};
+use omni_config::{Error as ConfigError, check_replaceable, shortened_line};
 
-use crate::Error;
+use crate::{Error, robots};
 
 /// A line on standard error, no longer than somebody reads it: every one goes through here.
 pub(crate) fn say(line: &str) {
@@ -16,8 +16,19 @@ pub(crate) fn say(line: &str) {
 
 /// Says what went wrong, in one line; the exit code.
 pub(crate) fn say_error(error: &Error) -> u8 {
-    say(&format!("error: {error}"));
+    let hint = asked_for(error).and_then(robots::hint);
+    let hint = hint.map_or_else(String::new, |hint| format!("; first: {hint}"));
+    say(&format!("error: {error}{hint}"));
     if error.is_bad_input() { 2 } else { 1 }
+}
+
+/// The name of a file or a vehicle that is not there.
+fn asked_for(error: &Error) -> Option<&str> {
+    match error {
+        Error::Simulation(omni_sim::Error::Config(ConfigError::UnknownName { name, .. })) => Some(name),
+        Error::Simulation(omni_sim::Error::Config(ConfigError::Missing { path, .. })) => path.to_str(),
+        _ => None,
+    }
 }
 
 /// Does the same with each file, also behind one that is bad: what is wrong with it is said as it comes. The exit code of the worst.

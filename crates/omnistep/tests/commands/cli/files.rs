@@ -88,7 +88,8 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
     assert_eq!(
         said,
-        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4, rocker_bogie6\n"
+        "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4, rocker_bogie6, youbot, ridgeback, rosbot_xl, \
+         rosmaster_x3, strafer, lekiwi, robotino, osr, or the path of a .toml file\n"
     );
 }
 

@@ -14,6 +14,7 @@ mod messages;
 mod paths;
 mod refusals;
 mod results;
+mod robots;
 mod rollers;
 mod ros2_control;
 mod ros2_control_urdf;
