@@ -89,7 +89,8 @@ fn explore() {
     for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
         for name in ["step", "step_down", "stairs", "ramp", "half_step", "ditch", "bumps", "rough", "height_map"] {
             for engine in ["rapier", "articulated"] {
-                for extra in ["seed=0", "terrain.height_m=0.016", "terrain.height_m=0.03"] {
+                for extra in ["seed=0", "terrain.height_m=0.016", "terrain.height_m=0.03", "vehicle.body.0.clearance_m=0.016", "vehicle.body.1.clearance_m=0.03", "vehicle.body.2.clearance_m=0.03"] {
+                    if extra.contains("clear") && vehicle != "chugo7" || vehicle == "chugo7" && extra.contains("height") { continue }
                     let keys = [format!("vehicle={vehicle}"), format!("physics.engine={engine}"), extra.to_owned(), "stop_when_done=true".into()];
                     let keys: Vec<_> = keys.iter().map(|k| Override::parse(k).unwrap()).collect();
                     let Ok(scenario) = Scenario::load(name, &keys) else { continue };
