@@ -275,7 +275,7 @@ fn undersides(vehicle: &Vehicle) -> String {
         let names = names.join(" ");
         match height {
             Some(height) => format!("{height} under {names}"),
-            None => format!("unknown under {names}, whose box reaches into the ground: give clearance_m"),
+            None => format!("unknown under {names}, whose box reaches the ground: give clearance_m"),
         }
     });
     format!("clearance [m]: {}", texts.collect::<Vec<_>>().join(", "))
