@@ -251,7 +251,7 @@ class Problem:
         )
 
     def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> Floats:
-        """Covariance from what the numbers would be without each run: whatever the errors of runs are; none from few runs."""
+        """Covariance by what the numbers would be without each run, whatever the errors of runs are; 0 of few runs."""
         runs = len(self.drives)
         if runs < MANY:
             return np.zeros_like(covariance)

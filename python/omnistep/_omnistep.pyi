@@ -2240,6 +2240,7 @@ class Outcome:
         "off_course",
         "fell_short",
         "leaned",
+        "touched",
         "gained_energy",
         "diverged",
     ]:
@@ -2268,6 +2269,30 @@ class Outcome:
     @property
     def stalled_row(self) -> int | None:
         """The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled."""
+    @property
+    def limited_by(self) -> Literal["torque", "friction", "time"] | None:
+        """What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
+
+        docs/physics.md, What limited a stalled run.
+        """
+    @property
+    def limited_wheels(self) -> int | None:
+        """Wheels that slipped, or stood while their motors were at their limit; None where it was neither."""
+    @property
+    def touched_body(self) -> str | None:
+        """The body that was the first to be more than 1 mm below the ground; None if none was."""
+    @property
+    def touched_s(self) -> float | None:
+        """When that was, from the start of the run [s]; None if it never was."""
+    @property
+    def touched_x_m(self) -> float | None:
+        """World x of the deepest point then [m]."""
+    @property
+    def touched_y_m(self) -> float | None:
+        """World y of that point [m]."""
+    @property
+    def touched_depth_m(self) -> float | None:
+        """How far that point was below the ground [m]."""
     @property
     def retries(self) -> int | None:
         """Times that traction control backed off for another try; None of policies that have none."""

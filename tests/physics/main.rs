@@ -1,6 +1,7 @@
 //! The laws that a simulation keeps, and the figures that documents promise.
 
 mod articulated;
+mod clearance;
 mod coarse_encoders;
 mod core_serde;
 mod derived_gains;
@@ -12,6 +13,7 @@ mod figures;
 mod flat_ground;
 mod gear_friction;
 mod imperfections;
+mod limited;
 mod motor_line;
 mod odometry;
 mod other_vehicles;

@@ -108,10 +108,35 @@ pub struct Body {
     #[garde(custom(within(PLACE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
     pub com_m: [f64; 3],
-    /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It collides with nothing.
+    /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It is no contact: nothing stops at it. A run whose
+    /// ground reaches into its lower face has touched.
     #[garde(custom(within(EDGE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max))))]
     pub box_m: [f64; 3],
+    /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100. Left out: that of the box's lower face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[garde(inner(custom(within(EDGE_M))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    pub clearance_m: Option<f64>,
+}
+
+impl Body {
+    /// Height of its lowest point above level ground at rest \[m\]: the file's, or that of its box's lower face. None where the box reaches
+    /// into the ground: then it has the body's inertia, but not its shape.
+    ///
+    /// ```
+    /// use omni_config::Vehicle;
+    /// let mut base = Vehicle::load("omni3")?.body[0].clone();
+    /// assert!((base.underside_m().expect("known") - 0.03).abs() < 1e-12); // 8 cm up to its middle, less half of 10 cm
+    /// base.clearance_m = Some(0.02);
+    /// assert_eq!(base.underside_m(), Some(0.02));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn underside_m(&self) -> Option<f64> {
+        let face_m = self.com_m[2] - self.box_m[2] / 2.0;
+        self.clearance_m.or((face_m > 0.0).then_some(face_m))
+    }
 }
 
 /// A passive hinge between two bodies: no motor, no sensor in the controller.

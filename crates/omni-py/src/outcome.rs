@@ -109,6 +109,50 @@ impl Outcome {
         self.inner.stalled_row
     }
 
+    /// What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
+    ///
+    /// docs/physics.md, What limited a stalled run.
+    #[getter]
+    fn limited_by(&self) -> Option<&'static str> {
+        self.inner.limited_by.map(omni_sim::LimitedBy::name)
+    }
+
+    /// Wheels that slipped, or stood while their motors were at their limit; None where it was neither.
+    #[getter]
+    fn limited_wheels(&self) -> Option<usize> {
+        self.inner.limited_wheels
+    }
+
+    /// The body that was the first to be more than 1 mm below the ground; None if none was.
+    #[getter]
+    fn touched_body(&self) -> Option<String> {
+        self.inner.touched_body.map(|body| body.to_string())
+    }
+
+    /// When that was, from the start of the run [s]; None if it never was.
+    #[getter]
+    fn touched_s(&self) -> Option<f64> {
+        self.inner.touched_s
+    }
+
+    /// World x of the deepest point then [m].
+    #[getter]
+    fn touched_x_m(&self) -> Option<f64> {
+        self.inner.touched_x_m
+    }
+
+    /// World y of that point [m].
+    #[getter]
+    fn touched_y_m(&self) -> Option<f64> {
+        self.inner.touched_y_m
+    }
+
+    /// How far that point was below the ground [m].
+    #[getter]
+    fn touched_depth_m(&self) -> Option<f64> {
+        self.inner.touched_depth_m
+    }
+
     /// Times that traction control backed off for another try; None of policies that have none.
     #[getter]
     fn retries(&self) -> Option<u32> {
@@ -305,6 +349,13 @@ impl Outcome {
         dict.set_item("final_x_m", self.inner.final_x_m)?;
         dict.set_item("final_y_m", self.inner.final_y_m)?;
         dict.set_item("final_yaw_rad", self.inner.final_yaw_rad)?;
+        dict.set_item("limited_by", self.limited_by())?;
+        dict.set_item("limited_wheels", self.inner.limited_wheels)?;
+        dict.set_item("touched_body", self.touched_body())?;
+        dict.set_item("touched_s", self.inner.touched_s)?;
+        dict.set_item("touched_x_m", self.inner.touched_x_m)?;
+        dict.set_item("touched_y_m", self.inner.touched_y_m)?;
+        dict.set_item("touched_depth_m", self.inner.touched_depth_m)?;
         Ok(dict)
     }
 

@@ -1,9 +1,12 @@
 //! What the ground is made of: plain shapes, for the physics and for pictures.
 
+mod heights;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::config::{Scenario, Terrain};
+pub(crate) use heights::Rectangle;
 
 /// Half the thickness of slabs \[m\]: no wheel tunnels through.
 const HALF_THICKNESS: f64 = 1.0;

@@ -32,7 +32,7 @@ pub use error::Error;
 pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use odometry::OdometryEstimate;
-pub use outcome::{Better, Figure, Outcome, Verdict};
+pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
 pub use run::{
     control_periods, drive, drive_until, measure, own_command, run, run_outside, run_with_callback,
     run_with_controller,

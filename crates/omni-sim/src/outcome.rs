@@ -1,6 +1,8 @@
 //! What a run amounts to in a few numbers.
 
+mod body_name;
 mod criteria;
+mod effort;
 mod figures;
 mod friction_use;
 mod linkage_spread;
@@ -8,10 +10,13 @@ mod meter;
 mod obedience;
 mod pose_errors;
 mod standstill;
+mod undersides;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::{Engine, Scenario};
+pub use body_name::BodyName;
+pub use effort::LimitedBy;
 pub use figures::{Better, Figure};
 pub(crate) use meter::Meter;
 
@@ -50,6 +55,9 @@ pub enum Verdict {
     /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
     /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
     Leaned,
+    /// The underside of a body was more than 1 mm below the ground. The run went on, because no body is a contact of the physics: what came after
+    /// that is no real vehicle's.
+    Touched,
     /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
     GainedEnergy,
     /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did not settle in more than one of a hundred steps.
@@ -77,6 +85,7 @@ impl Verdict {
             Self::OffCourse => "off_course",
             Self::FellShort => "fell_short",
             Self::Leaned => "leaned",
+            Self::Touched => "touched",
             Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
         }
@@ -113,6 +122,9 @@ impl Verdict {
             Self::FellShort => "The vehicle covered less than half of the commanded distance.",
             Self::Leaned => {
                 "A body leaned by 30 degrees more than the ground requires, or it fell to its hinge's stop."
+            }
+            Self::Touched => {
+                "A body met the ground. In the simulation it passes through; a real vehicle would be stopped or scrape."
             }
             Self::GainedEnergy => {
                 "The physics created energy, so no figure is valid. Use a shorter physics.step_us."
@@ -157,6 +169,28 @@ pub struct Outcome {
     /// The foremost row of wheels that had not passed the obstacle then, 1 is the front row
     /// ([`crate::config::Vehicle::rows`]); none unless stalled.
     pub stalled_row: Option<usize>,
+    /// What kept it from its way in the last second in which motors pushed; none unless stalled or unfinished.
+    #[serde(default)]
+    pub limited_by: Option<LimitedBy>,
+    /// Wheels that slipped then, or stood while their motors were at their limit; none unless stalled by friction or torque.
+    #[serde(default)]
+    pub limited_wheels: Option<usize>,
+    /// The body whose underside was the first to be more than 1 mm below the ground
+    /// ([`underside_m`](crate::config::Body::underside_m)); none where none was.
+    #[serde(default)]
+    pub touched_body: Option<BodyName>,
+    /// When that was, from the start of the run \[s\].
+    #[serde(default)]
+    pub touched_s: Option<f64>,
+    /// World x of the deepest point then \[m\].
+    #[serde(default)]
+    pub touched_x_m: Option<f64>,
+    /// World y of that point \[m\].
+    #[serde(default)]
+    pub touched_y_m: Option<f64>,
+    /// How far it was below the ground \[m\].
+    #[serde(default)]
+    pub touched_depth_m: Option<f64>,
     /// Times that traction control (`steady`, `reach`) backed off for another try, from the start to the end of the crossing; none of a
     /// controller that does not try again.
     #[serde(default)] // logs of before do not say it
@@ -274,6 +308,13 @@ impl Outcome {
             crossing_s: None,
             stalled_at_m: None,
             stalled_row: None,
+            limited_by: None,
+            limited_wheels: None,
+            touched_body: None,
+            touched_s: None,
+            touched_x_m: None,
+            touched_y_m: None,
+            touched_depth_m: None,
             retries: None,
             stall_s: f64::NAN,
             stall_from_s: None,

@@ -64,15 +64,22 @@ pub(crate) fn columns(
     Ok(Columns { axes, figures })
 }
 
-/// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number.
+/// Figures that are words, and null in most runs.
+const WORDS: [&str; 2] = ["limited_by", "touched_body"];
+
+/// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number, unless it is a word.
 fn figures() -> Result<Vec<Column>, Error> {
     let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
     let (outcome, _) = measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(()))?;
     Ok(fields(&outcome)
         .into_iter()
         .map(|(name, cell)| Column {
+            kind: match cell.kind() {
+                Some(kind) => kind,
+                None if WORDS.contains(&name.as_str()) => Kind::Text,
+                None => Kind::Float,
+            },
             name,
-            kind: cell.kind().unwrap_or(Kind::Float),
         })
         .collect())
 }

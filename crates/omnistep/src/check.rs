@@ -245,6 +245,7 @@ fn facts(
             say("shares", shares.join("; "));
         }
     }
+    say("under", undersides(vehicle));
     if let Some(no_load) = vehicle.no_load_rad_s() {
         let [vx, vy, wz] = vehicle.speeds_at(no_load)?;
         say(
@@ -264,6 +265,26 @@ fn facts(
         ),
     );
     Ok(lines)
+}
+
+/// How high the lowest point of each body is, those of one height together.
+fn undersides(vehicle: &Vehicle) -> String {
+    let mut heights: Vec<(Option<String>, Vec<&str>)> = Vec::new();
+    for body in &vehicle.body {
+        let height = body.underside_m().map(|height_m| format!("{height_m:.3}"));
+        match heights.iter_mut().find(|(known, _)| *known == height) {
+            Some((_, names)) => names.push(&body.name),
+            None => heights.push((height, vec![&body.name])),
+        }
+    }
+    let texts = heights.into_iter().map(|(height, names)| {
+        let names = names.join(" ");
+        match height {
+            Some(height) => format!("{height} under {names}"),
+            None => format!("unknown under {names}, whose box reaches the ground: give clearance_m"),
+        }
+    });
+    format!("clearance [m]: {}", texts.collect::<Vec<_>>().join(", "))
 }
 
 /// What one count of a scenario's encoders is against the top speed, as one of [`facts`]; nothing without counts.
@@ -296,6 +317,20 @@ fn balls_ahead(vehicle: &Vehicle) -> String {
     format!("\n  {:<8} {text}", "balls")
 }
 
+/// The bodies that a step of a height meets before a wheel lifts them: what reaches as far ahead as the front body does, and is lower.
+#[cfg(feature = "bound")]
+fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
+    let front = |body: &&omni_config::Body| body.com_m[0] + body.box_m[0] / 2.0;
+    let first = vehicle.body.iter().max_by(|a, b| front(a).total_cmp(&front(b)))?;
+    let clearance_m = first.underside_m()?;
+    (clearance_m < height_m).then(|| {
+        format!(
+            "the step of {height_m} m is higher than the clearance of {clearance_m:.3} m under `{}`",
+            first.name
+        )
+    })
+}
+
 /// What a step of a height takes of a vehicle, as one of [`facts`]; doubtful is what its motors do not have.
 #[cfg(feature = "bound")]
 fn on_step(
@@ -309,6 +344,7 @@ fn on_step(
     let Some(height_m) = step_m else {
         return Ok(String::new());
     };
+    told.warn(too_low(vehicle, height_m));
     let has = vehicle.motor.peak_torque_n_m();
     let mut step = omni_bound::Step::new(height_m, friction)?;
     step.gravity_m_s2 = gravity_m_s2;

@@ -19,6 +19,7 @@ use crate::fault_messages::FaultMessages;
 use crate::figures::{Run, explained, results};
 use crate::notices::{announce, warn_of_policies};
 use crate::output::{print, print_path, say};
+use crate::reasons::reasons;
 use crate::retry_state::RetryState;
 use crate::signals::stop_flag;
 
@@ -211,9 +212,10 @@ fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -
             .as_ref()
             .map_or_else(String::new, |which| format!(", {which}"));
         print(out, &row.notes.text(&of))?;
-        if let Some(trying) = &row.trying {
-            let which = which.map_or_else(String::new, |which| format!("{which}: "));
-            print(out, &format!("{which}{trying}\n"))?;
+        let which = which.map_or_else(String::new, |which| format!("{which}: "));
+        let reasons = reasons(&row.outcome, scenario.vehicle().wheel.len());
+        for line in reasons.iter().chain(&row.trying) {
+            print(out, &format!("{which}{line}\n"))?;
         }
     }
     rows.iter().try_for_each(|row| print_path(out, &row.mcap))?;

@@ -1,6 +1,6 @@
 //! The results of runs as a table: a column a run, a row a figure.
 
-use omni_sim::{Figure, Outcome};
+use omni_sim::{Figure, LimitedBy, Outcome};
 
 use crate::output::{BEYOND_BALLS, aligned, marked};
 
@@ -42,6 +42,10 @@ impl<'a> Run<'a> {
         marked(outcome.verdict.name().to_owned(), outcome.wheel_model_valid)
     }
 
+    fn limited(&self) -> Option<&'static str> {
+        self.outcome?.limited_by.map(LimitedBy::name)
+    }
+
     fn figure(&self, figure: &Figure) -> String {
         let shown = self.outcome.and_then(|outcome| figure.shown(outcome));
         shown.unwrap_or_else(|| "-".into())
@@ -52,6 +56,12 @@ impl<'a> Run<'a> {
 const REALTIME: (&str, &str) = (
     "real-time factor",
     "Simulated time over computing time on this machine.",
+);
+
+/// The row of runs that stalled or were cut off.
+const LIMITED: (&str, &str) = (
+    "limited by",
+    "What kept the vehicle from its way: the motors' torque, the friction of the ground, or the time.",
 );
 
 /// The row of runs that their drive stopped.
@@ -122,6 +132,10 @@ fn rows(runs: &[Run<'_>]) -> Vec<(String, Vec<String>)> {
         rows.push(((*title).to_owned(), words));
     }
     rows.push(("verdict".into(), runs.iter().map(Run::verdict).collect()));
+    if runs.iter().any(|run| run.limited().is_some()) {
+        let limited = |run: &Run<'_>| run.limited().unwrap_or("-").to_owned();
+        rows.push((LIMITED.0.into(), runs.iter().map(limited).collect()));
+    }
     if runs.iter().any(|run| run.stopped.is_some()) {
         let stopped = |run: &Run<'_>| run.stopped.clone().unwrap_or_else(|| "-".into());
         rows.push((STOPPED.0.into(), runs.iter().map(stopped).collect()));
@@ -156,6 +170,9 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
             told.push(verdict);
             text += &format!("  {}: {}\n", verdict.name(), verdict.meaning());
         }
+    }
+    if runs.iter().any(|run| run.limited().is_some()) {
+        text += &format!("- {} (`limited_by`): {}\n", LIMITED.0, LIMITED.1);
     }
     if runs.iter().any(|run| run.stopped.is_some()) {
         text += &format!("- {}: {}\n", STOPPED.0, STOPPED.1);

@@ -27,6 +27,7 @@ mod logs;
 mod manoeuvre;
 mod notices;
 mod output;
+mod reasons;
 mod retry_state;
 mod ripple;
 mod robots;

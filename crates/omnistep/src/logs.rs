@@ -15,6 +15,7 @@ use crate::args::parse_overrides;
 use crate::fault_messages::FaultMessages;
 use crate::figures::{Run, explained, results};
 use crate::output::{aligned, each, print};
+use crate::reasons::reasons;
 
 /// A log as `--json` shows it.
 #[derive(Serialize)]
@@ -65,6 +66,9 @@ pub(super) fn inspect(
             notes = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller);
             if let Some(notes) = &notes {
                 print(out, &notes.text(""))?;
+            }
+            for line in file.outcome.iter().flat_map(|outcome| reasons(outcome, file.scenario.vehicle().wheel.len())) {
+                print(out, &format!("{line}\n"))?;
             }
         }
         files.push((file, notes.and_then(|notes| notes.stopped())));

@@ -180,6 +180,7 @@ impl Rules for StepClimb {
             Verdict::Climbed => (true, CLIMBED),
             Verdict::Tipped
             | Verdict::Leaned
+            | Verdict::Touched
             | Verdict::RanAway
             | Verdict::GainedEnergy
             | Verdict::Diverged => (true, FAILED),

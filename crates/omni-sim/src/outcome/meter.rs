@@ -6,11 +6,13 @@ use omni_core::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
 
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
+use super::effort::{Effort, LimitedBy};
 use super::friction_use::FrictionUse;
 use super::linkage_spread::LinkageSpread;
 use super::obedience::Obedience;
 use super::pose_errors::PoseErrors;
 use super::standstill::Standstill;
+use super::undersides::Undersides;
 use super::{Outcome, Verdict};
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
@@ -59,6 +61,8 @@ pub(crate) struct Meter {
     runaway: Runaway,
     obedience: Obedience,
     standstill: Standstill,
+    effort: Effort,
+    undersides: Undersides,
     lean: Lean,
     gain: Gain,
     last: Last,
@@ -171,6 +175,8 @@ impl Meter {
             runaway: Runaway::new(scenario),
             obedience: Obedience::new(scenario),
             standstill: Standstill::new(scenario),
+            effort: Effort::new(scenario),
+            undersides: Undersides::new(scenario),
             farthest_m: farthest_wheel_m(scenario),
             lean: Lean::new(scenario),
             gain: Gain::new(weight_n),
@@ -197,6 +203,8 @@ impl Meter {
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         self.standstill.push(seen, self.heading.reached_rad);
+        self.effort.push(sample, seen);
+        self.undersides.push(seen);
         let [px, py, _] = seen.pose.position_m;
         let way = &mut self.progress.now;
         way.place_m = [px, py];
@@ -308,6 +316,7 @@ impl Meter {
         let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
         let climbed = self.phase == Phase::Climbed;
         let disobeyed = self.obedience.found();
+        let touched = self.undersides.touched();
         let verdict = if failed {
             Verdict::Diverged
         } else if self.gained().is_some() {
@@ -324,6 +333,8 @@ impl Meter {
             Verdict::RolledOn
         } else if self.lean.found() {
             Verdict::Leaned
+        } else if touched.is_some() {
+            Verdict::Touched
         } else if climbed {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
@@ -342,6 +353,11 @@ impl Meter {
             Verdict::Unfinished
         };
         let stalled = verdict == Verdict::Stalled;
+        let limited = match verdict {
+            Verdict::Stalled => Some(self.effort.limited()),
+            Verdict::Unfinished => Some((LimitedBy::Time, 0)),
+            _ => None,
+        };
         let passed = |row: &Vec<usize>| row.iter().all(|w| self.last.passed.get(*w) == Some(&true));
         let row = self.rows.iter().position(|row| !passed(row));
         let (from, from_j) = c.from.unwrap_or(c.to);
@@ -362,6 +378,13 @@ impl Meter {
             stalled_row: row
                 .filter(|_| stalled && self.obstacle.is_some())
                 .map(|row| row + 1),
+            limited_by: limited.map(|(by, _)| by),
+            limited_wheels: limited.map(|(_, wheels)| wheels).filter(|wheels| *wheels > 0),
+            touched_body: touched.map(|touched| touched.body),
+            touched_s: touched.map(|touched| touched.time_s),
+            touched_x_m: touched.map(|touched| touched.at_m[0]),
+            touched_y_m: touched.map(|touched| touched.at_m[1]),
+            touched_depth_m: touched.map(|touched| touched.depth_m),
             retries: self.retries,
             stall_s: self.standstill.longest_s(),
             stall_from_s: self.standstill.began_s(),

@@ -161,6 +161,23 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
 }
 
 #[test]
+fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    edited(path, "mecanum4", &[("clearance_m = 0.05 ", "clearance_m = 0.005 ")]);
+    let (warnings, code) = checked(path, &["--step", "0.016", "--strict"]);
+    let expected = "the step of 0.016 m is higher than the clearance of 0.005 m under `platform`";
+    assert_eq!((&warnings[..], code), (&[expected.to_owned()][..], Some(1)));
+    assert!(checked(path, &["--step", "0.004", "--strict"]).0.is_empty());
+    // A box that reaches into the ground is no shape: no clearance is known, and nothing is warned of.
+    let deep = ("box_m = [0.60, 0.40, 0.20] ", "box_m = [0.60, 0.40, 0.24] ");
+    edited(path, "mecanum4", &[deep, ("clearance_m = 0.05 ", "# ")]);
+    assert!(checked(path, &["--step", "0.016", "--strict"]).0.is_empty());
+    let said = stdout(&omnistep(path, &["check", "own.toml"]));
+    assert!(said.contains("clearance [m]: unknown under platform"), "{said}");
+}
+
+#[test]
 fn units_that_were_mixed_up_are_doubtful() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

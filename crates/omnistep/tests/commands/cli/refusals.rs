@@ -161,6 +161,12 @@ fn values_out_of_range_are_named_with_the_range() {
         "com_m = [180, 0.0, 180]",
         "body[1].com_m: [180, 0, 180], allowed: -100 to 100",
     );
+    refused_file(
+        "v.toml",
+        "com_m = [0.18, 0.0, 0.18]",
+        "clearance_m = 0\ncom_m = [0.18, 0.0, 0.18]",
+        "body[1].clearance_m: 0, allowed: 0.001 to 100",
+    );
 }
 
 #[test]

@@ -116,6 +116,13 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         "retries", // null of loops, a number of traction control
         "stall_s",
         "stall_from_s",
+        "limited_by",
+        "limited_wheels",
+        "touched_body",
+        "touched_s",
+        "touched_x_m",
+        "touched_y_m",
+        "touched_depth_m",
         "energy_residual",
         "steps_per_s",
         "realtime_factor",
