@@ -1,12 +1,15 @@
 """``omnistep identify`` and ``omnistep calibrate``: from logs of a vehicle to its file."""
 
 import argparse
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from omnistep._command_line import made
-from omnistep._omnistep import Vehicle
+from omnistep._omnistep import Vehicle, vehicles
 from omnistep._output_files import check_output, check_picture, replaced, write_text
+from omnistep._toml_files import read_toml
+from omnistep._vehicle_edits import Changes, calibrated_halves, edited, identified_halves, tomlkit
 from omnistep.errors import ConfigError
 
 
@@ -43,7 +46,7 @@ def identify(arguments: list[str]) -> int:
     given = parser.parse_args(arguments)
     inputs = [*given.logs, *given.lifted, Path(given.vehicle)]
 
-    def found() -> tuple[str, Vehicle]:
+    def found(drawn: Vehicle) -> tuple[str, Changes]:
         from omnistep.identification import identify
 
         if given.plot is not None:
@@ -51,7 +54,7 @@ def identify(arguments: list[str]) -> int:
         known = dict(_known(each) for each in given.known)
         result = identify(
             given.logs,
-            vehicle=given.vehicle,
+            vehicle=drawn,
             lifted=given.lifted,
             known=known,
             zero_duty=given.zero_duty,
@@ -60,9 +63,9 @@ def identify(arguments: list[str]) -> int:
         if given.plot is not None:
             with replaced(given.plot, inputs) as aside:
                 result.simulation.plot().savefig(aside, dpi=110)
-        return result.table(), result.vehicle
+        return result.table(), Changes(result.vehicle, identified_halves(result.vehicle, result.estimates))
 
-    return _write(found, given.out, inputs)
+    return _write(found, given.vehicle, given.out, inputs)
 
 
 def calibrate(arguments: list[str]) -> int:
@@ -78,15 +81,16 @@ def calibrate(arguments: list[str]) -> int:
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
     given = parser.parse_args(arguments)
 
-    def found() -> tuple[str, Vehicle]:
+    def found(drawn: Vehicle) -> tuple[str, Changes]:
         from omnistep._calibration_runs import read_runs
         from omnistep.calibration import calibrate
 
         runs, noise = read_runs(given.runs)
-        result = calibrate(runs, vehicle=given.vehicle, **noise)
-        return result.table(), result.vehicle
+        result = calibrate(runs, vehicle=drawn, **noise)
+        halves = calibrated_halves(drawn, (*result.common, *result.estimates))
+        return result.table(), Changes(result.vehicle, halves)
 
-    return _write(found, given.out, [given.runs, Path(given.vehicle)])
+    return _write(found, given.vehicle, given.out, [given.runs, Path(given.vehicle)])
 
 
 def _known(text: str) -> tuple[str, float]:
@@ -97,15 +101,25 @@ def _known(text: str) -> tuple[str, float]:
         raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
-def _write(found: Callable[[], tuple[str, Vehicle]], out: Path | None, inputs: list[Path]) -> int:
-    """Print the estimates, and write the vehicle."""
+def _write(found: Callable[[Vehicle], tuple[str, Changes]], name: str, out: Path | None, inputs: list[Path]) -> int:
+    """Print the estimates, and write the vehicle file with them."""
 
     def make() -> None:
         if out is not None:
             check_output(out, inputs, text=True)
-        table, vehicle = found()
+            tomlkit()
+        drawn = Vehicle(name)
+        # Read before the search: it takes a while, and the file may change.
+        text = drawn.to_toml() if out is None or name in vehicles() else read_toml(Path(name))[0]
+        table, changes = found(drawn)
+        if out is None:
+            print(table)
+            return
+        new, notes = edited(text, drawn, changes)
+        Vehicle.from_toml(new)
         print(table)
-        if out is not None:
-            write_text(out, vehicle.to_toml(), inputs)
+        for note in notes:
+            print(f"{out}: {note}", file=sys.stderr)
+        write_text(out, new, inputs)
 
     return made(make, out)

@@ -23,6 +23,8 @@ const DENSE_KG_M3: f64 = 9000.0;
 const RIPPLE: f64 = 0.01;
 /// A wheel is doubtful that with the other roller angle makes the motion so many times as well conditioned.
 const WRONG_HAND: f64 = 1.5;
+/// Radii of alike wheels are doubtful beyond this part of each other; measured ones differ by wear and load.
+const MEASURED: f64 = 0.03;
 /// Limits are doubtful beyond what the motors reach by more than this part.
 const BEYOND: f64 = 1.05;
 
@@ -119,12 +121,13 @@ impl Vehicle {
         ))
     }
 
-    /// Wheels of one kind of contact with different radii, as after a change of one of them alone.
+    /// Wheels of one kind of contact with clearly different radii, as after a change of one of them alone.
     fn unequal_wheels(&self) -> Option<String> {
         let first = self.wheel.first()?;
         let kind = std::mem::discriminant(&first.contact);
         let other = self.wheel.iter().find(|wheel| {
-            std::mem::discriminant(&wheel.contact) == kind && wheel.radius_m != first.radius_m
+            let differs = (wheel.radius_m / first.radius_m - 1.0).abs() > MEASURED;
+            std::mem::discriminant(&wheel.contact) == kind && differs
         })?;
         Some(format!(
             "wheel {}: radius_m = {}, but {} for wheel {}; check whether only one wheel was changed",

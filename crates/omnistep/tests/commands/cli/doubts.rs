@@ -292,4 +292,14 @@ fn wheels_motors_and_commands_that_nobody_builds_are_warned_of() {
         )),
         "{hand:?}"
     );
+    // Radii that were measured differ by some percent; a wheel of another size differs by more.
+    let first = "radius_m = 0.076                # 6 inches";
+    assert!(doubts(&[(first, "radius_m = 0.0777 #")]).is_empty());
+    let other = doubts(&[(first, "radius_m = 0.0794 #")]);
+    assert!(
+        other
+            .iter()
+            .any(|line| line.contains("check whether only one wheel was changed")),
+        "{other:?}"
+    );
 }
