@@ -14,7 +14,7 @@ const SLIDES_PART: f64 = 0.1;
 const FULL_PART: f64 = 0.9;
 /// For so much of the time.
 const MOST_OF_IT: f64 = 0.5;
-/// Motors push where one of them gives this part of its stall torque.
+/// Motors push where one of them gives this part of its most torque.
 const PUSHES_PART: f64 = 0.01;
 /// What is judged: the last so many windows of so many periods' time \[ns\] in which motors pushed, a second together.
 const WINDOWS: usize = 10;
@@ -53,7 +53,7 @@ impl LimitedBy {
 pub(super) struct Effort {
     period_us: u64,
     way_per_rad: Vec<f64>,
-    stall_n_m: f64,
+    peak_n_m: f64,
     time_us: u64,
     /// Since the start.
     now: Vec<Sums>,
@@ -76,7 +76,7 @@ impl Effort {
         Self {
             period_us: scenario.control.period_us,
             way_per_rad: vehicle.wheel.iter().map(WheelSpec::way_per_rad).collect(),
-            stall_n_m: vehicle.motor.peak_torque_n_m(),
+            peak_n_m: vehicle.motor.peak_torque_n_m(),
             time_us: 0,
             now: vec![Sums::default(); vehicle.wheel.len()],
             windows: VecDeque::new(),
@@ -84,7 +84,7 @@ impl Effort {
     }
 
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
-        let least_n_m = PUSHES_PART * self.stall_n_m;
+        let least_n_m = PUSHES_PART * self.peak_n_m;
         if seen.wheels.iter().all(|wheel| wheel.torque_n_m.abs() < least_n_m) {
             return;
         }
@@ -111,7 +111,7 @@ impl Effort {
                 -signals.limit_lower_n_m
             };
             // A controller of one's own may say nothing of limits.
-            let limit_n_m = limit_n_m.min(self.stall_n_m);
+            let limit_n_m = limit_n_m.min(self.peak_n_m);
             if wheel.torque_n_m.abs() >= FULL_PART * limit_n_m {
                 sums.full_us += self.period_us;
             }
