@@ -63,7 +63,11 @@ fn too_little_time_and_a_loop_that_has_not_brought_up_the_torque_are_limited_by_
 
 fn a_run_that_climbs_or_drives_is_limited_by_nothing() {
     let climb = at_the_step(&["stop_when_done=true"]);
-    assert_eq!((climb.verdict, climb.limited_by), (Verdict::Climbed, None), "{climb:?}");
+    assert_eq!(
+        (climb.verdict, climb.limited_by),
+        (Verdict::Climbed, None),
+        "{climb:?}"
+    );
 }
 
 on_both_engines! {

@@ -67,7 +67,11 @@ pub(super) fn inspect(
             if let Some(notes) = &notes {
                 print(out, &notes.text(""))?;
             }
-            for line in file.outcome.iter().flat_map(|outcome| reasons(outcome, file.scenario.vehicle().wheel.len())) {
+            for line in file
+                .outcome
+                .iter()
+                .flat_map(|outcome| reasons(outcome, file.scenario.vehicle().wheel.len()))
+            {
                 print(out, &format!("{line}\n"))?;
             }
         }

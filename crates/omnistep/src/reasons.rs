@@ -10,7 +10,8 @@ pub(crate) fn reasons(outcome: &Outcome, wheels: usize) -> Vec<String> {
         let why = match by {
             LimitedBy::Friction => format!("{some} of {wheels} wheels slipped"),
             LimitedBy::Torque => format!("{some} of {wheels} wheels stood with their motors at the limit"),
-            _ => "no wheel slipped and no motor was at its limit; use a longer duration_s or higher gains".into(),
+            _ => "no wheel slipped and no motor was at its limit; use a longer duration_s or higher gains"
+                .into(),
         };
         lines.push(format!("stalled: limited by {}: {why}", by.name()));
     }
@@ -39,6 +40,9 @@ mod tests {
         assert!(reasons(&outcome, 7).is_empty());
         outcome.verdict = Verdict::Stalled;
         (outcome.limited_by, outcome.limited_wheels) = (Some(LimitedBy::Friction), Some(3));
-        assert_eq!(reasons(&outcome, 4), ["stalled: limited by friction: 3 of 4 wheels slipped"]);
+        assert_eq!(
+            reasons(&outcome, 4),
+            ["stalled: limited by friction: 3 of 4 wheels slipped"]
+        );
     }
 }

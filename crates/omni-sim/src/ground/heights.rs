@@ -75,7 +75,10 @@ impl Shape {
                 let i = nodes((from_x - from_m) / length, (to_x - from_m) / length, *rows)?;
                 let j = nodes(0.5 - to_y / width, 0.5 - from_y / width, *columns)?;
                 let rows = i.map(|i| &heights_m[i * columns + j.start()..=i * columns + j.end()]);
-                Some(rows.flatten().fold(f64::NEG_INFINITY, |most, height| most.max(*height)))
+                Some(
+                    rows.flatten()
+                        .fold(f64::NEG_INFINITY, |most, height| most.max(*height)),
+                )
             }
         }
     }
@@ -107,7 +110,18 @@ mod tests {
     /// Rays that fall on the ground of the physics say how high it is there.
     #[test]
     fn heights_are_those_of_the_ground_of_the_physics_and_no_rectangle_has_higher_ones() {
-        for name in ["flat", "step", "step_down", "stairs", "ramp", "half_step", "ditch", "bumps", "rough", "height_map"] {
+        for name in [
+            "flat",
+            "step",
+            "step_down",
+            "stairs",
+            "ramp",
+            "half_step",
+            "ditch",
+            "bumps",
+            "rough",
+            "height_map",
+        ] {
             let scenario = Scenario::load(name, &[]).expect("built in");
             let shapes = shapes(&scenario, reach_m(&scenario));
             // No multiple of an edge's or a cell's place.
@@ -118,10 +132,16 @@ mod tests {
                 let height = |shape: &crate::ground::Shape| shape.height_m(*at);
                 let found = shapes.iter().filter_map(height).fold(f64::NEG_INFINITY, f64::max);
                 // The ray's own rounding: it falls 100 m.
-                assert!((found - expected).abs() < 1e-9, "{name} at {at:?}: {found}, {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-9,
+                    "{name} at {at:?}: {found}, {expected}"
+                );
                 let around = at.map(|at| [at - 0.05, at + 0.05]);
                 let most = shapes.iter().filter_map(|shape| shape.highest_m(around));
-                assert!(most.fold(f64::NEG_INFINITY, f64::max) >= found, "{name} at {at:?}");
+                assert!(
+                    most.fold(f64::NEG_INFINITY, f64::max) >= found,
+                    "{name} at {at:?}"
+                );
             }
         }
     }

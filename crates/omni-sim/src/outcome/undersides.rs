@@ -190,8 +190,5 @@ fn spacing_m(terrain: &Terrain) -> f64 {
 }
 
 fn highest(ground: &[Shape], height: impl Fn(&Shape) -> Option<f64>) -> f64 {
-    ground
-        .iter()
-        .filter_map(height)
-        .fold(f64::NEG_INFINITY, f64::max)
+    ground.iter().filter_map(height).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -164,7 +164,11 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
 fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    edited(path, "mecanum4", &[("clearance_m = 0.05 ", "clearance_m = 0.005 ")]);
+    edited(
+        path,
+        "mecanum4",
+        &[("clearance_m = 0.05 ", "clearance_m = 0.005 ")],
+    );
     let (warnings, code) = checked(path, &["--step", "0.016", "--strict"]);
     let expected = "the step of 0.016 m is higher than the clearance of 0.005 m under `platform`";
     assert_eq!((&warnings[..], code), (&[expected.to_owned()][..], Some(1)));
