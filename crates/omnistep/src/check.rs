@@ -317,7 +317,7 @@ fn balls_ahead(vehicle: &Vehicle) -> String {
     format!("\n  {:<8} {text}", "balls")
 }
 
-/// The bodies that a step of a height meets before a wheel lifts them: what reaches as far ahead as the front body does, and is lower.
+/// The body that reaches farthest ahead, where its clearance is less than the height of a step.
 #[cfg(feature = "bound")]
 fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
     let front = |body: &&omni_config::Body| body.com_m[0] + body.box_m[0] / 2.0;
