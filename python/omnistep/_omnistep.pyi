@@ -2280,7 +2280,7 @@ class Outcome:
         """Wheels that slipped, or stood while their motors were at their limit; None where it was neither."""
     @property
     def touched_body(self) -> str | None:
-        """The body that was the first to be more than 1 mm below the ground; None if none was."""
+        """The body that was the first to be more than 2 mm below the ground; None if none was."""
     @property
     def touched_s(self) -> float | None:
         """When that was, from the start of the run [s]; None if it never was."""

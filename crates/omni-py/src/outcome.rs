@@ -123,7 +123,7 @@ impl Outcome {
         self.inner.limited_wheels
     }
 
-    /// The body that was the first to be more than 1 mm below the ground; None if none was.
+    /// The body that was the first to be more than 2 mm below the ground; None if none was.
     #[getter]
     fn touched_body(&self) -> Option<String> {
         self.inner.touched_body.map(|body| body.to_string())

@@ -55,7 +55,7 @@ pub enum Verdict {
     /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
     /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
     Leaned,
-    /// The underside of a body was more than 1 mm below the ground. The run went on, because no body is a contact of the physics: what came after
+    /// The underside of a body was more than 2 mm below the ground. The run went on, because no body is a contact of the physics: what came after
     /// that is no real vehicle's.
     Touched,
     /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
@@ -175,7 +175,7 @@ pub struct Outcome {
     /// Wheels that slipped then, or stood while their motors were at their limit; none unless stalled by friction or torque.
     #[serde(default)]
     pub limited_wheels: Option<usize>,
-    /// The body whose underside was the first to be more than 1 mm below the ground
+    /// The body whose underside was the first to be more than 2 mm below the ground
     /// ([`underside_m`](crate::config::Body::underside_m)); none where none was.
     #[serde(default)]
     pub touched_body: Option<BodyName>,

@@ -8,8 +8,9 @@ use crate::config::{Body, Hinge, Scenario, Terrain, Vehicle};
 use crate::ground::{Rectangle, Shape, reach_m, shapes};
 use crate::observation::{Observation, Pose3};
 
-/// A body that is lower than the ground by no more than this has not touched \[m\]: contacts give by half a millimetre.
-const TOLERANCE_M: f64 = 1e-3;
+/// A body has not touched that is lower than the ground by no more than this, or no further behind a riser \[m\]: contacts give by half a
+/// millimetre, and a box is no body's shape to a millimetre.
+const TOLERANCE_M: f64 = 2e-3;
 /// Least and largest distance of points of an underside \[m\].
 const SPACING_M: [f64; 2] = [0.005, 0.02];
 /// Most points of an underside along an edge, less one.
@@ -154,7 +155,7 @@ impl Face {
         for i in 0..=along {
             for j in 0..=aside {
                 let point = at(i, j);
-                let depth_m = highest(ground, |shape| shape.height_m([point.x, point.y])) - point.z;
+                let depth_m = least_height_m(ground, point) - point.z;
                 if depth_m > deepest.1 {
                     deepest = (point, depth_m);
                 }
@@ -187,6 +188,19 @@ fn spacing_m(terrain: &Terrain) -> f64 {
         _ => most,
     };
     fine.clamp(least, most)
+}
+
+/// The least height of the ground within the tolerance around a point: that of a riser's foot just behind its face.
+fn least_height_m(ground: &[Shape], point: Vector) -> f64 {
+    let around = [
+        [TOLERANCE_M, 0.0],
+        [-TOLERANCE_M, 0.0],
+        [0.0, TOLERANCE_M],
+        [0.0, -TOLERANCE_M],
+    ];
+    let heights = around
+        .map(|[ahead, left]| highest(ground, |shape| shape.height_m([point.x + ahead, point.y + left])));
+    heights.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 fn highest(ground: &[Shape], height: impl Fn(&Shape) -> Option<f64>) -> f64 {
