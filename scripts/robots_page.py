@@ -110,7 +110,7 @@ def climbs(robot: omnistep.Vehicle, policy: str, speed_m_s: float, height_m: flo
         "physics.wheel_model": "rollers",
     }
     scenario = omnistep.Scenario("step", vehicle=robot, overrides=keys | PLACED)
-    return all(omnistep.run(scenario, policy=policy, seed=seed).outcome.climbed for seed in SEEDS)
+    return all(omnistep.run(scenario, policy=policy, seed=seed, progress=False).outcome.climbed for seed in SEEDS)
 
 
 def climbed() -> str:
