@@ -52,6 +52,8 @@ for _table in ("pose", "odometry"):
         ("geometry_msgs/msg/PoseStamped", "pose."),
     ):
         _PLACES[_table, _type] = (f"{_at}{_POSE[0]}", f"{_at}{_POSE[1]}", f"yaw({_at}orientation)")
+#: First and last bytes of an MCAP file.
+_MAGIC = b"\x89MCAP0\r\n"
 _JOINTS = "sensor_msgs/msg/JointState"
 #: Names of joints that are kept, to say which there are.
 MOST_JOINTS = 1000
@@ -78,6 +80,9 @@ def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> 
         return _of_table(path, log_map)
     if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
         return _of_bag(path, log_map, told)
+    if suffix == ".bag":
+        how = "rosbags-convert --src IN.bag --dst OUT"
+        raise LogError(f"{path}: a bag of ROS 1, allowed: a rosbag2, by {how}", file=str(path))
     allowed = "a regular file .csv, .parquet, .mcap or .db3, or the folder of a rosbag2"
     raise LogError(f"{path}: not a log that can be read, allowed: {allowed}", file=str(path))
 
@@ -181,6 +186,8 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
         typesys, reader = module("rosbags.typesys"), module("rosbags.highlevel").AnyReader
     except ImportError as error:
         raise needs("rosbags", "omnistep import", "import") from error
+    if path.suffix.lower() == ".mcap" and path.is_file():
+        _whole(path)
     types = typesys.get_typestore(typesys.Stores.LATEST)
     with reading(path), bounded(path) as unpacking, reader([path], default_typestore=types) as bag:
         getters: dict[str, list[tuple[str, Callable[[Any], Sequence[float]]]]] = {}
@@ -219,6 +226,18 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
         rows = np.array(values[table], dtype=np.float64).reshape(-1, len(signal.factors))
         samples[table] = Samples(times[str(signal.topic)], rows)
     return samples
+
+
+def _whole(path: Path) -> None:
+    """Refuse an MCAP file without its end, which has the index."""
+    with path.open("rb") as file:
+        begin = file.read(len(_MAGIC))
+        file.seek(-min(path.stat().st_size, len(_MAGIC)), 2)
+        end = file.read()
+    if begin == _MAGIC and end != _MAGIC:
+        what = "its end is missing, as of a recording that was cut off"
+        how = f"mcap recover {path.name} -o WHOLE.mcap"
+        raise LogError(f"{path}: {what}, allowed: what is there, by {how}", file=str(path))
 
 
 def _of_one_clock(

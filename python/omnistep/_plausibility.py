@@ -17,8 +17,6 @@ Floats = NDArray[np.float64]
 DISAGREE = 0.2
 #: Two rates are of the same thing where they correlate so.
 ALIKE = 0.7
-#: And surely here.
-SURELY = 0.9
 #: A rate this many times another one is in other units: degrees are 57.3 times radians.
 OTHER_UNIT = 5.0
 #: What turns less than this on the average says nothing [rad/s, m/s].
@@ -26,7 +24,7 @@ STILL = 0.02
 #: Wheels are compared by what they turn in this time [s]: a count more or less is then none to speak of.
 OVER_S = 0.2
 #: Signals of motors, and the part of their rows that may be beyond what motors can do.
-MOTOR, BEYOND = ("wheels", "references", "torques", "commanded_torques", "duty"), 0.05
+MOTOR, BEYOND = ("wheels", "references", "torques", "commanded_torques"), 0.05
 #: A step of a counter this many times the usual ones is a jump; up to so many, or one in a thousand, are single ones.
 JUMP, MOST_JUMPS = 20.0, 10
 #: Wheels and a measured pose are compared by what they move in this time [s], where it is as much as this [m].
@@ -34,8 +32,6 @@ POSE_OVER_S, MOVES_M = 0.5, 0.05
 #: A reading fits that leaves so much of what is apart; others within so much of it are as likely. What is apart by less
 #: than `DISAGREE` but more than this is said only where a reading fits.
 FITS, ALSO, SLIGHT = 0.4, 0.01, 0.04
-#: A wheel that turns, or is told to, by less than this part of the fastest one says nothing of the others.
-SLOW = 0.1
 
 
 def of_wheels(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> list[str]:
@@ -71,32 +67,6 @@ def of_yaw(turning_rad_s: Floats, gyro_rad_s: Floats) -> list[str]:
         return ["the gyro has the opposite sign of the wheels: counter-clockwise must be positive"]
     return [
         f"the gyro reads {slope:.3g} times the yaw rate from the wheels: rad/s and deg/s differ by a factor of 57.3"
-    ]
-
-
-def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats) -> list[str]:
-    """Report wheels, (T, N), whose velocities contradict the commanded twists, (T, 3)."""
-    known = np.isfinite(measured_rad_s).all(axis=1) & np.isfinite(asked).all(axis=1)
-    if known.sum() < 10:
-        return []
-    told = np.asarray(Kinematics(layout=vehicle.layout).inverse(asked[known]))
-    turned = measured_rad_s[known]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        alike = np.nan_to_num(np.corrcoef(turned.T, told.T)[: turned.shape[1], turned.shape[1] :])
-    names = vehicle.wheel_names
-    sizes = [np.sqrt(np.mean(each**2, axis=0)) for each in (turned, told)]
-    heard = np.logical_and(*(size > max(SLOW * float(size.max()), STILL) for size in sizes))
-    alike[~heard] = 0.0
-    alike[:, sizes[1] <= SLOW * float(sizes[1].max())] = 0.0
-    own, best = np.diag(alike), np.abs(alike).argmax(axis=1)
-    other = [name for name, part in zip(names, own, strict=True) if part < -ALIKE]
-    if len(other) == int(heard.sum()) > 1:
-        return ["all wheels turn opposite to the command: x must be forward, y left, and a turn to the left positive"]
-    doubts = [f"wheel {name} turns opposite to the command" for name in other]
-    return doubts + [
-        f"wheel {name} follows the command for wheel {names[of]}: check that the order is that of the file"
-        for name, of, part, most in zip(names, best, own, np.abs(alike).max(axis=1), strict=True)
-        if abs(part) < ALIKE and most > SURELY
     ]
 
 

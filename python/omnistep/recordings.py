@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from omnistep import _plausibility
+from omnistep import _followed, _plausibility
 from omnistep._log_map import LogMap, read_map
 from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
@@ -290,7 +290,6 @@ def _doubtful(
 ) -> tuple[str, ...]:
     vehicle = log_map.scenario.vehicle
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
-    twists = np.column_stack([columns[f"estimated_{axis}"] for axis in AXES])
     rates = [each.rate_hz for each in signals if each.signal == "wheels" and each.rate_hz > 0.0]
     doubts = _plausibility.of_steps(1.0 / max(rates)) if rates else []
     wheels = log_map.signals["wheels"]
@@ -304,14 +303,17 @@ def _doubtful(
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
     if "gyro_rad_s" in columns:
-        doubts += _plausibility.of_yaw(twists[:, 2], columns["gyro_rad_s"])
+        doubts += _followed.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
     if "pose" in log_map.signals:
         pose = np.column_stack([columns[f"pose_{name}"] for name in _PLACE])
         slowest = min(each.rate_hz for each in signals if each.signal == "pose")
         doubts += _plausibility.of_pose(vehicle, measured, log_map.scenario.period_s, pose, slowest)
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
-        doubts += _plausibility.of_command(vehicle, measured, asked)
+        doubts += _followed.of_command(vehicle, measured, asked, log_map.scenario.period_s)
+    if "duty" in log_map.signals:
+        duty = np.column_stack([columns[f"commanded_duty_{name}"] for name in vehicle.wheel_names])
+        doubts += _followed.of_duty(vehicle, measured, duty, log_map.scenario.period_s)
     return tuple(doubts)
 
 

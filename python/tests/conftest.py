@@ -54,6 +54,18 @@ def robots():
 
 
 @pytest.fixture(scope="session")
+def hobby_plant():
+    """The module that has robots with hobby bridges."""
+    return beside("hobby_plant")
+
+
+@pytest.fixture(scope="session")
+def pose_plant():
+    """The module that has a mecanum vehicle below motion capture."""
+    return beside("pose_plant")
+
+
+@pytest.fixture(scope="session")
 def curve() -> omnistep.Trace:
     """Two seconds of a vehicle of three wheels in a curve."""
     return omnistep.run("flat", overrides={"duration_s": 2.0, "vehicle": "omni3", "command.wz_rad_s": 0.3})

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _plausibility
+from omnistep import _followed, _plausibility
 from omnistep._motion_model import Motion
 from omnistep._stretches import cut
 from omnistep._vehicle_masses import Masses
@@ -49,11 +49,21 @@ def swapped(table):
         (lambda table: None, []),
         # Noise of a tenth of what the wheels turn is none of that.
         (lambda table: table.update(a=table["a"] + 0.4 * np.random.default_rng(1).normal(size=200)), []),
-        (scaled("b", -1.0), ["a counter is reversed", "wheel front_right turns opposite to the command"]),
+        (
+            scaled("b", -1.0),
+            [
+                "a counter is reversed",
+                "as the gyro reads: wheel front_right looks reversed",
+                "do not follow the command: wheel front_right looks reversed",
+            ],
+        ),
         # The redundancy of mecanum wheels has one sign for the first two: it does not tell them apart.
         (
             swapped,
-            ["wheel front_left follows the command for wheel front_right", "follows the command for wheel front_left"],
+            [
+                "as the gyro reads: wheels front_left and front_right look exchanged",
+                "the wheels do not follow the command: wheels front_left and front_right look exchanged",
+            ],
         ),
         (scaled("g", 180 / np.pi), ["the gyro reads 57.3 times the yaw rate from the wheels"]),
         (scaled("g", -1.0), ["the gyro has the opposite sign"]),
@@ -182,11 +192,11 @@ def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
     assert _plausibility.of_wheels(vehicle, measured, 0.001) == []
     # Ahead, wheels 2 and 6 are told to stand; a creep aside turns them as the others.
     creep = kinematics.inverse(twists + 0.005 * twists[:, [2, 0, 1]])
-    assert _plausibility.of_command(vehicle, creep, twists) == []
+    assert _followed.of_command(vehicle, creep, twists, 0.001) == []
     # Told to go ahead alone a vehicle says nothing of their signs.
     creep[:, [1, 5]] *= -1.0
-    assert _plausibility.of_command(vehicle, creep, twists) == []
-    assert _plausibility.of_command(vehicle, -creep, twists) != []
+    assert _followed.of_command(vehicle, creep, twists, 0.001) == []
+    assert _followed.of_command(vehicle, -creep, twists, 0.001) != []
 
 
 def test_rows_that_are_seconds_apart_are_doubtful():

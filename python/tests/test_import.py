@@ -393,9 +393,11 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
     (folder / "torn.parquet").write_bytes(b"PAR1" + bytes(40) + b"PAR1")
     (folder / "robot.txt").write_text("")
     (folder / "folder.csv").mkdir()
+    (folder / "old.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
     for name, said in (
         ("nothing.csv", "nothing.csv: no such file or folder"),
         ("robot.txt", "robot.txt: not a log that can be read, allowed: a regular file .csv, .parquet, .mcap or .db3"),
+        ("old.bag", "old.bag: a bag of ROS 1, allowed: a rosbag2, by rosbags-convert"),
         ("torn.parquet", "torn.parquet: cannot be read: "),
         ("folder.csv", "folder.csv: not a regular file"),
     ):

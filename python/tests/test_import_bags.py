@@ -351,6 +351,8 @@ def test_broken_bags_are_one_line(bag, tmp_path, monkeypatch, capfd):
         )
         if name in ("empty", "text"):
             assert code == 2, name
+        if (name, file.suffix) == ("torn", ".mcap"):
+            assert "its end is missing, as of a recording that was cut off" in said.err and "mcap recover" in said.err
     (tmp_path / "none").mkdir()
     monkeypatch.setattr(sys, "argv", ["omnistep", "import", str(tmp_path / "none"), "--map", str(tmp_path / "my.toml")])
     assert main() == 2 and capfd.readouterr().err.count("\n") == 1

@@ -65,6 +65,7 @@ at = \"actuator\"                 # or \"wheel\", behind the gear
 # [duty]                        # commanded duty cycles of the PWM, -1 to 1
 # names = [{duties}]
 # unit = \"1\"                    # 1, percent; scale = 0.00392 for a PWM of 255
+# zero = \"coast\"                # what the bridges do at 0: coast or brake; omnistep identify tries both if left out
 
 # [references]                  # reference velocities of the robot's own controller
 # names = [{references}]
