@@ -105,11 +105,12 @@ fn a_wheel_whose_encoder_dies_is_let_go_and_the_others_climb() {
     let dies = "fault=[{kind='encoder_dead',wheel='1',from_s=0.3}]";
     let trace = run(&scenario(&[dies, "sensors.encoder_counts=4096"])).expect("runs");
     let fault = column(&trace, "drive_fault_1");
-    let found = fault.iter().position(|fault| *fault != 0.0).expect("it is found");
-    // 0.1 s until the counter is known to stand, and 0.1 s (`stuck_periods`) until it is believed; more, where the wheel is blocked meanwhile.
-    assert!((300..1600).contains(&found), "{found}");
+    // The law lets it go two slip times after the counter is known to stand, which takes 0.1 s.
     let torque = trace.wheel("torque_n_m", 0).expect("a signal");
-    assert_eq!(largest(&torque[found + 2..]), 0.0);
+    assert!(largest(&torque[..300]) > 0.0);
+    assert_eq!(largest(&torque[300 + 200..]), 0.0);
+    // A wheel without torque may turn or stand: the monitor is sure of it once the others are seen to move.
+    assert!(fault[..300].iter().all(|fault| *fault == 0.0) && fault.iter().any(|fault| *fault != 0.0));
     assert!(trace.outcome().climbed, "{:?}", trace.outcome());
 }
 

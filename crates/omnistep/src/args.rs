@@ -252,7 +252,7 @@ pub(crate) enum Command {
         /// What the files describe.
         kind: FileKindArg,
     },
-    /// Lists the built-in scenarios, vehicles, policies and studies, and robots to start a vehicle from.
+    /// Lists what is built in, and robots to start a vehicle from.
     List {
         /// Lists only this kind, with a description of each.
         kind: Option<Listed>,

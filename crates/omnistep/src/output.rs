@@ -27,6 +27,12 @@ fn asked_for(error: &Error) -> Option<&str> {
     match error {
         Error::Simulation(omni_sim::Error::Config(ConfigError::UnknownName { name, .. })) => Some(name),
         Error::Simulation(omni_sim::Error::Config(ConfigError::Missing { path, .. })) => path.to_str(),
+        // Of a scenario whose vehicle it is: the name is quoted first.
+        Error::Simulation(omni_sim::Error::Config(ConfigError::Key { key, message, .. }))
+            if key == "vehicle" =>
+        {
+            message.split('"').nth(1)
+        }
         _ => None,
     }
 }

@@ -24,6 +24,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
         stdout(&said),
         "rover.toml: vehicle rover: 1 body, 0 hinges, 3 wheels, 7.200 kg\n  \
          layout   condition number 1.00 (1 is best)\n  \
+         encoders all 3 are needed: without one the motion is unknown, and the drive stops\n  \
          weight   centre of mass at (0.017, 0.000, 0.075) m\n  \
          loads    at rest on flat ground [N]: 1 27.9, 2 21.4, 3 21.4\n  \
          under    clearance [m]: 0.030 under base\n  \

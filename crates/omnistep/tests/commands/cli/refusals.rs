@@ -163,8 +163,8 @@ fn values_out_of_range_are_named_with_the_range() {
     );
     refused_file(
         "v.toml",
-        "com_m = [0.18, 0.0, 0.18]",
-        "clearance_m = 0\ncom_m = [0.18, 0.0, 0.18]",
+        "clearance_m = 0.066 ",
+        "clearance_m = 0 ",
         "body[1].clearance_m: 0, allowed: 0.001 to 100",
     );
 }

@@ -206,7 +206,7 @@ fn a_vehicle_is_started_from_a_file_of_ones_own() {
     assert!(omnistep(path, &["new", "scenario", "ground"]).status.success());
     let said = refused(path, &["new", "vehicle", "fourth", "--like", "ground.toml"]);
     assert!(
-        said.starts_with("error: ground.toml: this is a scenario, not a vehicle"),
+        said.starts_with("error: ground.toml: this is a scenario file, not a vehicle"),
         "{said}"
     );
     fs::write(

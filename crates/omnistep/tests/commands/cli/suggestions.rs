@@ -19,7 +19,7 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
         ),
         (
             ["run", "flat", "--set", "vehicle.motor.stal_torque=1"],
-            "motor.stal_torque: unknown field `stal_torque` (did you mean `stall_torque_n_m`?)",
+            "motor.stal_torque: unknown field `stal_torque` (did you mean `stall_torque_n",
         ),
         (
             ["run", "flat", "--set", "control.policy=synchronized"],
