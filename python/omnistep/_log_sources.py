@@ -126,6 +126,10 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
         raise needs("pyarrow", "omnistep import", "import") from error
     with reading(path):
         columns = names_of(path)
+    if not set(wanted) & set(columns) and any(_is_number(name) for name in columns):
+        raise LogError(
+            f"{path}: the first line has numbers, allowed: the columns' names, as in the map", file=str(path)
+        )
     for name, key in wanted.items():
         if columns.count(name) != 1:
             near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
@@ -145,6 +149,14 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
             table: Samples(time_ns, np.column_stack([floats(path, name, table_of[name]) for name in signal.names]))
             for table, signal in log_map.signals.items()
         }
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:

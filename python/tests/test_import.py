@@ -362,6 +362,11 @@ BAD = [
     (ROWS + "4e9,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: column t: times 4e+09 s apart, allowed: 1e+07 s"),
     (ROWS + "1e6,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: 1e+06 s, allowed: 0.01 to 3600 s"),
     ("", HEAD + TIME + WHEELS, "robot.csv: an empty first line"),
+    (
+        ROWS.split("\n", 1)[1],
+        HEAD + TIME + WHEELS,
+        "robot.csv: the first line has numbers, allowed: the columns' names",
+    ),
     ("t,a,b,c\n", HEAD + TIME + WHEELS, "robot.csv: no rows, allowed: 1 to 36000000"),
     ("t,a,b,c\n1,,,\n", HEAD + TIME + WHEELS, "robot.csv: no velocity of any wheel, allowed: at least two samples"),
     ("t,a,a,b,c\n1,1,1,1,1\n", HEAD + TIME + WHEELS, "my.toml: wheels.names: more than one column 'a'"),
