@@ -9,7 +9,6 @@ seeds climb. The speed is half of what its file allows.
 
 from __future__ import annotations
 
-import math
 import re
 import subprocess
 import sys
@@ -55,10 +54,8 @@ def listed() -> str:
         robot = vehicle(name)
         wheels = robot.to_dict()["wheel"]
         kind = "mecanum" if any(wheel["roller_angle_rad"] for wheel in wheels) else "omni"
-        motor = robot.to_dict()["motor"]
-        no_load_rad_s = motor.get("no_load_rad_s") or motor["no_load_rpm"] * math.pi / 30
         forward = omnistep.Kinematics(layout=robot.layout).inverse([1.0, 0.0, 0.0])
-        speed_m_s = no_load_rad_s / max(abs(forward))
+        speed_m_s = robot.no_load_rad_s / max(abs(forward))
         millimetres = 2000 * wheels[0]["radius_m"]
         rows.append(
             [

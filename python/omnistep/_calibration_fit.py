@@ -257,18 +257,21 @@ class Problem:
             return np.zeros_like(covariance)
         moved = []
         for run in range(runs):
-            rows = np.flatnonzero(self.run_of == run)
-            own = slopes[rows]
-            alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
-            moved.append(covariance @ own.T @ np.linalg.solve(alone, weighted[rows]))
+            rows, left = self._predicted(run, weighted, slopes, covariance)
+            moved.append(covariance @ slopes[rows].T @ left)
         return np.cov(np.array(moved).T, ddof=0) * (runs - 1)
 
     def _without(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[float, int]:
         """By how much less squares are left without a run, and how many numbers its end has."""
+        rows, left = self._predicted(run, weighted, slopes, covariance)
+        return float(weighted[rows] @ left), len(rows)
+
+    def _predicted(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Any, Floats]:
+        """The rows of a run, and what they would be off by if the numbers were those of the others."""
         rows = np.flatnonzero(self.run_of == run)
-        own, left = slopes[rows], weighted[rows]
+        own = slopes[rows]
         alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
-        return float(left @ np.linalg.solve(alone, left)), len(rows)
+        return rows, np.asarray(np.linalg.solve(alone, weighted[rows]))
 
     def _jacobian(self, moves: Floats, z: Floats) -> Floats:
         """How residuals move with every parameter."""

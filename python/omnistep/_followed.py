@@ -1,4 +1,4 @@
-"""Plausibility checks of what wheels turn against what they are told and what a gyro reads: sign, order, size."""
+"""Plausibility checks of what wheels turn against what is commanded and what a gyro reads: sign, order, size."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import of_yaw
+from omnistep._plausibility import ALIKE, STILL, of_yaw
 
 Floats = NDArray[np.float64]
 
 #: Signals are compared by their means over this time [s].
 OVER_S = 0.1
-#: Wheels follow what they are told later: a first-order lag of one of these [s].
+#: Wheels follow what is commanded later: a first-order lag of one of these [s].
 LAGS_S = (0.0, 0.1, 0.2, 0.4, 0.8)
-#: Two rates are of the same thing where they correlate so; a reading has to gain so much for it to be said.
-ALIKE, GAIN = 0.7, 0.3
+#: A reading has to correlate by so much more for it to be said.
+GAIN = 0.3
 #: Of a wheel that is read as another one, which also moves with the first one.
 SURELY = 0.8
 #: Readings whose correlation is within this of the best are as likely; so many are said at most.
 ALSO, MOST = 0.02, 3
-#: What turns less than this on the average says nothing [rad/s], nor what turns less than this part of the fastest.
-STILL, SLOW = 0.02, 0.1
-#: Wheels that turn so many times what they are told are read in another unit; of duty cycles, which friction eats, only
+#: What turns less than this part of the fastest says nothing.
+SLOW = 0.1
+#: Wheels that turn so many times what is commanded are read in another unit; of duty cycles, which friction eats, only
 #: a tenth is too little.
 OTHER_UNIT, LITTLE = 3.0, 0.1
 #: Duty cycles beyond 1 in more than this part of the rows are not scaled; the largest values of usual counters.
@@ -72,10 +72,12 @@ def readings(wheels: int) -> tuple[Reading, ...]:
 
 def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats, period_s: float) -> list[str]:
     """Report wheels, (T, N) every period, that contradict the commanded twists, (T, 3)."""
-    told = np.full_like(measured_rad_s, np.nan)
+    commanded = np.full_like(measured_rad_s, np.nan)
     known = np.isfinite(asked).all(axis=1)
-    told[known] = np.asarray(Kinematics(layout=vehicle.layout).inverse(asked[known])).reshape(-1, told.shape[1])
-    follows = _follows(measured_rad_s, told, period_s)
+    commanded[known] = np.asarray(Kinematics(layout=vehicle.layout).inverse(asked[known])).reshape(
+        -1, commanded.shape[1]
+    )
+    follows = _follows(measured_rad_s, commanded, period_s)
     if follows is None:
         return []
     doubts = follows.otherwise(vehicle.wheel_names, "the command")
@@ -148,60 +150,60 @@ def _turning(vehicle: Vehicle, measured_rad_s: Floats, gyro_rad_s: Floats, perio
 
 @dataclass
 class _Follows:
-    """Correlations of what each wheel turns, a row, with what each is told, a column, and how large the first is."""
+    """Correlations of what each wheel turns, a row, with what is commanded of each, a column; the size of the first."""
 
     alike: Floats
-    heard: NDArray[np.bool_]
+    moving: NDArray[np.bool_]
     gain: float
 
     def otherwise(self, names: list[str], what: str) -> list[str]:
-        """The readings with which wheels that do not follow what they are told would."""
+        """The readings with which wheels that do not follow what is commanded would."""
         rows, own = np.arange(len(self.alike)), np.diag(self.alike)
         found: list[tuple[float, Reading]] = []
         for each in readings(len(rows)):
             # What the file calls wheel k is, so read, what the map calls wheel order[k].
             as_read = self.alike[list(each.order), rows] * each.signs
-            changed = each.changed & self.heard[list(each.order)]
+            changed = each.changed & self.moving[list(each.order)]
             least = ALIKE if min(each.signs) < 0 else SURELY
             better = as_read[changed] > own[list(each.order)][changed] + GAIN
             if changed.any() and (as_read[changed] > least).all() and better.all():
-                found.append((float(as_read[self.heard].mean()), each))
+                found.append((float(as_read[self.moving].mean()), each))
         best = max((score for score, _ in found), default=0.0)
-        if best < own[self.heard].mean() + GAIN / 4:
+        if best < own[self.moving].mean() + GAIN / 4:
             return []
         likely = [each.said(names) for score, each in found if score > best - ALSO][:MOST]
         return [f"the wheels do not follow {what}: {', or '.join(likely)}"]
 
 
-def _follows(measured_rad_s: Floats, told: Floats, period_s: float) -> _Follows | None:
-    """How wheels follow what they are told, with the lag with which they do best."""
+def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Follows | None:
+    """How wheels follow what is commanded, with the lag with which they do best."""
     wheels = measured_rad_s.shape[1]
-    both = _parts(np.column_stack([measured_rad_s, told]), period_s)
-    turned, told = both[:, :wheels], both[:, wheels:]
+    both = _parts(np.column_stack([measured_rad_s, commanded]), period_s)
+    turned, commanded = both[:, :wheels], both[:, wheels:]
     if len(both) < 10:
         return None
-    sizes = [np.sqrt(np.mean(each**2, axis=0)) for each in (turned, told)]
-    heard = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
-    if not heard.any():
+    sizes = [np.sqrt(np.mean(each**2, axis=0)) for each in (turned, commanded)]
+    moving = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
+    if not moving.any():
         return None
     found: list[tuple[float, Floats, Floats]] = []
     for lag in LAGS_S:
         # A bridge at zero brakes its motor, or leaves it open, so that the wheel goes on.
         for coasts in (False, True):
-            lagged = _lagged(told, np.exp(-OVER_S / lag) if lag else 0.0, coasts)
+            lagged = _lagged(commanded, np.exp(-OVER_S / lag) if lag else 0.0, coasts)
             with np.errstate(invalid="ignore", divide="ignore"):
                 alike = np.nan_to_num(np.corrcoef(turned.T, lagged.T)[:wheels, wheels:])
-            alike[~heard], alike[:, ~heard] = 0.0, 0.0
-            found.append((float(np.abs(alike).max(axis=1)[heard].mean()), alike, lagged))
+            alike[~moving], alike[:, ~moving] = 0.0, 0.0
+            found.append((float(np.abs(alike).max(axis=1)[moving].mean()), alike, lagged))
     _, alike, lagged = max(found, key=lambda each: each[0])
-    of, what = turned[:, heard], lagged[:, heard]
+    of, what = turned[:, moving], lagged[:, moving]
     gain = float((of * what).sum() / max(float((what**2).sum()), 1e-300))
-    return _Follows(alike, heard, gain if np.diag(alike)[heard].mean() > ALIKE else 1.0)
+    return _Follows(alike, moving, gain if np.diag(alike)[moving].mean() > ALIKE else 1.0)
 
 
 def _sizes(follows: _Follows, what: str, least: float) -> list[str]:
-    """Report wheels that turn far more, or less, than they are told."""
-    if np.diag(follows.alike)[follows.heard].mean() < ALIKE or least < follows.gain < OTHER_UNIT:
+    """Report wheels that turn far more, or less, than is commanded."""
+    if np.diag(follows.alike)[follows.moving].mean() < ALIKE or least < follows.gain < OTHER_UNIT:
         return []
     return [
         f"the wheels turn {follows.gain:.3g} times {what}: check the unit (read as rad/s, rad/min is 60 times too much,"
@@ -217,11 +219,11 @@ def _parts(columns: Floats, period_s: float) -> Floats:
     return np.asarray(parts[np.isfinite(parts).all(axis=1)])
 
 
-def _lagged(told: Floats, keep: float, coasts: bool) -> Floats:
-    """What follows with a first-order lag; a wheel that coasts keeps its speed while it is told 0."""
-    found, now = np.empty_like(told), np.zeros(told.shape[1])
-    zero = np.abs(told) < 1e-3 * float(np.abs(told).max())
-    for row, each in enumerate(told):
+def _lagged(commanded: Floats, keep: float, coasts: bool) -> Floats:
+    """What follows with a first-order lag; a wheel that coasts keeps its speed while 0 is commanded."""
+    found, now = np.empty_like(commanded), np.zeros(commanded.shape[1])
+    zero = np.abs(commanded) < 1e-3 * float(np.abs(commanded).max())
+    for row, each in enumerate(commanded):
         now = np.where(zero[row] & coasts, now, keep * now + (1.0 - keep) * each)
         found[row] = now
     return found

@@ -223,12 +223,11 @@ impl Vehicle {
 
     /// Rollers between which a wheel falls.
     fn gaps(&self) -> Option<String> {
-        let rippling = |(index, _): &(usize, &WheelSpec)| {
-            let built = self.rollers(*index, WheelModel::Rollers);
-            built.is_some_and(|built| built.ripple().part() > RIPPLE)
-        };
-        let (index, wheel) = self.wheel.iter().enumerate().find(rippling)?;
-        let built = self.rollers(index, WheelModel::Rollers)?;
+        let (wheel, built, ripple) = self.wheel.iter().enumerate().find_map(|(index, wheel)| {
+            let built = self.rollers(index, WheelModel::Rollers)?;
+            let ripple = built.ripple().part();
+            (ripple > RIPPLE).then_some((wheel, built, ripple))
+        })?;
         let rollers = match wheel.contact {
             WheelContact::Rollers(own) => own,
             _ => self.rollers?,
@@ -242,7 +241,7 @@ impl Vehicle {
             wheel.name,
             built.rows * built.count,
             rollers.radius_m,
-            100.0 * built.ripple().part()
+            100.0 * ripple
         ))
     }
 

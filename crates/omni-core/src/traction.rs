@@ -44,7 +44,7 @@ pub use thrust::TractionLoops;
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
 const BRAKING_PART: f64 = 0.025;
 /// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
-/// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is heard again after the last.
+/// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is usable again after the last.
 const MUTE_PART: f64 = 0.5;
 const MUTE_STANDING_S: f64 = 1.0;
 const MUTE_TURNING_S: f64 = 0.25;

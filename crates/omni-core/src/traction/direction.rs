@@ -9,7 +9,7 @@ const DRIVEN_PART: f64 = 0.3;
 /// The same where wheels with that much push without turning the vehicle. Wheels across that push at an edge press the vehicle along it: with
 /// 0.3 `chugo7` stays at the built-in step at 18 degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
 const ENOUGH_PART: f64 = 0.6;
-/// Where sensors may hide this part of the commanded speed, slip is not told from noise.
+/// Where sensors may hide this part of the commanded speed, slip does not stand out from noise.
 const HIDDEN_PART: f64 = 0.5;
 const HIDDEN_AGAIN: f64 = 0.4;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
@@ -86,11 +86,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         // With a gap between coming and going; a vehicle that only turns hides whatever there is.
         if *command != BodyTwist::ZERO {
-            let part = R::of(if state.tells { HIDDEN_PART } else { HIDDEN_AGAIN });
-            state.tells = speed > zero && self.times.hidden_m_s <= part * speed;
+            let part = R::of(if state.discerns { HIDDEN_PART } else { HIDDEN_AGAIN });
+            state.discerns = speed > zero && self.times.hidden_m_s <= part * speed;
             // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
             let fastest = super::largest(state.reference_rad_s.map(|rate| rate.abs()));
-            state.raw = !state.tells && fastest < self.times.rare_rad_s;
+            state.raw = !state.discerns && fastest < self.times.rare_rad_s;
         }
         if state.has_direction && direction == state.direction {
             return;

@@ -60,11 +60,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.gyro_found_s >= R::of(FOUND_S) || self.config.gyro_zero_s == R::zero()
     }
 
-    /// A part of the motion by the wheels, one that is not heard taken to turn as it would with the last motion.
+    /// A part of the motion by the wheels, one that is not usable taken to turn as it would with the last motion.
     pub(super) fn by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], per_rate: &[R; N]) -> R {
         let mut sum = R::zero();
         for i in 0..N {
-            let rate = if state.wheels[i].heard {
+            let rate = if state.wheels[i].usable {
                 free_rad_s[i]
             } else {
                 let way = &state.way[i];
@@ -81,7 +81,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// thrust and no wheel that disagrees with the others.
     fn turns_by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> Option<R> {
         let (config, zero) = (&self.config, R::zero());
-        if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.heard) {
+        if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.usable) {
             return None;
         }
         let quiet = state.thrust_n_m.abs() < config.gyro_zero_part * state.largest_n_m || state.is_resting();

@@ -13,7 +13,7 @@ const MOTIONS: usize = 3;
 const SPARE_AGAIN_S: f64 = 0.5;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rates of the wheels, 0 of those that are not heard. A wheel is not heard where its reading is no number, mute, or doubted.
+    /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, mute, or doubted.
     pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
         let (resting, raw) = (state.is_resting(), state.raw);
@@ -21,16 +21,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
-            let before = wheel.heard;
+            let before = wheel.usable;
             let read = readings.wheels_rad_s.get(i).copied();
             let read = read.filter(|read| is_plausible(*read));
             wheel.doubted &= !resting;
-            wheel.heard = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
+            wheel.usable = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
             // One that reads exactly zero may be mute because it is blocked: it counts as one that works.
-            let works = wheel.heard || (read == Some(R::zero()) && !wheel.doubted);
+            let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
             known += usize::from(works);
             driven += usize::from(works && state.way[i].driven);
-            let Some(read) = read.filter(|_| wheel.heard) else {
+            let Some(read) = read.filter(|_| wheel.usable) else {
                 wheel.forget();
                 continue;
             };
@@ -43,7 +43,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 }
             }
             if !before {
-                wheel.measured_rad_s = *rate; // one that is heard again has not changed its rate
+                wheel.measured_rad_s = *rate; // one that is usable again has not changed its rate
             }
         }
         let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);

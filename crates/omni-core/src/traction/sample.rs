@@ -116,7 +116,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionSample<R, N> {
-    /// No torque for a wheel that is not heard.
+    /// No torque for a wheel that is not usable.
     #[inline(always)]
     pub(super) fn let_go(&mut self, i: usize) {
         (self.slip_rad_s[i], self.contact_n_m[i]) = (R::zero(), R::zero());

@@ -34,7 +34,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ) {
         let traction = state.loops == TractionLoops::Traction;
         for i in 0..N {
-            if !state.wheels[i].heard {
+            if !state.wheels[i].usable {
                 sample.let_go(i);
                 continue;
             }

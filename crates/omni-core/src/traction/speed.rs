@@ -12,8 +12,8 @@ pub(super) struct Said<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is heard, or
-    /// where slip cannot be told.
+    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is usable, or
+    /// where slip does not stand out from noise.
     ///
     /// No wheel that pushes is slower than the ground beneath it, so the slowest tells the truth, and all that agree with it are averaged:
     /// what is no slip has the mean of all wheels. Each wheel is filtered before any is chosen, or the least of many noisy numbers
@@ -26,7 +26,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * way.way_m;
             follow(&mut wheel.speed_m_s, now, part);
         }
-        if !state.can_tell() {
+        if !state.can_discern() {
             // What hides slip hides which wheel is the slowest: all of them.
             let [dx, dy] = state.direction;
             let [ahead, left, _] = self.kinematics.forward_matrix();
@@ -75,7 +75,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     fn fastest_braking(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
         let mut fastest = None::<(R, usize)>;
         for i in 0..N {
-            if !(state.way[i].driven && state.wheels[i].heard) {
+            if !(state.way[i].driven && state.wheels[i].usable) {
                 continue;
             }
             // Of a wheel that rises or falls the part over the ground: its way is the longer one.
@@ -110,11 +110,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// A driven wheel that is heard and does not brake.
+    /// A driven wheel that is usable and does not brake.
     #[inline(always)]
     pub(super) fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
         let (way, wheel) = (&state.way[i], &state.wheels[i]);
         let braking = -R::of(BRAKING_PART) * wheel.most_n_m;
-        way.driven && wheel.heard && sign * way.along * wheel.applied_n_m >= braking
+        way.driven && wheel.usable && sign * way.along * wheel.applied_n_m >= braking
     }
 }

@@ -64,8 +64,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) held_up_s: R,
     pub(super) calm_s: R,
     pub(super) astray_s: R,
-    /// The sensors tell slip from noise at the commanded speed.
-    pub(super) tells: bool,
+    /// Slip stands out from the sensors' noise at the commanded speed.
+    pub(super) discerns: bool,
     /// They do not, and counts come rarely: encoders are read as they come.
     pub(super) raw: bool,
     /// Time that is left until a wheel was to spare for long enough \[s\].
@@ -86,8 +86,8 @@ pub struct TractionState<R, const N: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct WheelState<R> {
-    pub(super) heard: bool,
-    /// It said that the vehicle is slow while the ground carried the others: not heard until the command rests.
+    pub(super) usable: bool,
+    /// It said that the vehicle is slow while the ground carried the others: not usable until the command rests.
     pub(super) doubted: bool,
     pub(super) encoder: EncoderState<R>,
     /// What was read last \[rad/s\], and for how long just that while it pushed \[s\].
@@ -110,7 +110,7 @@ pub(super) struct WheelState<R> {
 impl<R: Real> WheelState<R> {
     const fn new() -> Self {
         Self {
-            heard: false,
+            usable: false,
             doubted: false,
             encoder: EncoderState::new(),
             read_rad_s: R::ZERO,
@@ -175,7 +175,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             held_up_s: R::ZERO,
             calm_s: R::ZERO,
             astray_s: R::ZERO,
-            tells: true,
+            discerns: true,
             raw: false,
             lacked_s: R::ZERO,
             whole_n_m: R::ZERO,
@@ -220,9 +220,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.commanded_m_s == R::zero() && self.command.wz_rad_s == R::zero()
     }
 
-    /// Slip can be told from noise, and a wrong wheel from the others.
-    pub(super) fn can_tell(&self) -> bool {
-        self.tells && self.lacked_s == R::zero()
+    /// Slip stands out from noise, and a wrong wheel from the others.
+    pub(super) fn can_discern(&self) -> bool {
+        self.discerns && self.lacked_s == R::zero()
     }
 
     /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].

@@ -179,7 +179,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             state.direction = traction.direction;
         }
         state.since_start_s += config.period_s;
-        if !traction.can_tell() {
+        if !traction.can_discern() {
             return self.without_tries(state, traction);
         }
         let drop;
@@ -229,7 +229,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target
     }
 
-    /// Nothing is tried while slip cannot be told: the target is the commanded speed, and what was tried counts. A vehicle that is stuck gives
+    /// Nothing is tried while slip does not stand out from noise: the target is the commanded speed, and what was tried counts. A vehicle that is stuck gives
     /// up here too.
     fn without_tries(
         &self,
@@ -243,7 +243,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             state.start(SupervisorMode::Drive);
         }
         state.target_m_s = traction.commanded_m_s;
-        // One that was told to creep and creeps is not stuck.
+        // One that is commanded to creep and creeps is not stuck.
         let slow = least(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
         // Wheels that are mute, as those of a stuck vehicle may be, do not push: it is stuck yet.
         let stuck = self.is_stuck(traction, slow);
@@ -298,7 +298,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
         let stuck = self.is_stuck(traction, slow);
         let tries_left = state.tries < ladder.tries;
-        // No vehicle that was told to creep rams an edge.
+        // No vehicle that is commanded to creep rams an edge.
         let commanded = traction.commanded_m_s;
         let most_m_s = least(most_m_s, ladder.run_up_times * commanded);
         state.in_mode_s += config.period_s;

@@ -216,10 +216,10 @@ fn the_slowest_wheels_that_push_are_believed_and_the_fastest_that_brakes() {
         let mut state = TractionState::new();
         traction.command(&mut state, &AHEAD);
         for (wheel, sign) in state.wheels.iter_mut().zip(Plant::SIGNS) {
-            (wheel.applied_n_m, wheel.most_n_m, wheel.heard) = (sign * torque, LIMIT_N_M, true);
+            (wheel.applied_n_m, wheel.most_n_m, wheel.usable) = (sign * torque, LIMIT_N_M, true);
         }
         for (wheel, rate) in state.wheels.iter_mut().zip(rates) {
-            wheel.heard = rate.is_finite();
+            wheel.usable = rate.is_finite();
         }
         (
             traction.see_speed(
@@ -239,7 +239,7 @@ fn the_slowest_wheels_that_push_are_believed_and_the_fastest_that_brakes() {
     let (believed, speed) = at(rates, -1.0);
     assert_eq!(believed, Some(6));
     assert!((speed - 7.0 * 0.066).abs() < 1e-12);
-    // One that is not heard says nothing.
+    // One that is not usable says nothing.
     let (believed, speed) = at([5.0, 0.0, f64::NAN, 6.0, 5.01, 0.0, -7.0], 1.0);
     assert_eq!(believed, Some(0));
     assert!((speed - 5.005 * 0.066).abs() < 1e-12);

@@ -75,7 +75,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
     pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
         let zero = R::zero();
-        if state.is_resting() || !state.can_tell() {
+        if state.is_resting() || !state.can_discern() {
             // Every wheel by its own loop.
             if state.loops == TractionLoops::Traction {
                 self.hand_back(state);
@@ -97,7 +97,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let carries = R::of(BACK_PART) * wanted + R::of(SLIPS) * self.times.free_m_s;
         let (mut least_m_s, mut slowest) = (wanted, None);
         for (i, (way, wheel)) in state.way.iter().zip(&state.wheels).enumerate() {
-            if way.driven && wheel.heard {
+            if way.driven && wheel.usable {
                 // Speed across the direction of travel is none of its slip.
                 let ahead = sign * (wheel.speed_m_s - way.per_side_m * state.drift_m_s * way.way_m);
                 slip = larger(slip, (ahead - speed).abs());
@@ -146,7 +146,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 );
                 let mut undecided = false;
                 if state.carried_s > larger(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
-                    // Of half against half nobody knows which is wrong, and two are not wrong at once.
+                    // Of half against half no one knows which is wrong, and two are not wrong at once.
                     undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
                     if let Some(slowest) = slowest.filter(|_| !undecided) {
                         state.wheels[slowest].doubted = true;
@@ -190,7 +190,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ) -> R {
         let (mut sum, mut parts) = (R::zero(), R::zero());
         for (way, wheel) in state.way.iter().zip(&state.wheels) {
-            if way.driven && wheel.heard {
+            if way.driven && wheel.usable {
                 sum += way.along * torque_n_m(wheel);
                 parts += way.part.abs();
             }

@@ -57,8 +57,8 @@ pub(super) struct Effort {
     time_us: u64,
     /// Since the start.
     now: Vec<Sums>,
-    /// The same at the beginning of each of the last windows.
-    windows: VecDeque<Vec<Sums>>,
+    /// The time and the same at the beginning of each of the last windows.
+    windows: VecDeque<(u64, Vec<Sums>)>,
 }
 
 /// Of one wheel.
@@ -67,7 +67,6 @@ struct Sums {
     asked_m: f64,
     slid_m: f64,
     full_us: u64,
-    time_us: u64,
 }
 
 impl Effort {
@@ -92,7 +91,7 @@ impl Effort {
             if self.windows.len() == WINDOWS {
                 self.windows.pop_front();
             }
-            self.windows.push_back(self.now.clone());
+            self.windows.push_back((self.time_us, self.now.clone()));
         }
         self.time_us += self.period_us;
         let period_s = self.period_us as f64 * 1e-6;
@@ -115,27 +114,26 @@ impl Effort {
             if wheel.torque_n_m.abs() >= FULL_PART * limit_n_m {
                 sums.full_us += self.period_us;
             }
-            sums.time_us += self.period_us;
         }
     }
 
     /// What limited it in the last second in which motors pushed, and how many wheels slipped or stood at the limit of their motors.
     pub(super) fn limited(&self) -> (LimitedBy, usize) {
-        let Some(then) = self.windows.front() else {
+        let Some((from_us, then)) = self.windows.front() else {
             return (LimitedBy::Time, 0);
         };
         let last = self.now.iter().zip(then).map(|(now, then)| Sums {
             asked_m: now.asked_m - then.asked_m,
             slid_m: now.slid_m - then.slid_m,
             full_us: now.full_us - then.full_us,
-            time_us: now.time_us - then.time_us,
         });
+        let most_us = MOST_OF_IT * (self.time_us - from_us) as f64;
         let (mut driven, mut slipped, mut full) = (0, 0, 0);
         for wheel in last.filter(|wheel| wheel.asked_m > 0.0) {
             driven += 1;
             if wheel.slid_m > SLIDES_PART * wheel.asked_m {
                 slipped += 1;
-            } else if wheel.full_us as f64 >= MOST_OF_IT * wheel.time_us as f64 {
+            } else if wheel.full_us as f64 >= most_us {
                 full += 1;
             }
         }

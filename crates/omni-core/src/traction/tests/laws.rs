@@ -106,7 +106,7 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
         for (wheel, sign) in state.wheels.iter_mut().zip(Plant::SIGNS) {
             wheel.contact_n_m = noise.next(2.0);
             wheel.speed_m_s = state.speed_m_s + noise.next(0.1);
-            (wheel.heard, wheel.applied_n_m) = (true, sign);
+            (wheel.usable, wheel.applied_n_m) = (true, sign);
         }
         let rates = Plant::SIGNS.map(|sign| sign * noise.next(3.0).abs());
         for (wheel, rate) in state.wheels.iter_mut().zip(rates) {
@@ -364,9 +364,9 @@ fn what_sensors_hide_is_not_controlled() {
 fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
     // Three of seven wheels and a gyro tell how it moves; of three and no gyro nobody finds the wrong one.
     let traction = steady();
-    let with_heard = |heard: usize, gyro: bool| {
+    let with_heard = |usable: usize, gyro: bool| {
         let mut state = engaged(&traction);
-        let rates: [f64; 7] = core::array::from_fn(|i| if i < heard { 0.0 } else { f64::NAN });
+        let rates: [f64; 7] = core::array::from_fn(|i| if i < usable { 0.0 } else { f64::NAN });
         let mut readings = level(AHEAD, &rates);
         if !gyro {
             readings.imu = Imu::silent();

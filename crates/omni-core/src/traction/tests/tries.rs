@@ -136,7 +136,7 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
         vy: any,
         wz: any,
     };
-    for heard in [7, 4] {
+    for usable in [7, 4] {
         let mut config = SupervisorConfig::steady(T);
         config.ladder.tries = 2;
         let limiter = crate::TwistLimiter::new(limits, T).expect("valid");
@@ -144,17 +144,17 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
         let mut torques = [0.0; 7];
         for period in 0..30_000 {
             let mut rates = [0.0; 7];
-            rates[heard..].fill(f64::NAN);
+            rates[usable..].fill(f64::NAN);
             // Once it has given up, a reading that fails does not make it push again.
             if period > 25_000 {
-                rates[..heard - 2].fill(f64::NAN);
+                rates[..usable - 2].fill(f64::NAN);
             }
             crate::Policy::step(&mut policy, &level(AHEAD, &rates), &mut torques);
         }
         assert_eq!(
             policy.supervisor().mode(),
             SupervisorMode::GaveUp,
-            "{heard} wheels"
+            "{usable} wheels"
         );
         assert_eq!(torques, [0.0; 7]);
     }
@@ -183,9 +183,9 @@ fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_se
         for rests in [true, false] {
             let mut policy = policy_with(sensors);
             let mut torques = [0.0; 7];
-            let mut go = |vx_m_s: f64, heard: usize, periods: usize| {
+            let mut go = |vx_m_s: f64, usable: usize, periods: usize| {
                 let mut rates = [0.0; 7];
-                rates[heard..].fill(f64::NAN);
+                rates[usable..].fill(f64::NAN);
                 let command = BodyTwist {
                     vx_m_s,
                     ..BodyTwist::ZERO
@@ -230,7 +230,7 @@ fn a_vehicle_that_is_stuck_gives_up_where_slip_cannot_be_told_too() {
     let mode = |speed_m_s: f64, periods: usize| {
         let mut state = seen([0.0; 3], speed_m_s, 1.0);
         steady().command(&mut state, &slow);
-        (state.tells, state.speed_m_s) = (false, speed_m_s);
+        (state.discerns, state.speed_m_s) = (false, speed_m_s);
         let mut memory = SupervisorState::new();
         for _ in 0..periods {
             let _ = supervisor.step(&mut memory, &state);
