@@ -100,12 +100,22 @@ def _import(arguments: list[str]) -> int:
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("robot.mcap"), help="the log to write; robot.mcap if left out"
     )
+    parser.add_argument(
+        "--skip-bad-lines", action="store_true", help="leave out lines of a .csv that cannot be read, and count them"
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
     from omnistep import recordings
 
     def make() -> None:
-        print(recordings.import_log(given.log, map=given.map, out=given.out, progress=not given.quiet))
+        summary = recordings.import_log(
+            given.log,
+            map=given.map,
+            out=given.out,
+            progress=not given.quiet,
+            skip_bad_lines=given.skip_bad_lines,
+        )
+        print(summary)
 
     return made(make, given.out)
 
