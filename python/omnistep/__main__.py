@@ -123,7 +123,7 @@ def _import(arguments: list[str]) -> int:
 def _resimulate(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="omnistep resimulate",
-        description="Drive the simulation with the commands or torques of a log, and compare the two.",
+        description="Drive the simulation with commands, torques, wheels or duty cycles of a log, and compare the two.",
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
@@ -132,6 +132,8 @@ def _resimulate(arguments: list[str]) -> int:
     by = parser.add_mutually_exclusive_group()
     by.add_argument("--commands", action="store_true", help="give the logged commands to the controller; the default")
     by.add_argument("--torques", action="store_true", help="give the logged torques to the motors")
+    by.add_argument("--wheels", action="store_true", help="give the measured wheels' twist to the controller")
+    by.add_argument("--duty", action="store_true", help="give the logged duty cycles to the motors")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; may be repeated"
     )
@@ -141,13 +143,14 @@ def _resimulate(arguments: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
     from omnistep import resimulation
+    from omnistep._resimulation_inputs import BYS
 
     def make() -> None:
         resimulation.write(
             given.log,
             given.out,
             scenario=given.scenario,
-            by="torques" if given.torques else "commands",
+            by=next((each for each in BYS if getattr(given, each)), "commands"),
             keys=given.set,
             progress=not given.quiet,
         )
