@@ -100,12 +100,22 @@ def _import(arguments: list[str]) -> int:
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("robot.mcap"), help="the log to write; robot.mcap if left out"
     )
+    parser.add_argument(
+        "--skip-bad-lines", action="store_true", help="leave out lines of a .csv that cannot be read, and count them"
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
     from omnistep import recordings
 
     def make() -> None:
-        print(recordings.import_log(given.log, map=given.map, out=given.out, progress=not given.quiet))
+        summary = recordings.import_log(
+            given.log,
+            map=given.map,
+            out=given.out,
+            progress=not given.quiet,
+            skip_bad_lines=given.skip_bad_lines,
+        )
+        print(summary)
 
     return made(make, given.out)
 
@@ -113,7 +123,7 @@ def _import(arguments: list[str]) -> int:
 def _resimulate(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="omnistep resimulate",
-        description="Drive the simulation with the commands or torques of a log, and compare the two.",
+        description="Drive the simulation with commands, torques, wheels or duty cycles of a log, and compare the two.",
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
@@ -122,6 +132,8 @@ def _resimulate(arguments: list[str]) -> int:
     by = parser.add_mutually_exclusive_group()
     by.add_argument("--commands", action="store_true", help="give the logged commands to the controller; the default")
     by.add_argument("--torques", action="store_true", help="give the logged torques to the motors")
+    by.add_argument("--wheels", action="store_true", help="give the measured wheels' twist to the controller")
+    by.add_argument("--duty", action="store_true", help="give the logged duty cycles to the motors")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; may be repeated"
     )
@@ -131,13 +143,14 @@ def _resimulate(arguments: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
     from omnistep import resimulation
+    from omnistep._resimulation_inputs import BYS
 
     def make() -> None:
         resimulation.write(
             given.log,
             given.out,
             scenario=given.scenario,
-            by="torques" if given.torques else "commands",
+            by=next((each for each in BYS if getattr(given, each)), "commands"),
             keys=given.set,
             progress=not given.quiet,
         )

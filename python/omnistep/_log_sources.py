@@ -20,6 +20,7 @@ from omnistep._tables import (
     MOST_SAMPLES,
     SUFFIXES,
     Floats,
+    Skipped,
     check_packed,
     columns_of,
     floats,
@@ -69,15 +70,17 @@ class Samples:
     values: Floats
 
 
-def read_samples(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[str, Samples]:
-    """Read every signal that a map names."""
+def read_samples(
+    path: Path, log_map: LogMap, told: Callable[[float], None], skipped: Skipped | None = None
+) -> dict[str, Samples]:
+    """Read every signal that a map names; with ``skipped`` without the lines of a CSV file that cannot be read."""
     if not path.exists():
         raise LogError(f"{path}: no such file or folder", file=str(path))
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
         if not path.is_file():
             raise LogError(f"{path}: not a regular file", file=str(path))
-        return _of_table(path, log_map)
+        return _of_table(path, log_map, skipped if suffix == ".csv" else None)
     if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
         return _of_bag(path, log_map, told)
     if suffix == ".bag":
@@ -109,7 +112,7 @@ def span(path: Path, log_map: LogMap, first_ns: int, last_ns: int, samples: int)
 # Tables
 
 
-def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
+def _of_table(path: Path, log_map: LogMap, skipped: Skipped | None) -> dict[str, Samples]:
     for table, signal in log_map.signals.items():
         if signal.topic is not None:
             log_map.refuse(f"{table}.topic", f"{signal.topic!r}: {path} is a table, allowed: none")
@@ -125,7 +128,7 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
     except ImportError as error:
         raise needs("pyarrow", "omnistep import", "import") from error
     with reading(path):
-        columns = names_of(path)
+        columns = names_of(path, list(wanted) if skipped else ())
     if not set(wanted) & set(columns) and any(_is_number(name) for name in columns):
         raise LogError(
             f"{path}: the first line has numbers, allowed: the columns' names, as in the map", file=str(path)
@@ -133,6 +136,9 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
     for name, key in wanted.items():
         if columns.count(name) != 1:
             near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
+            if path.suffix.lower() == ".csv" and skipped is None and names_of(path, list(wanted)) != columns:
+                what = "the first line does not name the columns, another one does"
+                raise LogError(f"{path}: {what}, allowed: names first; or --skip-bad-lines", file=str(path))
             found = "no column" if name not in columns else "more than one column"
             log_map.refuse(key, f"{found} {name!r} in {path}, there are: {', '.join(near)}")
     # Of a packed file the times first: they say whether the rest is worth unpacking.
@@ -140,7 +146,12 @@ def _of_table(path: Path, log_map: LogMap) -> dict[str, Samples]:
     rest = [name for name in wanted if name not in first]
     with reading(path):
         check_packed(path, list(wanted), log_map.time_column)
-        table_of = columns_of(path, first, time=log_map.time_column)
+        try:
+            table_of = columns_of(path, first, time=log_map.time_column, skipped=skipped)
+        except LogError as error:
+            if f"{path}: line " in str(error):
+                raise LogError(f"{error}; or --skip-bad-lines", file=str(path)) from error
+            raise
         time_ns = _times(path, table_of[log_map.time_column], log_map)
         if rest:
             span(path, log_map, 0, int(time_ns.max()), time_ns.size)

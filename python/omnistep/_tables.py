@@ -12,6 +12,7 @@ import importlib
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,27 @@ MOST_SAMPLES = 36_000_000
 MOST_CELLS, CELLS_PER_BYTE = 20_000_000, 8
 #: Longest first line of a table [bytes].
 MOST_HEADER = 2**20
+#: Lines that may come before the names, and what is a number.
+MOST_BEFORE, NUMBER = 1000, r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$"
 #: Suffixes of tables.
 SUFFIXES = (".csv", ".parquet")
 #: What parts cells.
 SEPARATORS = (",", ";", "\t")
 #: Cells that are no number.
 NOTHING = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
+
+
+@dataclass
+class Skipped:
+    """Lines of a CSV file that are left out instead of refused."""
+
+    count: int = 0
+    #: The number of the first one.
+    first: int | None = None
+
+    def __str__(self) -> str:
+        lines = "1 line is" if self.count == 1 else f"{self.count} lines are"
+        return f"{lines} left out, the first is line {self.first}" if self.count else "no line is left out"
 
 
 def needs(package: str, needed_by: str, extra: str) -> ImportError:
@@ -59,17 +75,20 @@ def reading(path: Path) -> Iterator[None]:
         raise LogError(f"{path}: cannot be read: {shortened(reason)}", file=str(path)) from error
 
 
-def names_of(path: Path) -> list[str]:
-    """The names of a table's columns, in their order."""
+def names_of(path: Path, wanted: Sequence[str] = ()) -> list[str]:
+    """The names of a table's columns, in their order; of a CSV file with lines before it, in the line with those."""
     if path.suffix.lower() == ".parquet":
         return list(module("pyarrow.parquet").ParquetFile(path).schema_arrow.names)
-    return _header(path)[0]
+    return (_header(path, _before(path, wanted)) if wanted else _header(path))[0]
 
 
-def columns_of(path: Path, wanted: Sequence[str], *, time: str | None = None) -> dict[str, Any]:
+def columns_of(
+    path: Path, wanted: Sequence[str], *, time: str | None = None, skipped: Skipped | None = None
+) -> dict[str, Any]:
     """Columns of a table, each present once, as pyarrow has them: all numbers, except times of any type."""
-    read = _parquet if path.suffix.lower() == ".parquet" else _csv
-    return read(path, list(wanted), time)
+    if path.suffix.lower() == ".parquet":
+        return _parquet(path, list(wanted), time)
+    return _csv(path, list(wanted), time) if skipped is None else _csv_lines(path, list(wanted), time, skipped)
 
 
 def floats(path: Path, name: str, column: Any) -> Floats:
@@ -79,8 +98,20 @@ def floats(path: Path, name: str, column: Any) -> Floats:
     return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
 
 
-def _header(path: Path) -> tuple[list[str], str]:
+def _before(path: Path, wanted: Sequence[str]) -> int:
+    """How many lines come before the one with the names of these columns; none where there is none."""
     with path.open("rb") as file:
+        for number in range(MOST_BEFORE):
+            line = file.readline(MOST_HEADER).decode("utf-8-sig", "replace").strip()
+            if set(wanted) <= {name.strip(' "') for name in re.split("[,;\t]", line)}:
+                return number
+    return 0
+
+
+def _header(path: Path, before: int = 0) -> tuple[list[str], str]:
+    with path.open("rb") as file:
+        for _ in range(before):
+            file.readline(MOST_HEADER)
         line = file.readline(MOST_HEADER)
     if len(line) == MOST_HEADER:
         raise LogError(
@@ -127,6 +158,48 @@ def _csv(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
         ) from error
     _count(path, table.num_rows)
     return {name: table.column(name) for name in wanted}
+
+
+def _csv_lines(path: Path, wanted: list[str], time: str | None, skipped: Skipped) -> dict[str, Any]:
+    """Columns of the lines with as many cells as names and a number, or nothing, in each; nothing is no time."""
+    pyarrow, reader, compute = module("pyarrow"), module("pyarrow.csv"), module("pyarrow.compute")
+    before = _before(path, wanted)
+    names, separator = _header(path, before)
+    ragged: list[int] = []
+
+    def skip(row: Any) -> str:
+        ragged.append(int(row.number))
+        return "skip"
+
+    table = reader.read_csv(
+        path,
+        read_options=reader.ReadOptions(column_names=names, skip_rows=before + 1, use_threads=False),
+        parse_options=reader.ParseOptions(delimiter=separator, invalid_row_handler=skip),
+        convert_options=reader.ConvertOptions(
+            include_columns=wanted,
+            column_types=dict.fromkeys(wanted, pyarrow.string()),
+            null_values=NOTHING,
+            strings_can_be_null=True,
+            check_utf8=False,
+        ),
+    )
+    good = np.ones(table.num_rows, dtype=bool)
+    for name in wanted:
+        number = compute.match_substring_regex(table.column(name), NUMBER)
+        good &= number.fill_null(name != time).to_numpy(zero_copy_only=False)
+    # The rows of the file, from 1: of those with enough cells, between the ragged ones.
+    rows = np.setdiff1d(np.arange(1, table.num_rows + len(ragged) + before + 2), ragged)[before + 1 :]
+    bad = sorted([*ragged, *rows[~good].tolist()])
+    skipped.count = before + len(bad)
+    skipped.first = 1 if before else (_line(path, bad[0]) if bad else None)
+    table = table.filter(pyarrow.array(good))
+    _count(path, table.num_rows)
+    columns = {name: compute.utf8_trim_whitespace(table.column(name)) for name in wanted}
+    whole = time is not None and bool(compute.all(compute.match_substring_regex(columns[time], r"^-?\d+$")).as_py())
+    return {
+        name: column.cast(pyarrow.int64() if whole and name == time else pyarrow.float64())
+        for name, column in columns.items()
+    }
 
 
 def _line(path: Path, row: int) -> int:

@@ -17,7 +17,7 @@ from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
 from omnistep._output_files import check_output
 from omnistep._recorded_command import AXES, MOST_COMMANDS, recorded_scenario
 from omnistep._resampling import Channel, channels
-from omnistep._tables import Floats
+from omnistep._tables import Floats, Skipped
 from omnistep._wheel_logs import ZERO_DUTY_FACT
 from omnistep._wheel_odometry import reckoned
 from omnistep.errors import LogError
@@ -79,6 +79,7 @@ class ImportSummary:
         commands_left_out: changes of the command that are missing in the embedded scenario, because its table is
             limited to 100000; the log's columns have them.
         doubts: implausible findings, a line each: signs, the order of wheels, units.
+        skipped: the lines of a CSV file that were left out (``count``, ``first``), where that was asked for.
     """
 
     source: Path
@@ -89,6 +90,7 @@ class ImportSummary:
     signals: tuple[ImportedSignal, ...]
     commands_left_out: int
     doubts: tuple[str, ...] = ()
+    skipped: Skipped | None = None
 
     def __str__(self) -> str:
         headings = (
@@ -131,6 +133,8 @@ class ImportSummary:
         if self.commands_left_out:
             lacks = f"the scenario in the log lacks {self.commands_left_out} changes of the command"
             lines.append(f"{lacks}: it can hold {MOST_COMMANDS}")
+        if self.skipped is not None:
+            lines.append(f"{self.skipped} (--skip-bad-lines)")
         lines += [f"doubtful: {doubt}" for doubt in self.doubts]
         return "\n".join([title, *lines])
 
@@ -141,6 +145,7 @@ def import_log(
     map: str | PathLike[str],
     out: str | PathLike[str],
     progress: bool = True,
+    skip_bad_lines: bool = False,
 ) -> ImportSummary:
     r"""Make a log of measurements on a vehicle, for :func:`omnistep.read_mcap`, replay and resimulate.
 
@@ -152,6 +157,7 @@ def import_log(
         map: the map in TOML: which columns or topics are which signals, in what units.
         out: the log to write.
         progress: show a bar on standard error when it takes more than a second.
+        skip_bad_lines: leave out lines of a CSV file that cannot be read, and those before the columns' names.
 
     Returns:
         The import result of each column.
@@ -181,7 +187,8 @@ def import_log(
     log_map = read_map(map)
     check_output(path, [source, Path(map), *log_map.files])
     with bar("import", shown=progress) as told:
-        samples = read_samples(source, log_map, told)
+        skipped = Skipped() if skip_bad_lines else None
+        samples = read_samples(source, log_map, told, skipped)
     # Numbers of absurd size end as infinite or NaN, which no log has as known.
     with np.errstate(over="ignore", invalid="ignore"):
         read = {
@@ -194,7 +201,7 @@ def import_log(
         signals = _signals(log_map, read, columns)
         period_s = log_map.scenario.period_s
         doubts = _doubtful(log_map, read, columns, signals)
-    summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts)
+    summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts, skipped)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     if "duty" in log_map.signals and (zero := log_map.signals["duty"].zero):
         facts[ZERO_DUTY_FACT] = zero

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,13 @@ from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import check_picture, replaced
-from omnistep._recorded_command import held
+from omnistep._recorded_command import AXES
+from omnistep._resimulation_inputs import BYS, By, inputs_of, torque_line, twists_of
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
 from omnistep.runs import bar, read_mcap
 
 Floats = NDArray[np.float64]
-_AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
 #: Control periods between two looks at the progress bar.
 _PERIODS_PER_LOOK = 256
 #: What lies between a torque commanded and one that acts: a torque that acted has it already.
@@ -79,7 +79,7 @@ class Resimulation:
     Attributes:
         recorded: the log's columns.
         simulated: the simulation's, as many rows at the same times.
-        by: the input of the simulation, ``commands`` or ``torques``.
+        by: the input of the simulation: ``commands``, ``torques``, ``wheels`` or ``duty``.
         unknown: control periods in which the log lacks that input: the last one was held, rest before the first.
         zeroed: keys of the scenario that were set to 0, because measured torques include their effect.
         differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist from the
@@ -166,11 +166,11 @@ def resimulate(
     log: str | PathLike[str] | Log,
     scenario: str | PathLike[str] | Scenario | None = None,
     *,
-    by: Literal["commands", "torques"] = "commands",
+    by: By = "commands",
     overrides: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> Resimulation:
-    """Drive a simulation with the commands or torques of a log, and compare its measurements with the log's.
+    """Drive a simulation with what a log has: commands, torques, wheels or duty cycles; compare their measurements.
 
     The simulation begins at rest at the scenario's start, so begin the log before the vehicle moves.
 
@@ -181,7 +181,10 @@ def resimulate(
         by: ``commands``: the recorded commands go to the scenario's controller. ``torques``: the measured torques of
             the actuators (from their currents), or without these the commanded torques, go to the motors; in gaps the
             last one is held. With measured torques the scenario's ``actuators.torque_lag_s`` and
-            ``actuators.voltage_sag`` are set to 0, because these torques include both effects.
+            ``actuators.voltage_sag`` are set to 0, because these torques include both effects. ``wheels``: the twist of
+            the measured wheels goes to the scenario's controller as a command. ``duty``: the duty cycles go to the
+            motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated velocity; at a
+            duty cycle of zero they brake, or have no torque where the log says ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
         progress: show a bar on standard error when it takes more than a second.
 
@@ -189,7 +192,7 @@ def resimulate(
         The log, the simulation, and their differences.
 
     Raises:
-        ConfigError: the scenario does not fit the log, or the log has no commands or torques.
+        ConfigError: the scenario does not fit the log, or the log lacks that input.
         LogError: the log cannot be read.
         SimulationError: the physics diverged (a value is not finite).
 
@@ -203,31 +206,32 @@ def resimulate(
         >>> again.differences["wheels"].rms, heavier.differences["wheels"].rms > 0.01
         (0.0, True)
     """
-    if by not in ("commands", "torques"):
-        raise ConfigError(f"by = {by!r}, allowed: commands, torques", key="by")
+    if by not in BYS:
+        raise ConfigError(f"by = {by!r}, allowed: {', '.join(BYS)}", key="by")
     read = log if isinstance(log, Log) else read_mcap(log, progress=progress)
     recorded = trace_of(read)
     if scenario is None:
         scenario = Scenario.from_toml(read.scenario_toml)
     made = Scenario(scenario, overrides=overrides)
     _fits(made, recorded)
-    inputs, unknown, acted = _inputs(recorded, by)
+    inputs, unknown, acted = inputs_of(recorded, by)
     zeroed = tuple(key for key in _ON_THE_WAY if acted and made[key] != 0.0)
     if zeroed:
         made = Scenario(made, overrides=dict.fromkeys(zeroed, 0.0))
     simulation = Simulation(made)
-    step = simulation.step if by == "commands" else simulation.step_torques
+    step = simulation.step if by in ("commands", "wheels") else simulation.step_torques
+    line = torque_line(made, read) if by == "duty" else None
     read_rad_s = np.empty((len(inputs), len(recorded.wheel_names)))
     with bar("resimulate", shown=progress) as told:
         for row, each in enumerate(inputs):
             # As the controller reads them, at the start of a period; a simulation by torques has none.
             read_rad_s[row] = simulation.measured_rad_s
-            step(each)
+            step(each if line is None else line(each, read_rad_s[row]))
             if row % _PERIODS_PER_LOOK == 0:
                 told(row / len(inputs))
     simulated = simulation.trace
     wheels = (np.asarray(recorded.wheels("measured_rad_s")), read_rad_s)
-    twists = (_columns(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
+    twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
     # A gyro is read at the start of a period, as the encoders are.
     yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
     paths = _paths(made, read, simulated, wheels)
@@ -242,10 +246,6 @@ def resimulate(
         _twists=twists,
         _paths=paths,
     )
-
-
-def _columns(trace: Trace, of: str) -> Floats:
-    return np.column_stack([trace[f"{of}_{axis}"] for axis in _AXES])
 
 
 def _fits(scenario: Scenario, recorded: Trace) -> None:
@@ -266,21 +266,6 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
         )
         allowed = "a log with a row every control period, from the first one on"
         raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
-
-
-def _inputs(recorded: Trace, by: str) -> tuple[Floats, int, bool]:
-    """Inputs of the simulation in every period, the number of unknown ones, and whether torques were measured."""
-    by_acted = False
-    if by == "commands":
-        given, what = _columns(recorded, "asked"), "commands (asked_*)"
-    else:
-        acted, told = (np.asarray(recorded.wheels(signal)) for signal in ("torque_n_m", "applied_n_m"))
-        # One or the other throughout: where torques that acted are not known, those commanded are not what acts.
-        by_acted = bool(np.isfinite(acted).all(axis=1).any())
-        given, what = acted if by_acted else told, "torques of every wheel (torque_n_m or applied_n_m)"
-    if not np.isfinite(given).all(axis=1).any():
-        raise ConfigError(f"by = {by!r}: the log has no {what}, allowed: what the log has", key="by")
-    return *held(given), by_acted
 
 
 def _paths(scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
@@ -322,7 +307,7 @@ def _differences(
     pairs = {f"wheel_{name}_measured_rad_s": [each[:, k] for each in wheels] for k, name in enumerate(names)}
     made = {name: Difference.of(name, time_s, *pair) for name, pair in pairs.items()}
     made["wheels"] = Difference.of("wheels", np.repeat(time_s, len(names)), *(each.ravel() for each in wheels))
-    for number, axis in enumerate(_AXES):
+    for number, axis in enumerate(AXES):
         name = f"estimated_{axis}"
         made[name] = Difference.of(name, time_s, *(each[:, number] for each in twists))
     if log.recorded and np.isfinite(yaw_rates[0]).any():
@@ -338,7 +323,7 @@ def write(
     out: Path,
     *,
     scenario: str | None = None,
-    by: Literal["commands", "torques"] = "commands",
+    by: By = "commands",
     keys: Sequence[str] = (),
     progress: bool = True,
 ) -> None:

@@ -163,3 +163,61 @@ def test_a_log_without_torques_or_commands_says_so(curve, recorded, tmp_path):
     for by in ("commands", "torques"):
         with pytest.raises(omnistep.ConfigError, match=f"by = '{by}': the log has no {by}"):
             omnistep.resimulate(tmp_path / "robot.mcap", by=by)
+    with pytest.raises(omnistep.ConfigError, match=r"asked_\*\), allowed: wheels \(--wheels\)$"):
+        omnistep.resimulate(tmp_path / "robot.mcap")
+
+
+def imported_duty(folder, measured, duty, zero):
+    """A log of wheels and duty cycles alone, 200 rows a second."""
+    names = [f"{of}{k}" for of in "wd" for k in range(4)]
+    table = np.column_stack([0.005 * np.arange(len(duty)), measured, duty])
+    np.savetxt(folder / "robot.csv", table, "%.9g", ",", header=",".join(["t", *names]), comments="")
+    (folder / "my.toml").write_text(
+        'schema_version = 1\nvehicle = "mecanum4"\nperiod_s = 0.005\n[time]\ncolumn = "t"\n'
+        f'[wheels]\nnames = {names[:4]}\n[duty]\nnames = {names[4:]}\nzero = "{zero}"\n'
+    )
+    out = folder / f"{zero}.mcap"
+    omnistep.import_log(folder / "robot.csv", map=folder / "my.toml", out=out, progress=False)
+    return out
+
+
+def test_wheels_or_duty_cycles_alone_drive_the_simulation_along_the_recorded_path(tmp_path):
+    turns = [(0.0, 0.3, 0.4), (-0.3, 0.1, -0.6), (0.0, 0.0, 0.0)]
+    axes = ("vx_m_s", "vy_m_s", "wz_rad_s")
+    then = [
+        {"at_s": 1.5 * (k + 1), "ramp_s": 0.5, **dict(zip(axes, turn, strict=True))} for k, turn in enumerate(turns)
+    ]
+    keys = {"vehicle": "mecanum4", "physics.engine": "articulated", "control.policy": "independent", "duration_s": 6.0}
+    keys |= {"command.vx_m_s": 0.4, "command.ramp_s": 0.5, "command.then": then, "control.period_us": 5000}
+    trace = omnistep.run("flat", overrides=keys)
+    measured = np.asarray(trace.wheels("measured_rad_s"))
+    # The motors' line, backwards: 3 N.m at rest, 0.1 N.m less for each rad/s.
+    duty = (np.asarray(trace.wheels("applied_n_m")) + 0.1 * measured) / 3.0
+    log, engine = imported_duty(tmp_path, measured, duty, "brake"), {"physics.engine": "articulated"}
+    with pytest.raises(omnistep.ConfigError, match=r"allowed: wheels \(--wheels\), duty \(--duty\)$"):
+        omnistep.resimulate(log, overrides=engine)
+
+    def off_m(by, **more):
+        again = omnistep.resimulate(log, by=by, overrides=engine | more).simulated
+        return np.hypot(*(again[f"pose_{axis}_m"] - trace[f"pose_{axis}_m"] for axis in "xy")).max()
+
+    # Duty cycles are the run's own, to nine digits. The controller follows the wheels' twist as late again as the
+    # vehicle followed its command: 0.1 s at 0.3 m/s.
+    assert off_m("duty") < 1e-4 and off_m("wheels") < 0.03
+    # A motor of half the torque goes elsewhere.
+    assert off_m("duty", **{"vehicle.motor.stall_torque_n_m": 1.5}) > 0.1
+    # From 3 s on without duty: an open bridge has no torque, a short one brakes.
+    duty[600:] = 0.0
+    for zero, brakes in (("brake", True), ("coast", False)):
+        again = omnistep.resimulate(imported_duty(tmp_path, measured, duty, zero), by="duty", overrides=engine)
+        assert (np.asarray(again.simulated.wheels("applied_n_m"))[600:] != 0.0).any() == brakes
+
+
+def test_duty_cycles_of_another_plant_with_its_numbers_give_its_path(hobby_plant, tmp_path):
+    log = hobby_plant.written(tmp_path, 0, "brake", 'zero = "brake"\n')
+    motor = {key: hobby_plant.TRUTH[key] for key in ("stall_torque_n_m", "slope_n_m_s_rad", "gear_friction_n_m")}
+    keys = {f"vehicle.motor.{key}": value for key, value in motor.items()}
+    keys |= {"physics.engine": "articulated", "actuators.torque_lag_s": hobby_plant.TRUTH["lag_s"]}
+    true, file = (omnistep.resimulate(log, by="duty", overrides=each).differences["path"] for each in (keys, {}))
+    # 27 s without any feedback; its yaw inertia is 15 % below the file's.
+    assert true.rms < 0.02 and file.rms > 3.0 * true.rms, (true, file)

@@ -125,3 +125,49 @@ def test_parquet_is_taken_by_all(both):
     pyarrow.parquet.write_table(pyarrow.table(columns), sink)
     for take in both(sink.getvalue().to_pybytes(), "robot.parquet"):
         np.testing.assert_array_equal(take(), EXPECTED)
+
+
+MAP_OF_MS = (
+    'schema_version = 1\nvehicle = "omni3"\nperiod_s = 0.01\n[time]\ncolumn = "t"\nunit = "ms"\n'
+    '[wheels]\nnames = ["a", "b", "c"]\n'
+)
+#: A serial log by its lines: whether each can be read. An empty line is none, an empty cell is a missing value.
+SERIAL = [
+    ("0,1,1,1", True), ("", True), ("12,3", False), ("10,2,2,2", True), ("ERR i2c", False), ("20,3,x,3", False),
+    ("30,4,4,4", True), (",4,4,4", False), ("40,5,,5", True), ("50,6,6,6,6", False), ("60,+7.0,.7e1,7", True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("boot", [[], ["Booting v1.2", "t,a"]])
+@pytest.mark.parametrize("bad_first", [0, 2, 5, 7])
+def test_lines_that_cannot_be_read_are_left_out_and_counted_if_asked_for(tmp_path, boot, bad_first):
+    lines = [line for k, line in enumerate(SERIAL) if line[1] or k >= bad_first]
+    text = "\n".join([*boot, "t,a,b,c", *(line for line, _ in lines)]) + "\n"
+    (tmp_path / "robot.csv").write_text(text)
+    (tmp_path / "my.toml").write_text(MAP_OF_MS)
+    where = {"map": tmp_path / "my.toml", "out": tmp_path / "robot.mcap", "progress": False}
+    with pytest.raises(omnistep.LogError, match=r"; or --skip-bad-lines$"):
+        omnistep.import_log(tmp_path / "robot.csv", **where)
+    summary = omnistep.import_log(tmp_path / "robot.csv", **where, skip_bad_lines=True)
+    numbers = [len(boot) + 2 + k for k, (_, good) in enumerate(lines) if not good]
+    count, first = len(boot) + len(numbers), 1 if boot else numbers[0]
+    assert (summary.skipped.count, summary.skipped.first) == (count, first)
+    said = "1 line is" if count == 1 else f"{count} lines are"
+    assert f"{said} left out, the first is line {first} (--skip-bad-lines)" in str(summary)
+    wheels = omnistep.read_mcap(tmp_path / "robot.mcap").trace.wheels("measured_rad_s")
+    # Between 10 and 30 ms it is linear; of the second wheel 5 is missing.
+    assert wheels[:7, 0].tolist() == pytest.approx([1, 2, 3, 4, 5, 6, 7])
+    assert wheels[[0, 1, 3, 6], 1].tolist() == pytest.approx([1, 2, 4, 7])
+
+
+def test_a_whole_file_is_the_same_with_and_without_bad_lines_left_out(tmp_path):
+    rows = [f"{1_700_000_000_000 + 10 * k},{k},{2 * k},{-k}" for k in range(50)]
+    (tmp_path / "robot.csv").write_text("\n".join(["t,a,b,c", *rows]))
+    (tmp_path / "my.toml").write_text(MAP_OF_MS)
+    read = []
+    for skip in (False, True):
+        where = {"map": tmp_path / "my.toml", "out": tmp_path / f"{skip}.mcap", "progress": False}
+        summary = omnistep.import_log(tmp_path / "robot.csv", **where, skip_bad_lines=skip)
+        read.append(omnistep.read_mcap(tmp_path / f"{skip}.mcap").trace.wheels("measured_rad_s"))
+    assert np.array_equal(*read, equal_nan=True)
+    assert summary.skipped.count == 0 and "no line is left out" in str(summary)
