@@ -184,7 +184,7 @@ fn spacing_m(terrain: &Terrain) -> f64 {
     let fine = match terrain {
         Terrain::Bumps { width_m, .. } => width_m / 4.0,
         Terrain::Rough { wavelength_m, .. } => wavelength_m / 8.0,
-        Terrain::HeightMap { pixel_m, .. } => *pixel_m,
+        Terrain::HeightMap { pixel_m, .. } => 2.0 * pixel_m,
         _ => most,
     };
     fine.clamp(least, most)
