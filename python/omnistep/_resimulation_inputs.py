@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._motion_model import ZERO_DUTY
-from omnistep._omnistep import Log, Scenario, Trace
+from omnistep._omnistep import Log, Scenario, Trace, Vehicle
 from omnistep._recorded_command import AXES, held
 from omnistep._wheel_logs import ZERO_DUTY_FACT
 from omnistep.errors import ConfigError
+from omnistep.recordings import estimated
 
 Floats = NDArray[np.float64]
 #: What a simulation may be driven by.
@@ -32,21 +33,24 @@ def twists_of(trace: Trace, of: str) -> Floats:
     return np.column_stack([trace[f"{of}_{axis}"] for axis in AXES])
 
 
-def inputs_of(recorded: Trace, by: By) -> tuple[Floats, int, bool]:
-    """Inputs of the simulation in every period, the number of unknown ones, and whether torques were measured."""
-    given = _given(recorded, by)
+def inputs_of(recorded: Trace, vehicle: Vehicle, by: By) -> tuple[Floats, int, bool]:
+    """Inputs of a vehicle's simulation in every period, the number of unknown ones, and whether torques were measured."""
+    given = _given(recorded, vehicle, by)
     if given is None:
-        others = [each for each in BYS if _given(recorded, each) is not None]
+        others = [each for each in BYS if _given(recorded, vehicle, each) is not None]
         allowed = ", ".join(f"{each} (--{each})" for each in others) or "a log of a drive"
         raise ConfigError(f"by = {by!r}: the log has no {COLUMNS[by]}, allowed: {allowed}", key="by")
     acted = by == "torques" and _known(np.asarray(recorded.wheels("torque_n_m"))) is not None
     return *held(given), acted
 
 
-def _given(recorded: Trace, by: By) -> Floats | None:
+def _given(recorded: Trace, vehicle: Vehicle, by: By) -> Floats | None:
     """What a log has of an input, if it has any."""
-    if by in ("commands", "wheels"):
-        return _known(twists_of(recorded, "asked" if by == "commands" else "estimated"))
+    if by == "commands":
+        return _known(twists_of(recorded, "asked"))
+    if by == "wheels":
+        # With the radii and lever arms of the vehicle that is simulated, not of the log's.
+        return _known(estimated(vehicle, np.asarray(recorded.wheels("measured_rad_s"))))
     if by == "duty":
         names = [f"commanded_duty_{name}" for name in recorded.wheel_names]
         there = all(name in recorded for name in names)

@@ -182,7 +182,7 @@ def resimulate(
             the actuators (from their currents), or without these the commanded torques, go to the motors; in gaps the
             last one is held. With measured torques the scenario's ``actuators.torque_lag_s`` and
             ``actuators.voltage_sag`` are set to 0, because these torques include both effects. ``wheels``: the twist of
-            the measured wheels goes to the scenario's controller as a command. ``duty``: the duty cycles go to the
+            the measured wheels, by the scenario's vehicle, goes to its controller as a command. ``duty``: the duty cycles go to the
             motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated velocity; at a
             duty cycle of zero they brake, or have no torque where the log says ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
@@ -214,7 +214,7 @@ def resimulate(
         scenario = Scenario.from_toml(read.scenario_toml)
     made = Scenario(scenario, overrides=overrides)
     _fits(made, recorded)
-    inputs, unknown, acted = inputs_of(recorded, by)
+    inputs, unknown, acted = inputs_of(recorded, made.vehicle, by)
     zeroed = tuple(key for key in _ON_THE_WAY if acted and made[key] != 0.0)
     if zeroed:
         made = Scenario(made, overrides=dict.fromkeys(zeroed, 0.0))

@@ -4,8 +4,15 @@ use toml::{Table, Value};
 
 use crate::Error;
 
-/// Names of others and what they are called here.
-const ALIASES: [(&str, &str); 1] = [("pid", "independent")];
+/// What something is called here, and what others call it.
+const ALIASES: [(&str, &[&str]); 6] = [
+    ("independent", &["pid"]),
+    ("bumps", &["sill", "cable", "threshold", "hump", "rail"]),
+    ("step", &["curb", "kerb", "ledge", "edge"]),
+    ("ditch", &["gap", "gutter", "trench", "groove"]),
+    ("ramp", &["slope", "incline"]),
+    ("flat", &["plane", "floor", "level"]),
+];
 
 /// Likeness (Jaro and Winkler's, 0 to 1) from which on a name is taken for a slip of another.
 const ALIKE: f64 = 0.8;
@@ -31,7 +38,9 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     let name = name.to_lowercase();
     let known: Vec<_> = known.into_iter().collect();
     // What is called otherwise here.
-    if let Some((_, ours)) = ALIASES.iter().find(|(theirs, _)| *theirs == name)
+    if let Some((ours, _)) = ALIASES
+        .iter()
+        .find(|(_, theirs)| theirs.contains(&name.as_str()))
         && let Some(found) = known.iter().find(|known| *known == ours)
     {
         return Some(found);
@@ -182,6 +191,8 @@ mod tests {
         );
         assert!(said("friktion_coefficient").contains("did you mean `friction`"));
         assert!(said("at").contains("did you mean `at_m`"));
+        let kind = with_nearest("unknown variant `Sill`, expected one of `step`, `bumps`".to_owned());
+        assert!(kind.contains("did you mean `bumps`"), "{kind}");
         let other = "missing field `name`".to_owned();
         assert_eq!(with_nearest(other.clone()), other);
     }
