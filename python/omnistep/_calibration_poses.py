@@ -14,11 +14,13 @@ from omnistep import _plausibility
 from omnistep._calibration_drives import GAP_S, STANDS, STANDS_OVER_S, end_of, thinned
 from omnistep._calibration_drives import whole_positions as whole
 from omnistep._calibration_runs import CalibrationRun
-from omnistep._estimates import Floats
+from omnistep._estimates import Floats, scipy_part
 from omnistep._omnistep import Kinematics, Odometry, Vehicle
 from omnistep._wheel_logs import POSE, WheelLog, spans
 from omnistep.errors import ConfigError
 
+#: Who asks for SciPy.
+NEEDED_BY = "omnistep.calibrate"
 #: A piece is as long as the vehicle moves in this time on the average.
 PIECE_S = 3.0
 #: A piece is left out that is longer than so many others, because poses are missing, or shorter than this part of one.
@@ -36,7 +38,8 @@ AWAY_S = 0.5
 MARGIN_S = 0.1
 #: Parts of a piece, of equal ways, in which wheels are compared with each other.
 PARTS = 3
-#: Poses are averaged over this time: less noise, and a smooth course for the delay.
+#: Poses are smoothed over this time: less noise, and a smooth course for the delay. By parabolas: means would cut corners, by
+#: 0.03 % of an arc at 0.8 rad/s and by 0.4 mm where a drive begins at 1 m/s^2.
 SMOOTH_S = 0.1
 
 
@@ -243,9 +246,10 @@ def _poses(log: WheelLog, where: str) -> Floats:
 
 
 def _smooth(poses: Floats, rows: int) -> Floats:
-    """Means over rows before and after; fewer at the ends."""
-    count = np.convolve(np.ones(len(poses)), np.ones(rows), mode="same")
-    return np.stack([np.convolve(column, np.ones(rows), mode="same") / count for column in poses.T], axis=1)
+    """A parabola through as many rows at each one (Savitzky and Golay, 1964)."""
+    if rows < 5 or len(poses) < rows:
+        return poses
+    return np.asarray(scipy_part("signal", NEEDED_BY).savgol_filter(poses, rows, 2, axis=0))
 
 
 def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from itertools import combinations, permutations
 
 import numpy as np
@@ -57,7 +56,6 @@ class Reading:
         return f"the wheels look read as {', '.join(names[k] for k in self.order)}"
 
 
-@cache
 def readings(wheels: int) -> tuple[Reading, ...]:
     """Other readings, the simplest first: of up to four wheels every order, of more two exchanged."""
     same, forward = tuple(range(wheels)), (1,) * wheels

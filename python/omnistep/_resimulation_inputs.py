@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +16,7 @@ from omnistep.recordings import estimated
 
 Floats = NDArray[np.float64]
 #: What a simulation may be driven by.
-By = Literal["commands", "torques", "wheels", "duty"]
-BYS: tuple[By, ...] = ("commands", "torques", "wheels", "duty")
+BYS = ("commands", "torques", "wheels", "duty")
 #: Columns of each, as messages have them.
 COLUMNS = {
     "commands": "commands (asked_*)",
@@ -33,7 +31,7 @@ def twists_of(trace: Trace, of: str) -> Floats:
     return np.column_stack([trace[f"{of}_{axis}"] for axis in AXES])
 
 
-def inputs_of(recorded: Trace, vehicle: Vehicle, by: By) -> tuple[Floats, int, bool]:
+def inputs_of(recorded: Trace, vehicle: Vehicle, by: str) -> tuple[Floats, int, bool]:
     """Inputs of a vehicle's simulation in every period, the number of unknown ones, and whether torques were measured."""
     given = _given(recorded, vehicle, by)
     if given is None:
@@ -44,7 +42,7 @@ def inputs_of(recorded: Trace, vehicle: Vehicle, by: By) -> tuple[Floats, int, b
     return *held(given), acted
 
 
-def _given(recorded: Trace, vehicle: Vehicle, by: By) -> Floats | None:
+def _given(recorded: Trace, vehicle: Vehicle, by: str) -> Floats | None:
     """What a log has of an input, if it has any."""
     if by == "commands":
         return _known(twists_of(recorded, "asked"))

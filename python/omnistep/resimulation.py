@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from omnistep._axes import figure, recorded_and_simulated
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import check_picture, replaced
 from omnistep._recorded_command import AXES
-from omnistep._resimulation_inputs import BYS, By, inputs_of, torque_line, twists_of
+from omnistep._resimulation_inputs import BYS, inputs_of, torque_line, twists_of
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
 from omnistep.runs import bar, read_mcap
@@ -166,7 +166,7 @@ def resimulate(
     log: str | PathLike[str] | Log,
     scenario: str | PathLike[str] | Scenario | None = None,
     *,
-    by: By = "commands",
+    by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     overrides: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> Resimulation:
@@ -323,7 +323,7 @@ def write(
     out: Path,
     *,
     scenario: str | None = None,
-    by: By = "commands",
+    by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     keys: Sequence[str] = (),
     progress: bool = True,
 ) -> None:
