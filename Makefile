@@ -48,7 +48,6 @@ wasm:           ## the simulation in WebAssembly: in every bit what it is native
 
 instructions:   ## instructions of a control step, at most 3.1 times those of as many bare PID loops; of a physics step
 	scripts/instructions.sh
-	scripts/physics_instructions.sh
 
 docs:           ## the documentation site in out/site, warnings as errors
 	scripts/docs.sh

@@ -2,7 +2,7 @@
 # Builds the simulation for 64-bit Arm (aarch64-unknown-linux-gnu), runs the first seconds of every built-in scenario in QEMU and
 # natively, and compares poses and traces: equal in every bit, or exit code 1. Needs, on Debian: apt install gcc-aarch64-linux-gnu
 # libc6-dev-arm64-cross qemu-user-static. Where rustup has no such target, std is compiled from the sources that
-# scripts/embedded-toolchain.sh unpacks. With --if-possible: skips, and says so, what a missing tool asks for.
+# scripts/tools/embedded-toolchain.sh unpacks. With --if-possible: skips, and says so, what a missing tool asks for.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the native program is looked for
@@ -19,7 +19,7 @@ target=aarch64-unknown-linux-gnu
 arguments=()
 if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
     [ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
-    toolchain=$(scripts/embedded-toolchain.sh wasm32-unknown-unknown) || true
+    toolchain=$(scripts/tools/embedded-toolchain.sh wasm32-unknown-unknown) || true
     # Where the targets of WebAssembly are rustup's own, there are no sources of std beside them.
     [ -n "$toolchain" ] || missing "std for $target" "rustup target add $target"
     arguments=(-Zbuild-std=std,panic_unwind)

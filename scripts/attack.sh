@@ -4,14 +4,14 @@
 # fuzzer, FUZZ seconds (300) a target. Uses what `make test` builds; see scripts/attack/__main__.py.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-[ -x .venv/bin/python ] || scripts/venv.sh
+[ -x .venv/bin/python ] || scripts/tools/venv.sh
 if [ "${1:-}" = --long ]; then
     shift
     seed=${SEED:-$(date +%s)}
     echo "seed $seed"
     .venv/bin/python scripts/attack --long --seed "$seed" "$@"
     for target in toml height_map log link drive trace; do
-        scripts/fuzz.sh "$target" "${FUZZ:-300}"
+        scripts/attack/fuzz.sh "$target" "${FUZZ:-300}"
     done
 else
     .venv/bin/python scripts/attack "$@"

@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo bench --locked
-scripts/venv.sh
+scripts/tools/venv.sh
 .venv/bin/python benches/python.py
 .venv/bin/python benches/learn.py
 .venv/bin/python benches/rollers.py

@@ -32,4 +32,4 @@ mapfile -t binaries < <(
 )
 "$cov" export --format=lcov --instr-profile="$out/all.profdata" "${binaries[@]/#/--object=}" \
     --sources "$PWD/crates/omni-core/src" >"$out/lcov.info"
-python3 scripts/coverage_report.py "$out/lcov.info" --minimum "${COVERAGE_MIN:-95}"
+python3 scripts/checks/coverage_report.py "$out/lcov.info" --minimum "${COVERAGE_MIN:-95}"

@@ -2,7 +2,7 @@
 # Builds the release files for Linux on x86_64 and aarch64 into out/dist: wheels for glibc 2.17 or newer, and static programs.
 # Runs 6 s of `flat` with each, aarch64 in QEMU, and compares the logs byte by byte; exit code 1 if they differ. Then searches
 # all files for paths of this machine, and writes SHA256SUMS. Needs Linux on x86_64; to run the files for aarch64 also
-# qemu-user-static and Debian's apt-get. If rustup lacks a target, scripts/embedded-toolchain.sh prepares a toolchain. Prints
+# qemu-user-static and Debian's apt-get. If rustup lacks a target, scripts/tools/embedded-toolchain.sh prepares a toolchain. Prints
 # what it skips; with --required that is an error. The first build takes half an hour or more.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -18,7 +18,7 @@ everything="wheels and programs for Linux"
 [ "$(uname -sm)" = "Linux x86_64" ] || { missing "$everything" "this is not Linux on x86_64"; exit; }
 processors=(x86_64 aarch64)
 targets=("${processors[@]/%/-unknown-linux-gnu}" "${processors[@]/%/-unknown-linux-musl}")
-toolchain=$(scripts/embedded-toolchain.sh "${targets[@]}") ||
+toolchain=$(scripts/tools/embedded-toolchain.sh "${targets[@]}") ||
     { missing "$everything" "Rust's standard library is missing (rustup target add ${targets[*]})"; exit; }
 # One compiler for all targets, so that build scripts and macros are compiled once.
 [ -z "$toolchain" ] || export RUSTUP_TOOLCHAIN=${toolchain#+}
@@ -30,8 +30,8 @@ timed() { # command
     "$@"
     echo "$((SECONDS - start)) s: $*"
 }
-for processor in "${processors[@]}"; do timed scripts/wheel.sh "$processor-unknown-linux-gnu"; done
-for processor in "${processors[@]}"; do timed python3 scripts/command.py "$processor-unknown-linux-musl"; done
+for processor in "${processors[@]}"; do timed scripts/release/wheel.sh "$processor-unknown-linux-gnu"; done
+for processor in "${processors[@]}"; do timed python3 scripts/release/command.py "$processor-unknown-linux-musl"; done
 
 # A run with each file; programs for aarch64 need an emulator.
 declare -A emulator=([x86_64]="" [aarch64]=qemu-aarch64-static)
@@ -55,14 +55,14 @@ assert isinstance(signals, numpy.ndarray) and numpy.isfinite(signals).any(), sig
 print(signals.shape, hashlib.sha256(signals.tobytes()).hexdigest())
 print(f"{platform.machine()}: Python {platform.python_version()}, NumPy {numpy.__version__}", file=sys.stderr)
 PYTHON
-pip=("$(scripts/build_tools.sh)/python" -m pip --quiet --disable-pip-version-check)
+pip=("$(scripts/release/build_tools.sh)/python" -m pip --quiet --disable-pip-version-check)
 wheel() { echo "$PWD"/out/dist/omnistep-*_"$1".whl; } # processor
 python3 -m venv --without-pip "$work/venv"
 "${pip[@]}" --python "$work/venv/bin/python" install "$(wheel x86_64)"
 "$work/venv/bin/python" -I "$work/run.py" $seconds "$work/wheel-x86_64.mcap" >"$work/signals-x86_64"
 if [ -n "${emulator[aarch64]:-}" ]; then
     # Debian's Python for aarch64 with its libraries, and NumPy's own wheel for it.
-    if command -v apt-get >/dev/null && scripts/debs.sh arm64 "$work/arm64" python3-minimal libpython3-stdlib libstdc++6; then
+    if command -v apt-get >/dev/null && scripts/tools/debs.sh arm64 "$work/arm64" python3-minimal libpython3-stdlib libstdc++6; then
         python=$(echo "$work"/arm64/usr/bin/python3.[0-9]*)
         "${pip[@]}" install --target "$work/arm64/usr/lib/python3/dist-packages" --only-binary=:all: \
             --platform manylinux_2_17_aarch64 --platform manylinux_2_28_aarch64 --implementation cp --python-version "${python##*python}" "$(wheel aarch64)"
@@ -76,6 +76,6 @@ for log in "$work"/*.mcap; do
     cmp "$work/wheel-x86_64.mcap" "$log" || { echo "$(basename "$log" .mcap) and wheel-x86_64 write different logs" >&2; exit 1; }
     echo "$(basename "$log" .mcap): $seconds s of flat, $(wc -c <"$log") bytes of log, sha256 $(sha256sum <"$log" | cut -c 1-16)"
 done
-python3 scripts/build_places.py out/dist/*
+python3 scripts/release/build_places.py out/dist/*
 (cd out/dist && sha256sum -- * >SHA256SUMS && sha256sum --check --quiet SHA256SUMS)
 (cd out/dist && du -h --apparent-size -- *)

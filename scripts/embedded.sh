@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 targets=(thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf)
-toolchain=$(scripts/embedded-toolchain.sh "${targets[@]}") # empty where rustup has the targets
+toolchain=$(scripts/tools/embedded-toolchain.sh "${targets[@]}") # empty where rustup has the targets
 output=${CARGO_TARGET_DIR:-target}
 for target in "${targets[@]}"; do rm -f "$output/$target/release/libomni_core.rlib"; done
 # shellcheck disable=SC2086 # an empty toolchain must vanish

@@ -16,7 +16,7 @@ echo '#include <array>' | arm-none-eabi-g++ -x c++ -fsyntax-only - 2>/dev/null |
     missing+=("C++ for arm-none-eabi (apt install libstdc++-arm-none-eabi-newlib)")
 targets=(thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf)
 if [ "$if_possible" = --if-possible ]; then
-    toolchain=$(EMBEDDED_TOOLCHAIN_CHECK=1 scripts/embedded-toolchain.sh "${targets[@]}" 2>/dev/null) ||
+    toolchain=$(EMBEDDED_TOOLCHAIN_CHECK=1 scripts/tools/embedded-toolchain.sh "${targets[@]}" 2>/dev/null) ||
         missing+=("bare-metal targets (rustup target add ${targets[*]}, or make embedded)")
 fi
 if [ ${#missing[@]} -gt 0 ]; then
@@ -25,7 +25,7 @@ if [ ${#missing[@]} -gt 0 ]; then
     echo "missing: ${list%, }" >&2
     exit 1
 fi
-[ "$if_possible" = --if-possible ] || toolchain=$(scripts/embedded-toolchain.sh "${targets[@]}")
+[ "$if_possible" = --if-possible ] || toolchain=$(scripts/tools/embedded-toolchain.sh "${targets[@]}")
 
 # omni-core with every combination of its features.
 for features in "" defmt serde defmt,serde; do
@@ -100,6 +100,6 @@ cd ..
 ran=$(cargo test --locked --quiet --release --config scripts/test_profile.toml --test links -- --ignored)
 echo "$ran"
 grep -q "9 passed; 0 failed" <<<"$ran"
-[ -x .venv/bin/python ] || scripts/venv.sh
-.venv/bin/python scripts/firmware_report.py --self-test
-.venv/bin/python scripts/firmware_report.py
+[ -x .venv/bin/python ] || scripts/tools/venv.sh
+.venv/bin/python scripts/measure/firmware_report.py --self-test
+.venv/bin/python scripts/measure/firmware_report.py

@@ -30,7 +30,7 @@ for words in "study ensemble" "bound step" "run step --live" "schema vehicle"; d
     grep -q 'features full' <<<"$refused" || { echo "omnistep $words: $refused" >&2; exit 1; }
 done
 read -r clock user system <"$work/time"
-python3 scripts/compile_share.py "$CARGO_TARGET_DIR/cargo-timings/cargo-timing.html" >"$work/share"
+python3 scripts/measure/compile_share.py "$CARGO_TARGET_DIR/cargo-timings/cargo-timing.html" >"$work/share"
 awk -v clock="$clock" -v user="$user" -v kernel="$system" -v crates="$(grep -c '^ *Compiling' "$work/build")" -v most="$most" \
     -v ratio="$(cat "$work/share")" -v share="$share" '
     BEGIN {

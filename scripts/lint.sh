@@ -9,8 +9,8 @@ cargo fmt --manifest-path fuzz/Cargo.toml --check
 cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
 # In release: macros and build scripts are those of the command and the wheel.
 cargo clippy --locked --release --workspace --all-targets -- -D warnings
-python3 scripts/one_build.py
-scripts/venv.sh
+python3 scripts/checks/one_build.py
+scripts/tools/venv.sh
 .venv/bin/ruff check python scripts benches tests
 .venv/bin/ruff format --check python scripts benches tests
 .venv/bin/mypy

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Packages every crate that is to be published, without uploading any, and lists each package's files and size; --publish
-# uploads those that crates.io does not have, in the order in which they need one another (scripts/publish.py). It was never run.
+# uploads those that crates.io does not have, in the order in which they need one another (scripts/release/publish.py). It was never run.
 # Fails where a package lacks its README or a licence. Needs the registry's index, as any first build does.
 #
 # --verify also builds each package from nothing but what is in it, as publishing does: for a release. The first time that
@@ -18,7 +18,7 @@ target=${CARGO_TARGET_DIR:-target}
 # The tests' package and the Python bindings stay here: publish = false.
 all=(--locked --workspace --exclude omnistep-workspace --exclude omni-py)
 if [ "$*" = --publish ]; then
-    exec "${PYTHON:-python3}" scripts/publish.py
+    exec "${PYTHON:-python3}" scripts/release/publish.py
 fi
 package_all() { # more options
     # Nothing is uploaded, so a change that is not committed yet does no harm.

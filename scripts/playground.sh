@@ -11,6 +11,6 @@ missing() { # what is missing
 }
 rm -rf out/playground
 for tool in node npm; do command -v "$tool" >/dev/null || missing "$tool"; done
-module=$(PROFILE=release scripts/wasm_module.sh ${possible:+"$possible"}) || { [ $? = 3 ] && missing "$module"; exit 1; }
+module=$(PROFILE=release scripts/tools/wasm_module.sh ${possible:+"$possible"}) || { [ $? = 3 ] && missing "$module"; exit 1; }
 npm --prefix web ci --silent --no-audit --no-fund
 node web/build-playground.mjs out/playground "$module"

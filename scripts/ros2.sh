@@ -17,7 +17,7 @@ for tool in unshare ip; do
 done
 # No package gives this right: it is said, and no failure.
 "${own[@]}" ip link set lo up 2>/dev/null || { echo "SKIPPED the tests of ROS 2; this system does not allow a separate network (unshare --net)" >&2; exit 0; }
-scripts/venv.sh
+scripts/tools/venv.sh
 .venv/bin/python -c 'import cyclonedds' 2>/dev/null ||
     { lacking "the tests of ROS 2" "cyclonedds, which has no wheel for this Python or machine"; exit 0; }
 

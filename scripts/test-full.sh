@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
-scripts/sdist.sh
+scripts/release/sdist.sh
 scripts/package.sh --verify
 scripts/semver.sh
 scripts/wasm.sh --whole
@@ -13,12 +13,12 @@ scripts/dist.sh
 ROS2_SOAK_S=600 scripts/ros2.sh # ten minutes of readers that come and go
 cargo test --release --test physics -- --ignored
 cargo run --locked --quiet --release --example gear_friction_energy 50 # 230 runs: energy closes where gears have friction
-python3 scripts/drive_campaign.py --check # 300 runs with random faults, and their table in docs/drive.md
-.venv/bin/python scripts/mujoco_gate.py --map # the simulation and MuJoCo side by side: docs/mujoco.md
+python3 scripts/measure/drive_campaign.py --check # 300 runs with random faults, and their table in docs/drive.md
+.venv/bin/python scripts/mujoco/gate.py --map # the simulation and MuJoCo side by side: docs/mujoco.md
 # 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each number of counts and noise, as in docs/own-robot.md.
-OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/identify_coverage.py --check
+OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/identify_coverage.py --check
 # 600 logs of plants that share nothing with the simulator: at least 90 %.
-OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/plant_coverage.py
+OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/plant_coverage.py
 # Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
 .venv/bin/python -m pytest python/tests/test_film.py

@@ -11,11 +11,11 @@ for example in crates/omni-core/examples/*.rs crates/omni-sim/examples/*.rs; do
     name=$(basename "$example" .rs)
     "${CARGO_TARGET_DIR:-target}/release/examples/$name" >/dev/null || { echo "example $name failed" >&2; exit 1; }
 done
-scripts/venv.sh
-.venv/bin/python scripts/check_docs.py --self-test
-.venv/bin/python scripts/check_docs.py
-.venv/bin/python scripts/check_examples.py --self-test
-.venv/bin/python scripts/check_examples.py
+scripts/tools/venv.sh
+.venv/bin/python scripts/checks/documents.py --self-test
+.venv/bin/python scripts/checks/documents.py
+.venv/bin/python scripts/checks/examples.py --self-test
+.venv/bin/python scripts/checks/examples.py
 .venv/bin/python -m pytest --numprocesses auto --dist worksteal
 # FIRMWARE=required: what is missing is a failure, as in .ci/run.
 if [ "${FIRMWARE:-}" = required ]; then scripts/firmware.sh; else scripts/firmware.sh --if-possible; fi

@@ -16,7 +16,7 @@ need npm "npm's readers of logs"
 scripts/web.sh --check # the player that the report carries is the one in web/player
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-scripts/venv.sh
+scripts/tools/venv.sh
 omnistep=.venv/bin/omnistep # with the live view
 # Two seconds of every scenario are messages of every kind; the step is whole, for the report.
 for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
@@ -30,7 +30,7 @@ done
 topics="/cmd_vel /ground_truth/odom /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
 for log in "$work"/logs/*.mcap; do
     # shellcheck disable=SC2086
-    .venv/bin/python scripts/check_log.py "$log" --require $topics >"$work/said" || { cat "$work/said" >&2; exit 1; }
+    .venv/bin/python scripts/checks/log.py "$log" --require $topics >"$work/said" || { cat "$work/said" >&2; exit 1; }
 done
 echo "logs of $(ls "$work"/logs/*.mcap | wc -l) scenarios: read by mcap and rosbags"
 npm --prefix tests/viewers ci --silent --no-audit --no-fund

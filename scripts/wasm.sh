@@ -15,7 +15,7 @@ missing() { # what is missing
 }
 command -v node >/dev/null || missing "node (apt install nodejs)"
 export PROFILE=${PROFILE:-quick} # PROFILE=release: what a page loads, and how large that is
-module=$(scripts/wasm_module.sh ${possible:+"$possible"}) || { [ $? = 3 ] && missing "$module"; exit 1; }
+module=$(scripts/tools/wasm_module.sh ${possible:+"$possible"}) || { [ $? = 3 ] && missing "$module"; exit 1; }
 output=${CARGO_TARGET_DIR:-target}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -26,7 +26,7 @@ if [ "$possible" = --whole ]; then
     "$output/$PROFILE/omnistep-wasm" $seconds >"$work/native"
     what="pose and trace"
 else
-    [ -x .venv/bin/python ] || scripts/venv.sh
+    [ -x .venv/bin/python ] || scripts/tools/venv.sh
     .venv/bin/python wasm/poses.py $seconds >"$work/native"
     cut -d ' ' -f -9 "$work/wasm" >"$work/poses"
     mv "$work/poses" "$work/wasm"

@@ -37,9 +37,9 @@ ELSEWHERE = ("dask", "mpi4py", "launch")
 
 
 @cache
-def check_docs():
+def documents():
     """The script that knows what the repository has."""
-    spec = importlib.util.spec_from_file_location("check_docs", ROOT / "scripts" / "check_docs.py")
+    spec = importlib.util.spec_from_file_location("check_documents", ROOT / "scripts/checks/documents.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -76,7 +76,7 @@ def python_block(example, info):
         program(example, info)
         return
     said = io.StringIO()
-    # As fine as scripts/py_figures.py draws the documents' pictures.
+    # As fine as scripts/docs/figures.py draws the documents' pictures.
     with contextlib.redirect_stdout(said), plt.rc_context({"savefig.dpi": 90}):
         PythonEvaluator()(example)
     example.namespace["said"] = said.getvalue()
@@ -112,7 +112,7 @@ def sh_block(example, info):
     for line in lines:
         command = shlex.split(line, comments=True)
         if command[:1] != ["omnistep"]:
-            assert check_docs().command_findings(line) == []
+            assert documents().command_findings(line) == []
             if command[:3] == ["cargo", "run", "--release"] and "--" in command:
                 command = command[command.index("--") + 1 :]
                 flags = [word for word in command if word.startswith("--")]
@@ -200,7 +200,7 @@ def math_block(example, info):
 
 def rust_block(example, info):
     # Where a page is a crate's documentation, the compiler runs them; here are pieces of firmware.
-    assert check_docs().rust_findings(example.parsed) == []
+    assert documents().rust_findings(example.parsed) == []
 
 
 def compiles(compiler, file):

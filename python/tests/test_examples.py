@@ -103,5 +103,5 @@ def test_help_says_what_the_stub_says():
         compared += 1
         if inspect.cleandoc(getattr(thing, "__doc__", None) or "") != text:
             other.append(f"{owner}.{node.name}")
-    # python scripts/py_docs.py copies them.
+    # python scripts/docs/docstrings.py copies them.
     assert compared > 200 and other == []

@@ -1,4 +1,4 @@
-"""MuJoCo as a second opinion: the quick part of scripts/mujoco_gate.py, and what the file must hold."""
+"""MuJoCo as a second opinion: the quick part of scripts/mujoco/gate.py, and what the file must hold."""
 
 import importlib.util
 import math
@@ -18,7 +18,7 @@ VEHICLES = ["omni3", "mecanum4", "chugo7", "rocker_bogie6"]
 
 @pytest.fixture(scope="module")
 def gate():
-    spec = importlib.util.spec_from_file_location("mujoco_gate", ROOT / "scripts/mujoco_gate.py")
+    spec = importlib.util.spec_from_file_location("gate_of_mujoco", ROOT / "scripts/mujoco/gate.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -68,7 +68,7 @@ def test_the_package_is_typed_strictly():
 def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
     log = tmp_path / "run.mcap"
     trace = omnistep.run("step", policy=policy, mcap=log, overrides={"duration_s": 2.0})
-    checked = command(sys.executable, str(ROOT / "scripts" / "check_log.py"), str(log))
+    checked = command(sys.executable, str(ROOT / "scripts/checks/log.py"), str(log))
     assert checked.returncode == 0, checked.stdout + checked.stderr
     assert "run.mcap: ok" in checked.stdout
 
@@ -86,7 +86,7 @@ def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
 
 @pytest.fixture(scope="module")
 def wheel():
-    """The file that scripts/venv.sh built, of which the installed package was made."""
+    """The file that scripts/tools/venv.sh built, of which the installed package was made."""
     (wheel,) = (ROOT / "out" / "wheel").glob("omnistep-*.whl")
     return wheel
 
@@ -112,7 +112,7 @@ def test_every_link_of_the_wheels_description_is_an_address(wheel):
 def backend():
     """What pip builds the wheel with."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(ROOT / "scripts")  # as pip does: `backend-path` in pyproject.toml
+        patch.syspath_prepend(ROOT / "scripts" / "release")  # as pip does: `backend-path` in pyproject.toml
         return importlib.import_module("wheel_backend")
 
 

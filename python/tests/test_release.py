@@ -16,18 +16,18 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def scripts():
-    """Imports a module of the folder of scripts."""
+    """Imports a module of scripts/release."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(ROOT / "scripts")
+        patch.syspath_prepend(ROOT / "scripts" / "release")
         yield importlib.import_module
 
 
 @pytest.fixture
 def released(tmp_path):
-    """What scripts/tag_fits.sh reads, as it is on the day of a release."""
+    """What scripts/release/tag_fits.sh reads, as it is on the day of a release."""
     texts = ("CITATION.cff", "CHANGELOG.md", "README.md")
-    for name in ("scripts/tag_fits.sh", "Cargo.toml", "firmware/Cargo.toml", *texts):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+    for name in ("scripts/release/tag_fits.sh", "Cargo.toml", "firmware/Cargo.toml", *texts):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
     for lock in [*ROOT.glob("Cargo.lock"), *ROOT.glob("*/Cargo.lock"), *ROOT.glob("examples/*/Cargo.lock")]:
         copy = tmp_path / lock.relative_to(ROOT)
@@ -43,7 +43,7 @@ def released(tmp_path):
 
 
 def tag_fits(folder, tag):
-    return subprocess.run([folder / "scripts/tag_fits.sh", tag], capture_output=True, text=True, check=False)
+    return subprocess.run([folder / "scripts/release/tag_fits.sh", tag], capture_output=True, text=True, check=False)
 
 
 def test_a_tag_fits_where_every_file_has_its_version(released):

@@ -4,7 +4,7 @@ import re
 import sys
 from pathlib import Path
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts" / "docs"
 sys.path.insert(0, str(SCRIPTS))
 try:
     import robots_page

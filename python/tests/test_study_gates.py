@@ -10,10 +10,10 @@ import pytest
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 try:
-    import study_gates
-    import study_measure
-    import study_page
-    import study_runs
+    import study.gates
+    import study.measure
+    import study.page
+    import study.runs
 finally:
     sys.path.remove(str(SCRIPTS))
 
@@ -23,7 +23,7 @@ FIGURES = {"linkage_spread": 0.1, "heat_n2m2s": 10.0, "slip_rms": 0.2, "crossing
 
 
 def row(policy, cell=(0.05, 0.7, 1.8), seed=1, climbed=True, **more):
-    place = dict(zip(study_gates.CELL, cell, strict=True))
+    place = dict(zip(study.gates.CELL, cell, strict=True))
     tags = {"group": "grid", "scenario": "step", "case": "", "engine": "articulated", "wheels": "ball", "error": None}
     return {**tags, **place, "policy": policy, "seed": seed, "climbed": climbed, **FIGURES, **more}
 
@@ -49,40 +49,40 @@ GOOD = {"linkage_spread": 0.54, "heat_n2m2s": 0.89, "slip_rms": 0.84}
 
 
 def test_a_grid_at_its_bounds_holds_and_each_figure_beyond_fails_alone():
-    assert all(verdicts(study_gates.grid(grid(**GOOD), "articulated", "ball")).values())
-    for figure, most in study_gates.PARTS.items():
-        found = verdicts(study_gates.grid(grid(**GOOD | {figure: most + 0.01}), "articulated", "ball"))
+    assert all(verdicts(study.gates.grid(grid(**GOOD), "articulated", "ball")).values())
+    for figure, most in study.gates.PARTS.items():
+        found = verdicts(study.gates.grid(grid(**GOOD | {figure: most + 0.01}), "articulated", "ball"))
         assert [name for name, held in found.items() if not held] == [
-            f"{study_gates.NAMES[figure]}, ratio to independent"
+            f"{study.gates.NAMES[figure]}, ratio to independent"
         ]
 
 
 def test_a_cell_climbed_less_often_fails_even_where_the_sum_is_enough():
     falls = [("steady", CELLS[3], 2)]
-    found = verdicts(study_gates.grid(grid(falls, **GOOD), "articulated", "ball"))
+    found = verdicts(study.gates.grid(grid(falls, **GOOD), "articulated", "ball"))
     assert [name for name, held in found.items() if not held] == [
         "cells in which steady climbs at least as often as independent"
     ]
     both = grid([*falls, ("independent", CELLS[3], 1)], **GOOD)  # counts, not seeds
-    assert all(verdicts(study_gates.grid(both, "articulated", "ball")).values())
+    assert all(verdicts(study.gates.grid(both, "articulated", "ball")).values())
 
 
 def test_46_of_48_hold_and_45_do_not():
     falls = [(policy, CELLS[0], seed) for policy in ("steady", "independent") for seed in (1, 2)]
-    assert verdicts(study_gates.grid(grid(falls, **GOOD), "rapier", "ball"))["steady climbs"] is False  # another engine
-    assert verdicts(study_gates.grid(grid(falls, **GOOD), "articulated", "ball"))["steady climbs"] is True
+    assert verdicts(study.gates.grid(grid(falls, **GOOD), "rapier", "ball"))["steady climbs"] is False  # another engine
+    assert verdicts(study.gates.grid(grid(falls, **GOOD), "articulated", "ball"))["steady climbs"] is True
     falls += [(policy, CELLS[1], 1) for policy in ("steady", "independent")]
-    assert verdicts(study_gates.grid(grid(falls, **GOOD), "articulated", "ball"))["steady climbs"] is False
+    assert verdicts(study.gates.grid(grid(falls, **GOOD), "articulated", "ball"))["steady climbs"] is False
 
 
 def test_only_pairs_in_which_both_climb_count():
     rows = grid([("independent", CELLS[0], 1)], **GOOD)
     hot = (rows["policy"] == "steady") & (rows["torque_n_m"] == 1.4) & (rows["friction"] == 0.55) & (rows["seed"] == 1)
     rows.loc[hot, "heat_n2m2s"] = 1e6
-    pairs = study_gates.paired(rows, "steady", "independent")
+    pairs = study.gates.paired(rows, "steady", "independent")
     assert len(pairs) == 47
-    assert study_gates.part(pairs, "heat_n2m2s") == pytest.approx(0.89)
-    assert study_gates.difference(pairs, "heat_n2m2s") == pytest.approx((-1.1, -1.1, -1.1))
+    assert study.gates.part(pairs, "heat_n2m2s") == pytest.approx(0.89)
+    assert study.gates.difference(pairs, "heat_n2m2s") == pytest.approx((-1.1, -1.1, -1.1))
 
 
 def test_means_are_compared_and_not_ratios():
@@ -91,24 +91,24 @@ def test_means_are_compared_and_not_ratios():
         [row(policy, seed=seed, heat_n2m2s=heat) for policy, seed, heat in
          [("steady", 1, 1.0), ("independent", 1, 2.0), ("steady", 2, 9.0), ("independent", 2, 10.0)]]
     )  # fmt: skip
-    assert study_gates.part(study_gates.paired(rows, "steady", "independent"), "heat_n2m2s") == pytest.approx(10 / 12)
+    assert study.gates.part(study.gates.paired(rows, "steady", "independent"), "heat_n2m2s") == pytest.approx(10 / 12)
 
 
 def test_without_retry_the_bound_is_the_engine_s():
     name = "steady without retry climbs"
-    assert verdicts(study_gates.grid(grid(alone=44, **GOOD), "articulated", "ball"))[name] is True
-    assert verdicts(study_gates.grid(grid(alone=43, **GOOD), "articulated", "ball"))[name] is False
+    assert verdicts(study.gates.grid(grid(alone=44, **GOOD), "articulated", "ball"))[name] is True
+    assert verdicts(study.gates.grid(grid(alone=43, **GOOD), "articulated", "ball"))[name] is False
     for alone, held in [(34, True), (33, False)]:
         rows = grid(alone=alone, **GOOD).assign(engine="rapier")
-        assert verdicts(study_gates.grid(rows, "rapier", "ball"))[name] is held
+        assert verdicts(study.gates.grid(rows, "rapier", "ball"))[name] is held
 
 
 def test_what_is_missing_or_failed_does_not_hold_and_rollers_are_told():
     rows = grid(**GOOD)
-    assert not any(verdicts(study_gates.grid(rows.iloc[:-1], "articulated", "ball")).values())
+    assert not any(verdicts(study.gates.grid(rows.iloc[:-1], "articulated", "ball")).values())
     rows.loc[rows.index[0], "error"] = "diverged"
-    assert not any(verdicts(study_gates.grid(rows, "articulated", "ball")).values())
-    told = study_gates.grid(grid(**GOOD).assign(wheels="rollers"), "articulated", "rollers")
+    assert not any(verdicts(study.gates.grid(rows, "articulated", "ball")).values())
+    told = study.gates.grid(grid(**GOOD).assign(wheels="rollers"), "articulated", "rollers")
     assert {gate.verdict for gate in told} == {"reported"}
 
 
@@ -121,8 +121,8 @@ def perturbed(case, count):
 
 def test_perturbed_runs_may_fail_once_and_with_lag_three_times():
     for case, count, held in [("noise", 23, True), ("noise", 22, False), ("a lag", 21, True), ("a lag", 20, False)]:
-        assert [gate.held for gate in study_gates.perturbed(perturbed(case, count), [case], "articulated")] == [held]
-    assert study_gates.perturbed(perturbed("noise", 24), ["bias"], "articulated")[0].held is False  # no run
+        assert [gate.held for gate in study.gates.perturbed(perturbed(case, count), [case], "articulated")] == [held]
+    assert study.gates.perturbed(perturbed("noise", 24), ["bias"], "articulated")[0].held is False  # no run
 
 
 def ground(name, **of_steady):
@@ -133,7 +133,7 @@ def ground(name, **of_steady):
 
 def test_other_grounds_may_take_a_tenth_more_and_the_spread_of_half_a_step_is_told():
     def held(rows, name="ramp"):
-        return [gate.held for gate in study_gates.grounds(rows, [name], "articulated", 8)]
+        return [gate.held for gate in study.gates.grounds(rows, [name], "articulated", 8)]
 
     assert held(ground("ramp", heat_n2m2s=10.99)) == [True, True, True]
     assert held(ground("ramp", heat_n2m2s=11.01)) == [True, False, True]
@@ -163,7 +163,7 @@ def test_a_cell_counts_only_where_every_run_climbs():
     for cells, runs in [(5, 2), (6, 3), (5, 3), (6, 2)]:
         falls = [(cell, 1) for cell in possible[-cells:]]
         rows = hard(possible, falls) + hard(slow, [(cell, 1) for cell in slow[:runs]], "rapier", SEEDS[:1])
-        gates = study_gates.reach(pd.DataFrame(rows), possible, slow, len(SEEDS))
+        gates = study.gates.reach(pd.DataFrame(rows), possible, slow, len(SEEDS))
         assert [gate.held for gate in gates] == [cells <= 5, runs <= 2]
 
 
@@ -172,42 +172,42 @@ def test_wheels_on_dampers_stay_together_and_none_collapses():
         figures = pd.DataFrame(
             [{"policy": policy, "apart_ever_rpm": apart, "fall_rpm": fall} for policy in ("steady", "reach")]
         )
-        assert [gate.held for gate in study_gates.on_dampers(figures)] == 2 * held
-    assert not any(gate.held for gate in study_gates.on_dampers(figures.iloc[:0]))
+        assert [gate.held for gate in study.gates.on_dampers(figures)] == 2 * held
+    assert not any(gate.held for gate in study.gates.on_dampers(figures.iloc[:0]))
 
 
 def test_the_plan_has_the_runs_that_the_gates_ask_for():
     runs = pd.DataFrame([{name: run.get(name) for name in ("group", "engine", "wheels", "policy", "case", "seed")}
-                         for run in study_runs.planned(short=False)])  # fmt: skip
+                         for run in study.runs.planned(short=False)])  # fmt: skip
     sizes = runs.groupby(["group", "engine", "wheels", "policy", "case"]).size()
     for engine in ("articulated", "rapier"):
         for policy in ("steady", "independent", "steady without retry"):
-            assert sizes["grid", engine, "ball", policy, ""] == study_gates.GRID_RUNS
-    assert set(sizes["perturbed", "articulated", "ball", "steady"]) == {study_gates.PERTURBED_RUNS}
-    assert set(sizes["grounds", "articulated", "ball", "steady"]) == {study_gates.GROUND_RUNS}
-    assert len(study_runs.HARD) == 16 and set(study_runs.HARD) <= set(study_runs.hard_cells()) - study_runs.IMPOSSIBLE
-    assert len(set(study_runs.hard_cells()) - study_runs.IMPOSSIBLE) == 37
-    keys = [study_runs.key(run, "build") for run in study_runs.planned(short=False)]
+            assert sizes["grid", engine, "ball", policy, ""] == study.gates.GRID_RUNS
+    assert set(sizes["perturbed", "articulated", "ball", "steady"]) == {study.gates.PERTURBED_RUNS}
+    assert set(sizes["grounds", "articulated", "ball", "steady"]) == {study.gates.GROUND_RUNS}
+    assert len(study.runs.HARD) == 16 and set(study.runs.HARD) <= set(study.runs.hard_cells()) - study.runs.IMPOSSIBLE
+    assert len(set(study.runs.hard_cells()) - study.runs.IMPOSSIBLE) == 37
+    keys = [study.runs.key(run, "build") for run in study.runs.planned(short=False)]
     assert len(set(keys)) == len(keys)
 
 
 def test_a_page_is_filled_between_its_markers_and_nowhere_else():
     page = "a\n<!-- study: one -->\nold\n<!-- end of study -->\nb\n"
-    filled = study_page.filled(page, {"one": "new \\1"})
+    filled = study.page.filled(page, {"one": "new \\1"})
     assert filled == "a\n<!-- study: one -->\nnew \\1\n<!-- end of study -->\nb\n"
-    assert study_page.filled(filled, {"one": "new \\1"}) == filled
+    assert study.page.filled(filled, {"one": "new \\1"}) == filled
     for texts in ({}, {"one": "", "two": ""}):
         with pytest.raises(ValueError, match="markers"):
-            study_page.filled(page, texts)
+            study.page.filled(page, texts)
 
 
 def test_wheel_4_is_met_by_its_edge_at_the_speed_that_was_told_and_never_on_the_flat():
     keys = {"physics.engine": "articulated", "control.policy": "independent", "stop_when_done": True}
-    found = study_measure.measure("step", keys, 1)
+    found = study.measure.measure("step", keys, 1)
     assert found["climbed"] and found["error"] is None and found["retries"] == 0.0
     # Loops follow 0.3 m/s within a per cent where no limit is met; nothing is left of the front row's climb.
     assert found["impact_m_s"] == pytest.approx(0.3, abs=0.003) == found["impact_rim_m_s"]
     assert abs(found["impact_windup"]) < 0.02 and 0.0 < found["impact_thrust"] < 1.0
     assert found["peak_n"] > 20 * 9.81 / 5  # at rest no wheel carries more than a fifth of it
-    flat = study_measure.measure("flat", {"physics.engine": "articulated", "duration_s": 0.5}, 1)
+    flat = study.measure.measure("flat", {"physics.engine": "articulated", "duration_s": 0.5}, 1)
     assert flat["verdict"] == "driven" and flat["impact_m_s"] is None

@@ -13,7 +13,7 @@ from campaign import Campaign, Setting, faults, in_parallel, run
 import omnistep
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
-import study_safety
+import study.safety
 
 VEHICLES = ("chugo7", "omni3", "mecanum4", "rocker_bogie6")
 ASKED_M_S = 0.3
@@ -164,12 +164,13 @@ def stops(setting: Setting) -> list[Campaign]:
 
 def safety(setting: Setting) -> list[Campaign]:
     """Runs of the study's safety table that the study does not draw: no torque after a stop, numbers, no error."""
-    runs = [run for run in study_safety.planned(safety_seeds(setting)) if run["policy"] != "independent"]
+    runs = [run for run in study.safety.planned(safety_seeds(setting)) if run["policy"] != "independent"]
 
     def work(run: Keys) -> str | None:
-        found = study_safety.measure(run)
-        broken = found["error"] or [law for law in study_safety.NEVER if found[law] > 1.0]
-        return f"seed {run['seed']} of study_safety.py, {run['vehicle']}, {run['case']}: {broken}" if broken else None
+        found = study.safety.measure(run)
+        broken = found["error"] or [law for law in study.safety.NEVER if found[law] > 1.0]
+        draw = f"seed {run['seed']} of scripts/study/safety.py, {run['vehicle']}, {run['case']}"
+        return f"{draw}: {broken}" if broken else None
 
     _, failures = in_parallel(work, runs)
     return [Campaign("traction control with wrong sensors", len(runs), "runs", failures)]
@@ -177,7 +178,7 @@ def safety(setting: Setting) -> list[Campaign]:
 
 def safety_seeds(setting: Setting) -> range:
     """Beyond those of the study."""
-    first = study_safety.DRAWS + 1000 * setting.seed
+    first = study.safety.DRAWS + 1000 * setting.seed
     return range(first, first + setting.count(48))
 
 

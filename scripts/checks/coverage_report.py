@@ -1,6 +1,6 @@
 """Line coverage per file from an LCOV report, test code left out; exit code 1 below the minimum.
 
-python scripts/coverage_report.py REPORT --minimum PERCENT
+python scripts/checks/coverage_report.py REPORT --minimum PERCENT
 """
 
 import argparse
@@ -9,7 +9,7 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_code(path: Path) -> tuple[set[int], list[Path]]:

@@ -1,6 +1,6 @@
 """Checks that the documents name only what exists: files, links, make targets, subcommands, tests.
 
-python scripts/check_docs.py [--self-test]: one line a finding, exit code 1 if there is any.
+python scripts/checks/documents.py [--self-test]: one line a finding, exit code 1 if there is any.
 """
 
 import re
@@ -11,7 +11,7 @@ import tomllib
 from itertools import pairwise
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 # Folders whose contents are named by path in the documents.
 PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts", "firmware")
 # What may not stand in any tracked file: places of one machine.
@@ -38,7 +38,7 @@ def make_targets() -> set[str]:
 
 
 def site_pages() -> set[str]:
-    """Pages that only the site has, made by scripts/docs_pages.py."""
+    """Pages that only the site has, made by scripts/docs/stage_pages.py."""
     return set(re.findall(r"reference/\w+\.md$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
 
 

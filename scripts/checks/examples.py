@@ -1,6 +1,6 @@
 """Checks that every public item of omni-core shows what it does: an example in its documentation that asserts a number.
 
-python scripts/check_examples.py [--self-test]: one line an item without one, exit code 1 if there is any.
+python scripts/checks/examples.py [--self-test]: one line an item without one, exit code 1 if there is any.
 
 Items are structs, enums, traits, functions and methods that can be reached from the crate's root, as rustdoc's JSON
 lists them. Not modules, constants, fields, variants and what a trait's implementation repeats: they need documentation
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CRATE = "omnistep-core"
 LIBRARY = "omni_core"
 # Attributes of a code block that rustdoc compiles and runs; `text`, `no_run`, `ignore` and `compile_fail` are not here.

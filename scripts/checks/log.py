@@ -1,6 +1,6 @@
 """Opens a log with independent readers and exits with 1 where one of them finds a fault.
 
-usage: python check_log.py LOG.mcap [--require TOPIC ...]
+usage: python scripts/checks/log.py LOG.mcap [--require TOPIC ...]
 """
 
 import argparse

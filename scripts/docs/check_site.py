@@ -1,6 +1,6 @@
 """Checks the finished site in out/site, whatever built it.
 
-python scripts/docs_check.py [--self-test]
+python scripts/docs/check_site.py [--self-test]
 
 Everything that a page loads is there and comes from the site, every link leads to a page and to an anchor of it, the
 navigation names every staged page, the reference has every public name, and the playground is whole, if it was built.
@@ -14,7 +14,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 # Tags that make a browser fetch something, and the attribute that says from where.
 FETCHED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "object": "data"}
 FETCHING_LINKS = {"stylesheet", "icon", "preconnect", "preload", "prefetch", "modulepreload", "manifest"}
@@ -149,7 +149,7 @@ def main() -> int:
     if "--self-test" in sys.argv[1:]:
         self_test()
         return 0
-    from docs_pages import entries  # reads the package
+    from stage_pages import entries  # reads the package
 
     site = ROOT / "out" / "site"
     found = findings(site, ROOT / "out" / "docs", entries()) + playground_findings(site, ROOT / "out" / "playground")

@@ -1,14 +1,14 @@
 """Copies the docstrings of the stub to the Rust sources, so that help() says what the stub says.
 
-python scripts/py_docs.py: docstrings are written once, in python/omnistep/_omnistep.pyi; python/tests/test_examples.py
-compares them with what the built module says.
+python scripts/docs/docstrings.py: docstrings are written once, in python/omnistep/_omnistep.pyi;
+python/tests/test_examples.py compares them with what the built module says.
 """
 
 import ast
 import re
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 STUB = ROOT / "python" / "omnistep" / "_omnistep.pyi"
 SOURCES = ROOT / "crates" / "omni-py" / "src"
 

@@ -1,4 +1,4 @@
-"""Draws the pictures that the documents show, from runs: python scripts/py_figures.py [RESULTS].
+"""Draws the pictures that the documents show, from runs: python scripts/docs/figures.py [RESULTS].
 
 The map is of the study climb_map, which takes some minutes. RESULTS is the folder of its results, out/climb_map if left
 out; the study is run or finished there first.
@@ -14,7 +14,7 @@ matplotlib.use("Agg")
 
 import omnistep
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "images"
 
 

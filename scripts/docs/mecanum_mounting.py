@@ -1,6 +1,6 @@
 """Draws docs/images/mecanum-mounting.png: the two ways to mount mecanum wheels, each from above and from below.
 
-python scripts/mecanum_mounting.py
+python scripts/docs/mecanum_mounting.py
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 WHEELBASE, TRACK = 0.34, 0.30  # m
 LONG, WIDE = 0.15, 0.06  # of a wheel
 ROLLERS = 5

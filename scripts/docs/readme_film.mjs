@@ -1,7 +1,7 @@
-// Pictures of a page, for scripts/readme_film.py: node readme_film.mjs PAGE FRAMES WIDTH HEIGHT FOLDER writes FOLDER/K.png.
+// Pictures of a page, for scripts/docs/readme_film.py: node readme_film.mjs PAGE FRAMES WIDTH HEIGHT FOLDER writes FOLDER/K.png.
 import { pathToFileURL } from "node:url";
 
-import { launched } from "../tests/viewers/browser.mjs";
+import { launched } from "../../tests/viewers/browser.mjs";
 
 const [page, frames, width, height, folder] = process.argv.slice(2);
 const browser = await launched();

@@ -1,6 +1,6 @@
 """Draws docs/images/climb.gif, the film of the README: two runs on the same ground, one policy above the other.
 
-python scripts/readme_film.py [OUT.gif]
+python scripts/docs/readme_film.py [OUT.gif]
 
 The runs are made anew. The player of web/player draws them in Chromium without a window, Pillow joins the pictures.
 Needs the package with its extra "plot" (which brings Pillow), Chromium and, in tests/viewers, what `npm ci` installs.
@@ -19,7 +19,7 @@ from PIL import Image
 import omnistep
 from omnistep import _scene
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 RUNS = {"independent": "independent: plain PID", "steady": "steady: traction control"}
 # A run of the study's grid: the least friction and torque of it.
 OVERRIDES = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "physics.engine": "articulated"}
@@ -97,7 +97,7 @@ def main(out: Path) -> None:
         page.write_text(PAGE % (WIDTH, HEIGHT, sections, player, data, SCRIPT), "utf-8")
         frames = len(runs[0]["states"])
         drawn = [str(each) for each in (page, frames, WIDTH, HEIGHT * len(RUNS), folder)]
-        subprocess.run(["node", str(ROOT / "scripts" / "readme_film.mjs"), *drawn], check=True)
+        subprocess.run(["node", str(ROOT / "scripts/docs/readme_film.mjs"), *drawn], check=True)
         pictures = [Image.open(folder / f"{k}.png").convert("RGB") for k in range(frames)]
         # One palette for all, or colours would shimmer.
         palette = pictures[frames // 2].quantize(COLOURS, dither=Image.Dither.NONE)

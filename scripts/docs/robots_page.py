@@ -1,7 +1,7 @@
 """Writes what docs/robots.md holds between its markers.
 
-    python scripts/robots_page.py list      # from the robots' files, at once
-    python scripts/robots_page.py climbs    # from simulations, some twenty minutes of one core
+    python scripts/docs/robots_page.py list      # from the robots' files, at once
+    python scripts/docs/robots_page.py climbs    # from simulations, some twenty minutes of one core
 
 What a robot climbs is the last height of a grid, a tenth of its wheels' radius apart, before the first at which not all
 seeds climb. The speed is half of what its file allows.
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import omnistep
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "robots.md"
 FILES = ROOT / "crates" / "omnistep" / "assets" / "robots"
 BLOCK = re.compile(r"(<!-- robots: (\w+) -->\n)(.*?)(<!-- end of robots -->)", re.DOTALL)
@@ -148,5 +148,5 @@ def write(name: str, text: str) -> None:
 if __name__ == "__main__":
     makes = {"list": listed, "climbs": climbed}
     if len(sys.argv) != 2 or sys.argv[1] not in makes:
-        sys.exit("usage: python scripts/robots_page.py list | climbs")
+        sys.exit("usage: python scripts/docs/robots_page.py list | climbs")
     write(sys.argv[1], makes[sys.argv[1]]())

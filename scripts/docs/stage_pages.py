@@ -1,6 +1,6 @@
 """Stages the site's pages in out/docs.
 
-python scripts/docs_pages.py
+python scripts/docs/stage_pages.py
 
 The staged pages are docs/*.md, where links to files outside docs become their paths, and the reference: the Python
 interface, the command line's own help, and the keys of every kind of file as tables, from their JSON Schemas.
@@ -21,7 +21,7 @@ import griffe
 
 import omnistep
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 DOCS, STAGED = ROOT / "docs", ROOT / "out" / "docs"
 # Made by scripts/playground.sh, where its tools are there; what its page says instead where they are not.
 PLAYGROUND = ROOT / "out" / "playground"

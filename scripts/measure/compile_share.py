@@ -3,7 +3,7 @@
 It reads cargo's own report of a build (`--timings`): the sum of what all crates took, divided by what those three took.
 Both are of one build on one machine, so the ratio holds where seconds do not.
 
-    python3 scripts/compile_share.py target/cargo-timings/cargo-timing.html
+    python3 scripts/measure/compile_share.py target/cargo-timings/cargo-timing.html
 """
 
 import json

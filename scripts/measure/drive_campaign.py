@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "drive.md"
 
 
@@ -29,7 +29,7 @@ def main() -> None:
     if not arguments.check:
         PAGE.write_text(written, encoding="utf-8")
     elif written != page:
-        print("docs/drive.md has another table: scripts/drive_campaign.py writes it anew", file=sys.stderr)
+        print("docs/drive.md has another table: scripts/measure/drive_campaign.py writes it anew", file=sys.stderr)
         sys.exit(1)
     sys.exit(done.returncode)
 

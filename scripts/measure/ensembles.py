@@ -10,7 +10,7 @@ import re
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "physics.md"
 POLICIES = ["independent", "paper", "synchronised", "load_sharing"]
 STEPS = {"1 ms": "physics.step_us=1000", "0.5 ms": "physics.step_us=500", "0.25 ms": "physics.step_us=250"}

@@ -15,7 +15,7 @@ import numpy as np
 
 import omnistep
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "own-robot.md"
 SPEC = importlib.util.spec_from_file_location("wheel_plant", ROOT / "python/tests/wheel_plant.py")
 assert SPEC is not None and SPEC.loader is not None

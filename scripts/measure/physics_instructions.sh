@@ -3,7 +3,7 @@
 # on a busy machine as on an idle one. Twice as many steps in the same simulated time cost twice the physics and nothing else more, so
 # the difference is the steps' own. Exit code 1 above the budgets.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 command -v valgrind >/dev/null || { echo "valgrind is needed; on Debian or Ubuntu: apt install valgrind" >&2; exit 1; }
 unset CARGO_BUILD_TARGET # where the program is looked for
 cargo build --locked --quiet --release --bin omnistep

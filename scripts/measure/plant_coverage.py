@@ -17,7 +17,7 @@ import numpy as np
 
 import omnistep
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 LEAST = 0.90
 
 

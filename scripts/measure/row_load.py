@@ -1,6 +1,6 @@
 """Draws docs/images/row-load.png: how a row shares its load, and what that does to a climb.
 
-Runs the study scripts/row_load.toml with the program: a minute.
+Runs the study scripts/measure/row_load.toml with the program: a minute.
 """
 
 import argparse
@@ -14,7 +14,7 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 ROW_N = 3 * 21.58  # what the front row carries at rest (`omnistep check`)
 
 
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--program", type=Path, default=program, help="the command built with --features full")
     program = parser.parse_args().program
     with tempfile.TemporaryDirectory() as results:  # a new folder: results that are there are not computed again
-        command = [program, "study", ROOT / "scripts/row_load.toml", "--json", "--quiet", "--out", results]
+        command = [program, "study", ROOT / "scripts/measure/row_load.toml", "--json", "--quiet", "--out", results]
         said = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
     cells = [json.loads(line) for line in said.splitlines()]
     assert all(cell["errors"] == 0 for cell in cells), cells

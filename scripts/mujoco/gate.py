@@ -1,7 +1,7 @@
 """Our simulation and MuJoCo side by side: the figures of docs/mujoco.md, and whether they are within their gates.
 
-    python scripts/mujoco_gate.py          # loads, acceleration, twists, crossings: some minutes
-    python scripts/mujoco_gate.py --map    # and the 60 cells of the study `engines`, three starts each
+    python scripts/mujoco/gate.py          # loads, acceleration, twists, crossings: some minutes
+    python scripts/mujoco/gate.py --map    # and the 60 cells of the study `engines`, three starts each
 
 Both simulate every roller, ours with the articulated engine. The exit code is 1 where a gate is missed.
 """
@@ -23,7 +23,7 @@ import numpy as np
 import omnistep
 import omnistep.mujoco
 
-STUDY = Path(__file__).resolve().parents[1] / "crates/omni-config/assets/studies/engines.toml"
+STUDY = Path(__file__).resolve().parents[2] / "crates/omni-config/assets/studies/engines.toml"
 VEHICLES = ("omni3", "mecanum4", "chugo7", "rocker_bogie6")
 OURS = {"physics.engine": "articulated", "physics.wheel_model": "rollers"}
 AHEAD, SIDEWAYS, ABOUT = (0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.5)

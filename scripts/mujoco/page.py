@@ -1,7 +1,7 @@
 """Pictures and the table of mistakes of docs/mujoco.md.
 
-    MUJOCO_GL=egl python scripts/mujoco_page.py pictures   # needs Debian's libegl1 and libegl-mesa0, or a graphics card
-    python scripts/mujoco_page.py mistakes                 # some ten minutes
+    MUJOCO_GL=egl python scripts/mujoco/page.py pictures   # needs Debian's libegl1 and libegl-mesa0, or a graphics card
+    python scripts/mujoco/page.py mistakes                 # some ten minutes
 
 Each mistake is one line of the exported file done otherwise, with the same vehicle and controller.
 """
@@ -27,7 +27,7 @@ import omnistep.mujoco
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
+IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
 VEHICLES = {"omni3": 0.75, "mecanum4": 1.15, "chugo7": 1.25, "rocker_bogie6": 1.25}
 ELLIPSOID, CAPSULE, MESH = (mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_MESH)
 

@@ -1,8 +1,8 @@
 """Builds the command that is published: every feature, no path of this machine, its licences, the list of its parts.
 
-python scripts/command.py [TARGET]: writes out/dist/omnistep-VERSION-TARGET.tar.gz for one of Rust's targets. Default is
-this machine's target; on Linux the one with musl, so that the program is static. cargo-cyclonedx makes the list
-(CycloneDX), and is installed if it is missing.
+python scripts/release/command.py [TARGET]: writes out/dist/omnistep-VERSION-TARGET.tar.gz for one of Rust's targets.
+Default is this machine's target; on Linux the one with musl, so that the program is static. cargo-cyclonedx makes the
+list (CycloneDX), and is installed if it is missing.
 """
 
 import os
@@ -43,7 +43,7 @@ def built(target: str) -> Path:
     if target.endswith("-linux-musl"):
         # Zig brings the C library and the start code, so rustc must not look for its own.
         flags, build = [*flags, "-Clink-self-contained=no"], "zigbuild"
-        tools = subprocess.run([ROOT / "scripts" / "build_tools.sh"], check=True, stdout=subprocess.PIPE, text=True)
+        tools = subprocess.run([ROOT / "scripts/release/build_tools.sh"], check=True, stdout=subprocess.PIPE, text=True)
         path = tools.stdout.strip() + os.pathsep + path
     if target.endswith("-windows-msvc"):
         flags = [*flags, STATIC]

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # The source distribution holds all it needs: built and installed from the archive alone, with nothing but a Rust toolchain,
-# and run outside the source tree. Takes as long as a first build. scripts/sdist.sh FOLDER puts it there then.
+# and run outside the source tree. Takes as long as a first build. scripts/release/sdist.sh FOLDER puts it there then.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 [ $# = 0 ] || { mkdir -p "$1"; kept=$(cd "$1" && pwd); }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-tools=$(scripts/build_tools.sh)
-PATH=$tools:$PATH "$tools/python" -c 'import sys; sys.path.insert(0, "scripts"); import wheel_backend; wheel_backend.build_sdist(sys.argv[1])' \
+tools=$(scripts/release/build_tools.sh)
+PATH=$tools:$PATH "$tools/python" -c 'import sys; sys.path.insert(0, "scripts/release"); import wheel_backend; wheel_backend.build_sdist(sys.argv[1])' \
     "$folder" > "$folder/said" 2>&1 || { cat "$folder/said" >&2; exit 1; }
 archive=$(echo "$folder"/omnistep-*.tar.gz)
 # Its lock file fits what is packed, and holds no version that the repository's does not.

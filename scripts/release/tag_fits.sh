@@ -2,8 +2,8 @@
 # Is a tag (v1.2.3) the version that every file says, and do the texts speak of a release? Names each file that differs; exit
 # code 1 if one does.
 set -euo pipefail
-cd "$(dirname "$0")/.."
-tag=${1:?usage: scripts/tag_fits.sh TAG}
+cd "$(dirname "$0")/../.."
+tag=${1:?usage: scripts/release/tag_fits.sh TAG}
 of_workspace() { sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)".*/\1/p' "$1"; }
 version=$(of_workspace Cargo.toml)
 wrong=()

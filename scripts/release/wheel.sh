@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # Builds the wheel that is published into out/dist, installs it alone in an environment of its own, and runs a scenario outside
 # the source tree. On Linux Zig links it, so that it runs on every distribution with glibc 2.17 or newer; auditwheel checks
-# that. PYTHON chooses the interpreter; one wheel is for 3.11 and all newer ones. scripts/wheel.sh TARGET builds for one of
+# that. PYTHON chooses the interpreter; one wheel is for 3.11 and all newer ones. scripts/release/wheel.sh TARGET builds for one of
 # Rust's targets, and runs nothing.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 target=${1:-}
 python=${PYTHON:-python3}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-tools=$(scripts/build_tools.sh)
+tools=$(scripts/release/build_tools.sh)
 export MATURIN_PEP517_ARGS="--profile dist${target:+ --target $target}"
 [ "$(uname)" != Linux ] || MATURIN_PEP517_ARGS+=" --zig --compatibility manylinux_2_17"
 PATH=$tools:$PATH "$tools/python" -m pip --quiet --disable-pip-version-check \

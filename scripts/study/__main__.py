@@ -1,4 +1,4 @@
-"""Runs the study of traction control, judges it, and writes docs/study.md: python scripts/study.py [--check].
+"""Runs the study of traction control, judges it, and writes docs/study.md: scripts/study.sh [--check].
 
 Some forty minutes on two cores, most of it rapier's rollers and the draws of the safety table. Results are in
 out/study; runs that are there are not run again, unless the package was built anew. Exit code 1 where a gate fails.
@@ -9,40 +9,41 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-import study_figures
-import study_gates
-import study_measure
-import study_page
-import study_runs
-import study_safety
 
-OUT = study_runs.ROOT / "out" / "study"
+import study.figures
+import study.gates
+import study.measure
+import study.page
+import study.runs
+import study.safety
+
+OUT = study.runs.ROOT / "out" / "study"
 ON_DAMPERS = ["independent", "paper", "synchronised", "steady", "reach"]
 
 
-def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study_gates.Gate]:
+def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study.gates.Gate]:
     """Every gate, in the order of the page."""
-    _, _, seeds = study_runs.study_file("traction")
-    possible = [cell for cell in study_runs.hard_cells() if cell not in study_runs.IMPOSSIBLE]
+    _, _, seeds = study.runs.study_file("traction")
+    possible = [cell for cell in study.runs.hard_cells() if cell not in study.runs.IMPOSSIBLE]
     gates = []
     for wheels in ("ball", "rollers"):
         for engine in ("articulated", "rapier"):
-            gates += study_gates.grid(rows, engine, wheels)
-    gates += study_gates.perturbed(rows, study_runs.PERTURBED, "articulated")
-    gates += study_gates.perturbed(rows, study_runs.BIASES, "rapier")
-    gates += study_gates.grounds(rows, study_runs.GROUNDS, "articulated", study_gates.GROUND_RUNS)
-    gates += study_gates.grounds(rows, study_runs.GROUNDS, "rapier", 2)
-    gates += study_gates.reach(rows, possible, study_runs.HARD, len(seeds))
-    gates += study_gates.situations(rows) + study_gates.vehicles(rows) + study_gates.safety(rows, study_safety.DRAWS)
-    return [*gates, *study_gates.bouncing(rows), *study_gates.on_dampers(dampers)]
+            gates += study.gates.grid(rows, engine, wheels)
+    gates += study.gates.perturbed(rows, study.runs.PERTURBED, "articulated")
+    gates += study.gates.perturbed(rows, study.runs.BIASES, "rapier")
+    gates += study.gates.grounds(rows, study.runs.GROUNDS, "articulated", study.gates.GROUND_RUNS)
+    gates += study.gates.grounds(rows, study.runs.GROUNDS, "rapier", 2)
+    gates += study.gates.reach(rows, possible, study.runs.HARD, len(seeds))
+    gates += study.gates.situations(rows) + study.gates.vehicles(rows) + study.gates.safety(rows, study.safety.DRAWS)
+    return [*gates, *study.gates.bouncing(rows), *study.gates.on_dampers(dampers)]
 
 
 def on_dampers(out: Path) -> None:
     """Run section 3.3, some seconds, and keep its figures and speeds."""
-    found = [study_measure.on_dampers(policy) for policy in ON_DAMPERS]
-    study_runs.write(out / "dampers.parquet", pd.DataFrame([figures for figures, _ in found]))
+    found = [study.measure.on_dampers(policy) for policy in ON_DAMPERS]
+    study.runs.write(out / "dampers.parquet", pd.DataFrame([figures for figures, _ in found]))
     speeds = [pd.DataFrame(columns).assign(policy=figures["policy"]) for figures, columns in found]
-    study_runs.write(out / "speeds.parquet", pd.concat(speeds, ignore_index=True))
+    study.runs.write(out / "speeds.parquet", pd.concat(speeds, ignore_index=True))
 
 
 def main() -> int:
@@ -57,23 +58,23 @@ def main() -> int:
     out = OUT.with_name("study-short") if arguments.short else OUT
     out.mkdir(parents=True, exist_ok=True)
     if arguments.check:
-        rows = study_runs.kept(out / "runs.parquet")
+        rows = study.runs.kept(out / "runs.parquet")
         if rows.empty:
             print(f"{out}: no results, make study computes them", file=sys.stderr)
             return 1
     else:
-        rows = study_runs.complete(out / "runs.parquet", study_runs.planned(arguments.short), arguments.jobs)
+        rows = study.runs.complete(out / "runs.parquet", study.runs.planned(arguments.short), arguments.jobs)
         on_dampers(out)
     if arguments.short:
         print(rows.groupby(["group", "wheels", "policy"])["climbed"].agg(["size", "sum"]).to_string())
         return 0
     dampers, speeds = (pd.read_parquet(out / f"{name}.parquet") for name in ("dampers", "speeds"))
     gates = judged(rows, dampers)
-    study_runs.write(out / "gates.parquet", pd.DataFrame([vars(gate) | {"verdict": gate.verdict} for gate in gates]))
+    study.runs.write(out / "gates.parquet", pd.DataFrame([vars(gate) | {"verdict": gate.verdict} for gate in gates]))
     for gate in gates:
         print(f"{gate.verdict:8}  {gate.group}; {gate.name}; {gate.demand or 'no requirement'}; {gate.measured}")
-    study_page.write(rows, dampers, gates)
-    study_figures.draw(rows, speeds)
+    study.page.write(rows, dampers, gates)
+    study.figures.draw(rows, speeds)
     failed = sum(gate.held is False for gate in gates)
     print(f"{failed} of {sum(gate.held is not None for gate in gates)} gates failed")
     return 1 if failed else 0

@@ -7,12 +7,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from study_gates import CELL, NAMES, PARTS, of, paired
-from study_runs import IMPOSSIBLE, POLICIES, ROOT, hard_cells
-from study_safety import VEHICLES
-from study_tables import HARD, PLACES
 
 import omnistep
+from study.gates import CELL, NAMES, PARTS, of, paired
+from study.runs import IMPOSSIBLE, POLICIES, ROOT, hard_cells
+from study.safety import VEHICLES
+from study.tables import HARD, PLACES
 
 FOLDER = ROOT / "docs" / "images"
 DPI = 90

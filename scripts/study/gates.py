@@ -4,11 +4,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
-import study_safety
-from study_situations import SEEDS, VEHICLES
-from study_situations import situations as planned_situations
 
+import study.safety
 from omnistep._omnistep import mean_interval, wilson
+from study.situations import SEEDS, VEHICLES
+from study.situations import situations as planned_situations
 
 CELL = ["height_m", "friction", "torque_n_m"]
 #: Figures of the grid and their largest allowed ratio to independent's.
@@ -234,13 +234,13 @@ def safety(rows: pd.DataFrame, draws: int) -> list[Gate]:
     traction, plain = here[here["policy"] != "independent"], of(here, policy="independent")
     whole, gates = complete(traction, draws) and complete(plain, draws), []
     pairs = traction.merge(plain, on="seed", suffixes=("", "_plain"))
-    for law in study_safety.LAWS:
+    for law in study.safety.LAWS:
         # Motors without a no-load speed have no limit of their rims.
         limited = pairs[pairs[law].notna()]
         ours, theirs = limited[law] > 1.0, limited[f"{law}_plain"] > 1.0
         only, other = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
         measured = f"{ours.sum()} of {len(limited)}; independent {theirs.sum()}"
-        if law in study_safety.NEVER:
+        if law in study.safety.NEVER:
             gates.append(Gate("safety", law, "none", measured, whole and not ours.any()))
             continue
         # Of the draws where one went beyond and the other did not, is it surely traction control more often?

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import study_safety
 
 import omnistep
+import study.safety
 from omnistep import _omnistep
 
 #: Wheels of chugo7 that roll ahead, by place in the vehicle file, and the way each turns then.
@@ -26,8 +26,8 @@ RPM = np.pi / 30
 
 def build() -> str:
     """What tells these measurements from those of another build: the compiled part and what measures."""
-    measures = inspect.getsource(sys.modules[__name__]) + inspect.getsource(study_safety)
-    robots = b"".join(robot.read_bytes() for robot in sorted(study_safety.ROBOTS.iterdir()))
+    measures = inspect.getsource(sys.modules[__name__]) + inspect.getsource(study.safety)
+    robots = b"".join(robot.read_bytes() for robot in sorted(study.safety.ROBOTS.iterdir()))
     source = Path(_omnistep.__file__).read_bytes() + measures.encode() + robots
     return hashlib.sha256(source).hexdigest()[:16]
 

@@ -3,9 +3,10 @@
 import re
 
 import pandas as pd
-import study_tables
-from study_gates import Gate
-from study_runs import ROOT
+
+import study.tables
+from study.gates import Gate
+from study.runs import ROOT
 
 PAGE = ROOT / "docs" / "study.md"
 BLOCK = re.compile(r"(<!-- study: (\w+) -->\n).*?(<!-- end of study -->)", re.DOTALL)
@@ -22,26 +23,26 @@ def blocks(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> dict
         "summary": "\n".join([f"{held} of {demanded} gates hold. These do not:", "", *failed])
         if failed
         else f"All {demanded} gates hold.",
-        "gates": study_tables.gates(gates),
-        "claims": study_tables.claims(rows),
-        "dampers": study_tables.on_dampers(dampers),
-        "grid": study_tables.grid(rows),
-        "pairs": study_tables.pairs(rows),
-        "cells": study_tables.cells(rows, "climbed", engines, ["independent", "steady"]),
-        "impact": study_tables.impact(rows),
-        "turned": study_tables.turned(rows),
-        "perturbed": study_tables.perturbed(rows),
-        "coarse": study_tables.coarse(rows),
-        "losses": study_tables.losses(rows),
-        "failures": study_tables.failures(rows),
-        "grounds": study_tables.grounds(rows),
-        "askew": study_tables.askew(rows),
-        "situations": study_tables.situations(rows),
-        "vehicles": study_tables.vehicles(rows),
-        "safety": study_tables.safety(rows),
-        "hard": study_tables.hard(rows),
-        "price": study_tables.price(rows),
-        "bouncing": study_tables.bouncing(rows),
+        "gates": study.tables.gates(gates),
+        "claims": study.tables.claims(rows),
+        "dampers": study.tables.on_dampers(dampers),
+        "grid": study.tables.grid(rows),
+        "pairs": study.tables.pairs(rows),
+        "cells": study.tables.cells(rows, "climbed", engines, ["independent", "steady"]),
+        "impact": study.tables.impact(rows),
+        "turned": study.tables.turned(rows),
+        "perturbed": study.tables.perturbed(rows),
+        "coarse": study.tables.coarse(rows),
+        "losses": study.tables.losses(rows),
+        "failures": study.tables.failures(rows),
+        "grounds": study.tables.grounds(rows),
+        "askew": study.tables.askew(rows),
+        "situations": study.tables.situations(rows),
+        "vehicles": study.tables.vehicles(rows),
+        "safety": study.tables.safety(rows),
+        "hard": study.tables.hard(rows),
+        "price": study.tables.price(rows),
+        "bouncing": study.tables.bouncing(rows),
     }
 
 

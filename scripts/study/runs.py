@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import study_measure
-import study_safety
-import study_situations
 from tqdm import tqdm
 
-ROOT = Path(__file__).resolve().parent.parent
+import study.measure
+import study.safety
+import study.situations
+
+ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "crates" / "omni-config" / "assets" / "studies"
 FRICTION, TORQUE, HEIGHT = "terrain.friction", "vehicle.motor.stall_torque_n_m", "terrain.height_m"
 POLICIES = ["independent", "paper", "synchronised", "load_sharing", "steady", "reach"]
@@ -192,12 +193,12 @@ def planned(short: bool) -> list[dict]:
         *askew(["independent", "synchronised", "steady"], seeds, engine="articulated", wheels="rollers"),
         *askew(pair, seeds, engine="rapier", wheels="ball"),
         step("grid", pair, grid, seeds, engine="rapier", wheels="rollers"),
-        study_situations.situations(),
-        study_situations.vehicles(),
-        study_safety.planned(range(60 if short else study_safety.DRAWS)),
+        study.situations.situations(),
+        study.situations.vehicles(),
+        study.safety.planned(range(60 if short else study.safety.DRAWS)),
     ]
     every = list(itertools.chain(*runs))
-    firsts = {seeds[0], study_situations.SEEDS[0]}
+    firsts = {seeds[0], study.situations.SEEDS[0]}
     quick = [run for run in every if run["engine"] != "rapier"]
     return [run for run in quick if run["seed"] in firsts or run["group"] == "safety"] if short else every
 
@@ -215,8 +216,8 @@ def _tags(run: dict) -> dict[str, Any]:
 
 def _measured(run: dict) -> dict[str, Any]:
     if run["group"] == "safety":
-        return study_safety.measure(run)
-    return study_measure.measure(run["scenario"], run["keys"], run["seed"])
+        return study.safety.measure(run)
+    return study.measure.measure(run["scenario"], run["keys"], run["seed"])
 
 
 def kept(path: Path) -> pd.DataFrame:
@@ -233,7 +234,7 @@ def write(path: Path, rows: pd.DataFrame) -> None:
 
 def complete(path: Path, runs: list[dict], jobs: int) -> pd.DataFrame:
     """Run what is missing, and return a row for each run, in their order. Rows of another build are left out."""
-    build = study_measure.build()
+    build = study.measure.build()
     keys = [key(run, build) for run in runs]
     rows = {row["key"]: row for row in kept(path).to_dict("records")}
     missing = {each: run for each, run in zip(keys, runs, strict=True) if each not in rows}

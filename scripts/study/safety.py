@@ -1,9 +1,9 @@
 """Is traction control safe whatever its sensors say? Runs drawn by seed and judged by laws, beside plain loops.
 
 Every draw has its sensors' noise, bias, delay and counts, its motors' lag, perhaps a broken encoder, a vehicle, a
-ground and a command, and is stopped on the way. ``python scripts/study_safety.py DRAWS [FIRST]`` says which runs went
-beyond which limit; the exit code is 1 where one left a torque after the stop, gave what is no number, or ended with an
-error.
+ground and a command, and is stopped on the way. ``PYTHONPATH=scripts python -m study.safety DRAWS [FIRST]`` says which
+runs went beyond which limit; the exit code is 1 where one left a torque after the stop, gave what is no number, or
+ended with an error.
 """
 
 import argparse
@@ -37,7 +37,7 @@ SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 LAWS = ["too fast", "back", "rim", "torque", "no number"]
 NEVER = ["torque", "no number"]
 DRAWS = 2000  # of the study
-ROBOTS = Path(__file__).resolve().parent / "study_robots"
+ROBOTS = Path(__file__).resolve().parent / "robots"
 
 
 def loadable(name: str) -> str:

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Sequence
 
 import pandas as pd
-import study_safety
-from study_gates import CELL, Gate, climbed, counted, difference, of, paired, part
-from study_runs import ASKEW, COARSE, GROUNDS, IMPOSSIBLE, PERTURBED, POLICIES, grid_cells, hard_cells
-from study_situations import SITUATIONS, VEHICLES
 
 import omnistep
+import study.safety
+from study.gates import CELL, Gate, climbed, counted, difference, of, paired, part
+from study.runs import ASKEW, COARSE, GROUNDS, IMPOSSIBLE, PERTURBED, POLICIES, grid_cells, hard_cells
+from study.situations import SITUATIONS, VEHICLES
 
 #: Engine and wheels as the tables call them.
 PLACES = {
@@ -345,17 +345,17 @@ def safety(rows: pd.DataFrame) -> str:
     """Drawn runs beyond each limit: traction control, plain loops on the same draws."""
     here = of(rows, group="safety")
     lines = []
-    for vehicle in [*study_safety.VEHICLES, "all"]:
+    for vehicle in [*study.safety.VEHICLES, "all"]:
         each = here if vehicle == "all" else of(here, vehicle=vehicle)
         plain = each["policy"] == "independent"
         cells = [
             f"{int((each[~plain][law] > 1).sum())}, {int((each[plain][law] > 1).sum())}"
             if each[law].notna().any()
             else "no limit"
-            for law in study_safety.LAWS
+            for law in study.safety.LAWS
         ]
         lines.append([vehicle, str(int(plain.sum())), *cells])
-    return table(["vehicle", "draws", *study_safety.LAWS], lines)
+    return table(["vehicle", "draws", *study.safety.LAWS], lines)
 
 
 HARD = {

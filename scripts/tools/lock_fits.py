@@ -1,4 +1,7 @@
-"""Is this interpreter one that python/requirements-*.txt are for? Exit code 0 if so (`scripts/lock.sh` writes them)."""
+"""Is this interpreter one that python/requirements-*.txt are for? Exit code 0 if so.
+
+`scripts/tools/lock.sh` writes them.
+"""
 
 import platform
 import sys

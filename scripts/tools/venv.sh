@@ -4,7 +4,7 @@
 # the site needs instead of what the tests need. What the wheel is made of is summed up in .venv: while nothing of it has
 # changed, nothing is built or installed again.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 python=${PYTHON:-python3}
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
     { echo "Python 3.11 or newer is needed; name one with PYTHON=... (found: $("$python" --version 2>&1))" >&2; exit 1; }
@@ -20,13 +20,13 @@ digest() { # of what is read below, and of more files
     { "$python" -VV; rustc -vV; find "$@" -type f ! -path '*/__pycache__/*' ! -path '*/tests/*' -print0 | sort -z | xargs -0 sha256sum; } |
         sha256sum
 }
-wheel=$(digest crates python Cargo.toml Cargo.lock pyproject.toml README.md LICENSE-* scripts/{venv.sh,wheel_backend.py,build_places.py})
+wheel=$(digest crates python Cargo.toml Cargo.lock pyproject.toml README.md LICENSE-* scripts/tools/venv.sh scripts/release/{wheel_backend.py,build_places.py})
 tools=$(digest pyproject.toml "$lock")
 compgen -G 'out/wheel/*.whl' >/dev/null && [ "$(cat .venv/wheel 2>/dev/null)" = "$wheel" ] && built=true || built=false
 $built && [ "$(cat ".venv/tools-$extra" 2>/dev/null)" = "$tools" ] && exit 0
 echo "building the extension and installing the tools (the first time takes some minutes)"
 rm -f ".venv/tools-$extra"
-if .venv/bin/python scripts/lock_fits.py; then
+if .venv/bin/python scripts/tools/lock_fits.py; then
     # Exactly these files: versions and hashes, of what builds the wheel too.
     pip install --require-hashes --requirement "$lock"
     build=(--no-build-isolation)

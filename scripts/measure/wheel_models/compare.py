@@ -2,7 +2,7 @@
 
     pip install ".[mujoco]"        # without it the third column is left out
     cargo build --release --features full
-    python scripts/wheel_models/compare.py scripts/wheel_models/step_mecanum4.toml
+    python scripts/measure/wheel_models/compare.py scripts/measure/wheel_models/step_mecanum4.toml
 
 The study is run by the program (started again, it goes on), then its points once more in MuJoCo, with the same seeds. A
 cell holds how many of the runs climbed and their mean crossing time [s]: balls, rollers, MuJoCo.

@@ -26,7 +26,7 @@ fn run(folder: &Path, scenario: &str, more: &[&str]) -> Output {
 fn small_robot() -> String {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../scripts/wheel_models/small_mecanum.toml"
+        "/../../scripts/measure/wheel_models/small_mecanum.toml"
     );
     format!("vehicle={path}")
 }
