@@ -1,4 +1,4 @@
-"""Foreign logs as samples: tables (CSV, Parquet) and rosbag2 (mcap, sqlite3)."""
+"""Foreign logs as samples: CSV, Parquet, rosbag2; the only module that names the readers of rosbags."""
 
 from __future__ import annotations
 

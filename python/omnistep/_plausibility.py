@@ -1,4 +1,4 @@
-"""Plausibility checks of a log of wheels: signs, order, units. A finding is one line, and no log is refused for it."""
+"""Plausibility checks of a log of wheels: signs, order, units; a finding is one line, and no log is refused for it."""
 
 from __future__ import annotations
 

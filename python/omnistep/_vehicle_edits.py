@@ -1,4 +1,4 @@
-"""Numbers of a vehicle file, replaced in its text: comments, order and short forms stay."""
+"""Numbers replaced in the text of a vehicle file, the rest unchanged; the only module that names tomlkit."""
 
 from __future__ import annotations
 

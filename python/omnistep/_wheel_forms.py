@@ -1,4 +1,4 @@
-"""Wheels of a vehicle file in a short form: its own keys where they can hold the result, else [[wheel]]."""
+"""Wheels of a vehicle file in a short form: its own keys where they can hold the result, else ``[[wheel]]``."""
 
 from __future__ import annotations
 

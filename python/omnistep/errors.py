@@ -1,4 +1,4 @@
-"""The exceptions of omnistep. Each message is one line that names the error, its place, and the allowed values."""
+"""The exceptions of omnistep: each message is one line that names the error, its place, and the allowed values."""
 
 from omnistep._omnistep import shortened
 

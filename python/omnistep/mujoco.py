@@ -1,4 +1,4 @@
-"""Scenarios in MuJoCo, under the controller of the simulation: an independent reference.
+"""Scenarios in MuJoCo, an independent reference, under our controller; the only module that names MuJoCo.
 
 MuJoCo simulates the vehicle that :meth:`Scenario.mjcf` writes, with every roller a body of its own. Controller,
 sensors, actuators, command, trace and figures are the simulation's; only the physics are MuJoCo's. It needs the extra

@@ -1,4 +1,4 @@
-//! The linear programs over contact forces.
+//! Linear programs over contact forces; the only module that names microlp.
 
 use microlp::{ComparisonOp, Error as LpError, OptimizationDirection, Problem, SolveOutcome, Variable};
 

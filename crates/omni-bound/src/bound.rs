@@ -1,4 +1,4 @@
-//! What a climb takes, row by row, and whether a vehicle has it.
+//! The verdict for each row: what a climb takes, and whether the vehicle has it.
 
 use omni_config::{Scenario, Terrain};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! Where everything is on the one path of a climb, and how fast it moves along it.
+//! Position and motion of all parts along the path of a climb.
 
 use crate::linkage::Linkage;
 

@@ -1,4 +1,4 @@
-//! What can go wrong with a bound, in one line.
+//! The errors of a bound, in one line.
 
 use omni_config::shortened;
 

@@ -1,4 +1,4 @@
-//! What the wheels of a rigid vehicle need where they first touch a step.
+//! The least torques of a rigid vehicle's wheels at first contact with a step.
 
 use omni_config::{Row, Vehicle};
 

@@ -1,4 +1,4 @@
-//! What an impact on the edge leaves of the run-up's energy.
+//! The energy of the run-up that remains after an impact on the edge.
 
 use nalgebra::{Matrix4, Vector4};
 

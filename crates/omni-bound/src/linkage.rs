@@ -1,4 +1,4 @@
-//! What a vehicle is in the plane of its climb: two frames on one hinge, three rows of wheels.
+//! The vehicle in the plane of its climb: two frames on one hinge, three rows of wheels.
 
 use omni_config::{Body, Hinge, Vehicle, WheelSpec};
 

@@ -1,4 +1,4 @@
-//! What is climbed.
+//! The step that is climbed.
 
 use serde::Serialize;
 

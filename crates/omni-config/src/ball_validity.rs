@@ -1,4 +1,4 @@
-//! Where a ball is the wheel that it stands for, and where it is not.
+//! Where a ball represents a wheel with rollers, and where it does not.
 //!
 //! A ball of the wheel's radius is the wheel where the ground's normal is at right angles to two axes: the axle, because only there
 //! does the rim reach as far as the ball, and the ball's driven axis, because a ball is free to spin about a normal that leans

@@ -1,4 +1,4 @@
-//! What is built in.
+//! The built-in files.
 
 use crate::Error;
 use crate::file_kind::FileKind;

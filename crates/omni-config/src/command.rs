@@ -1,4 +1,4 @@
-//! What the vehicle is told to do, and where it starts.
+//! The command of a scenario, and its start.
 
 use garde::Validate;
 use omni_core::{BodyTwist, PlanarPose, WorldTwist};

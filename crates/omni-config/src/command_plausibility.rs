@@ -1,4 +1,4 @@
-//! What is doubtful of a scenario's command, though it is allowed.
+//! Notices about commands that are allowed but doubtful.
 
 use crate::derived_gains::digits;
 use crate::{Error, Scenario};

@@ -1,4 +1,4 @@
-//! A scenario's controller as source for firmware: Rust in a build script, a C header.
+//! A scenario's controller as source code for firmware: Rust for a build script, a C header.
 //!
 //! The numbers are those that the simulator's controller has in `f32`, every bit of them: what was simulated is what is
 //! flashed.

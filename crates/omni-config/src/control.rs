@@ -1,4 +1,4 @@
-//! The controller of a scenario: a named coordination policy, what is chosen instead of parts of it, its period and scalar.
+//! The controller of a scenario: coordination policy, replaced parts, period and scalar.
 
 use garde::Validate;
 use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};

@@ -1,4 +1,4 @@
-//! From a file to a controller of omni-core.
+//! A controller of omni-core, built from a file.
 
 use omni_core::{
     AxisLimits, ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, TwistLimiter,

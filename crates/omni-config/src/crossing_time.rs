@@ -1,4 +1,4 @@
-//! Whether a run can be long enough for its vehicle to get across.
+//! The check that a run is long enough for its vehicle to cross.
 
 use crate::{Command, Scenario};
 

@@ -1,4 +1,4 @@
-//! A file inside another one, as a data URL: what a log needs to be run again.
+//! A file inside another one, as a data URL, so that a log can be run again.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -1,4 +1,4 @@
-//! Gains from masses, motor and control period, for vehicle files that give none.
+//! Gains from masses, motor and control period, for vehicle files without gains.
 
 use nalgebra::{Matrix3, Vector3};
 

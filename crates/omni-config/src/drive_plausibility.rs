@@ -1,4 +1,4 @@
-//! What is doubtful of the fault detection of a scenario's drive.
+//! Notices about doubtful fault detection of a scenario's drive.
 
 use crate::command::CommandFrame;
 use crate::derived_gains::digits;

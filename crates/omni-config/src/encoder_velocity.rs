@@ -1,4 +1,4 @@
-//! How velocities are made of the counts of coarse encoders, and what that leaves of a reading.
+//! How velocities are computed from encoder counts, and the resolution of a reading.
 
 use std::fmt;
 

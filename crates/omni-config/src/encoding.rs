@@ -1,4 +1,4 @@
-//! A file's bytes as text, or what they are instead.
+//! The bytes of a file as text, or an error that says what they are.
 
 /// The text; else what the bytes are and what to do about it, for a message behind the file's name.
 pub(crate) fn text(bytes: Vec<u8>, file: &str) -> Result<String, String> {

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, each with the file and key concerned, in one line.
+//! The errors of files, each with its file and key, in one line.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What fails while a run goes on.
+//! Faults that occur during a run.
 
 use std::ops::Range;
 

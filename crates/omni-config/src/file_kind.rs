@@ -1,4 +1,4 @@
-//! What a file describes: a leaf of the modules that load, refuse and check one.
+//! The kinds of files.
 
 use toml::Table;
 

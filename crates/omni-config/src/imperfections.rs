@@ -1,4 +1,4 @@
-//! What sensors and actuators lack.
+//! Imperfections of sensors and actuators.
 
 use garde::Validate;
 use omni_core::HeadingHoldConfig;

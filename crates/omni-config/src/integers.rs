@@ -1,4 +1,4 @@
-//! Whole numbers of files: what is none, or does not fit its type, is answered with the range, as what is outside it.
+//! Whole numbers in files: a wrong type or size is an error with the range.
 
 use serde::de::{Deserializer, Error, Visitor};
 

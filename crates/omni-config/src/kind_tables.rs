@@ -1,4 +1,4 @@
-//! Tables with a `kind`, read so that an error names the key inside. (serde's own internally tagged enums forget it.)
+//! Tables with a `kind`: an error names the key inside, which serde's own tagged enums do not.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use toml::{Table, Value};

@@ -1,4 +1,4 @@
-//! From a name, a path or a text to a checked value.
+//! Loading: from a name, a path or a text to a checked value.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! How often a run's log has messages.
+//! The message rates of a run's log.
 
 use garde::Validate;
 #[cfg(feature = "schema")]

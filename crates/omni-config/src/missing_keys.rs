@@ -1,4 +1,4 @@
-//! Every key that a file still needs, found in one reading of it.
+//! Every key that a file lacks, found in one reading.
 
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};

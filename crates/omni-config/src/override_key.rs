@@ -1,4 +1,4 @@
-//! A key and the value to put there.
+//! An override: a key and its value.
 
 use toml::{Table, Value};
 

@@ -1,4 +1,4 @@
-//! A path that is followed instead of a twist that is commanded.
+//! A path to follow, instead of a commanded twist.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;

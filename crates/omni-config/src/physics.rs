@@ -1,4 +1,4 @@
-//! How finely to simulate, `[physics]` of a scenario.
+//! Engine, wheel model and step of a scenario, `[physics]`.
 
 use garde::Validate;
 #[cfg(feature = "schema")]

@@ -1,4 +1,4 @@
-//! From a scenario's path to a trajectory of omni-core.
+//! A trajectory of omni-core, planned along a scenario's path.
 
 use omni_core::{
     BodyTwist, ConfigError, FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits,

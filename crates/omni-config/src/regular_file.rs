@@ -1,4 +1,4 @@
-//! Files from anywhere: only regular ones are opened, and none is read that is larger than its kind needs.
+//! Opening of files: only regular ones, up to the size that their kind needs.
 
 use std::fs::{self, File, FileType};
 use std::io::{Error, ErrorKind, Read, Result};

@@ -1,4 +1,4 @@
-//! How torque ends once the command is rest.
+//! How torque ends when the command is rest.
 
 use garde::Validate;
 #[cfg(feature = "schema")]

@@ -1,4 +1,4 @@
-//! Wheels whose rollers are bodies of their own: from what a file gives to what is built.
+//! The geometry of wheels whose rollers are bodies.
 
 mod barrel;
 mod geometry;

@@ -1,4 +1,4 @@
-//! A scenario: a vehicle, the ground, a command, a controller, how finely to simulate.
+//! A scenario file: vehicle, ground, command, controller, physics.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! A study: a scenario, axes of keys and values, seeds. Every combination is a run.
+//! A study file: a scenario, axes of keys and values, seeds; every combination is a run.
 
 mod points;
 mod seeds;

@@ -1,4 +1,4 @@
-//! The name that was meant.
+//! Suggestions for a misspelt name.
 
 use toml::{Table, Value};
 

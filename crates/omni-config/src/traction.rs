@@ -1,4 +1,4 @@
-//! Traction control of a scenario's vehicle: what [`omni_core::Traction`] and its [`Supervisor`] are made of.
+//! Traction control of a scenario's vehicle, built from its file.
 
 use omni_core::linkage::MAX_HINGES;
 use omni_core::{

@@ -1,4 +1,4 @@
-//! Messages no longer than somebody reads, whatever a file holds.
+//! Messages cut to a readable length.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! A vehicle: bodies, passive hinges, couplings, wheels, motors, gains.
+//! A vehicle file: bodies, passive hinges, couplings, wheels, motors, gains.
 
 pub(crate) mod completion;
 mod coupling;

@@ -1,4 +1,4 @@
-//! What is doubtful of a vehicle, though it is allowed.
+//! Notices about vehicles that are allowed but doubtful.
 
 use omni_core::{ConfigError, Kinematics};
 

@@ -1,4 +1,4 @@
-//! What follows from a vehicle's numbers: its mass, where its weight is, what each wheel carries, how fast it goes.
+//! Properties that follow from a vehicle file: mass, centre of mass, wheel loads, speeds.
 
 use nalgebra::{DMatrix, DVector};
 use omni_core::{ConfigError, Kinematics};

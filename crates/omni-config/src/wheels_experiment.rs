@@ -1,4 +1,4 @@
-//! The experiment of section 3.3: motors on dampers, no vehicle. Keys keep the units of the paper's tables.
+//! The experiment of section 3.3: motors on dampers, in the units of the paper's tables.
 
 use garde::Validate;
 #[cfg(feature = "schema")]

@@ -1,4 +1,4 @@
-//! Configured values as source: made and checked on a computer, compiled into firmware bit for bit.
+//! Configured values as source code: checked on a computer, compiled into firmware bit for bit.
 //!
 //! A constructor such as [`crate::Controller::new`] checks its configuration, inverts a matrix, and in `f32` compares in
 //! `f64`: a microcontroller without double precision pays for that in flash. Every configured value can instead describe

@@ -1,4 +1,4 @@
-//! One control step of a vehicle: command to torques, with every intermediate signal in the sample it returns.
+//! One control step: from command to torques, with every intermediate signal in the sample it returns.
 
 #[cfg(test)]
 mod coarse_readings;

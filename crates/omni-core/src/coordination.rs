@@ -1,4 +1,4 @@
-//! What wheels do together when one of them saturates.
+//! Coordination laws: what the wheels do together when one of them saturates.
 //!
 //! Two choices that do not depend on each other: how torques are brought within limits ([`Saturation`]), and which
 //! error the integrals take in ([`Integral`]). Every law is closed form and O(N).

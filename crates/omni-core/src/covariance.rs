@@ -1,4 +1,4 @@
-//! How far odometry may be off: the covariance of its pose, carried along to first order.
+//! The covariance of the pose by odometry, propagated to first order.
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, not_negative};

@@ -1,4 +1,4 @@
-//! Slower wheels for a twist that no wheel can turn fast enough for, the direction of motion kept.
+//! Scaling of a twist to the wheels' speed limits; the direction of motion is kept.
 
 #[cfg(test)]
 mod tests;

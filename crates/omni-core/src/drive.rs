@@ -1,4 +1,4 @@
-//! Everything around the loops in one step: what a vehicle's firmware calls every period.
+//! The whole control step of a firmware: faults, motion, command, limits, loops and pose.
 
 mod config;
 mod sample;

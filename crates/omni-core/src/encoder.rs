@@ -1,4 +1,4 @@
-//! From the raw reading of an encoder's hardware counter to counts and angles.
+//! Encoder counters: from a raw hardware reading to counts and angles.
 
 use crate::Real;
 use crate::constants::constant_struct;

@@ -1,4 +1,4 @@
-//! One error for every configuration that cannot be built.
+//! The error of every configuration that cannot be built.
 
 use core::fmt;
 

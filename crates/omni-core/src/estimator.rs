@@ -1,4 +1,4 @@
-//! Where a vehicle is and how it moves, by wheels, gyro and accelerometer at once, while wheels slip.
+//! Pose and velocity from wheels, gyro and accelerometer, with wheel slip as a state.
 //!
 //! An extended Kalman filter. What is special is the slip: that of all wheels together is a part of the state, because it lasts, and
 //! no redundancy of wheels sees it, while an accelerometer does. What the wheels say against each other widens their noise.

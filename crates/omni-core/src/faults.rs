@@ -1,4 +1,4 @@
-//! Encoders that are wrong and wheels that are lost: found, named, and let go while the others carry on.
+//! Fault detection of encoders and actuators; a faulty wheel is named and left out.
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, each_within};

@@ -1,4 +1,4 @@
-//! Following a trajectory with a vehicle that moves in every direction: what the trajectory says, and feedback of the pose.
+//! Trajectory following for a vehicle that moves in every direction: feedforward, and feedback of the pose.
 
 use crate::constants::constant_struct;
 use crate::error::within;

@@ -1,4 +1,4 @@
-//! An outer loop that holds the heading with a gyro.
+//! Heading hold: an outer loop with a gyro.
 //!
 //! Wheels know the heading only as far as they do not slip, and on a step they do. A gyro knows better: what the vehicle was
 //! told to turn less what it has turned is an error of heading, and a yaw rate in proportion to it takes the vehicle back.

@@ -1,4 +1,4 @@
-//! Body twist to wheel velocities and back.
+//! Kinematics: body twist to wheel velocities and back.
 //!
 //! The inverse map `A` is built from the layout and is exact (eq. (9)). The forward map is a left inverse of it:
 //! least squares by default, weighted where some wheels deserve more trust, the paper's average (7) by name. What the

@@ -1,4 +1,4 @@
-//! Where the wheels are, which way they roll, how large they are: the geometry everything else follows from.
+//! The wheel geometry: positions, rolling directions and radii.
 
 use core::f64::consts::FRAC_PI_2;
 

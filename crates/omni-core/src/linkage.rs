@@ -1,4 +1,4 @@
-//! A vehicle's passive hinges: how high its wheels stand, how fast they rise, how fast what carries them turns.
+//! Passive hinges: height and motion of the wheels from the hinge angles.
 //!
 //! A wheel that climbs moves up as well as ahead. It rolls without slip only if it turns faster than the others, and its encoder
 //! sees besides how its carrier turns. Hinge encoders and an inertial measurement unit on the base tell both.

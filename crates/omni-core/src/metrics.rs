@@ -1,4 +1,4 @@
-//! How well wheels keep together and grip: the paper's ratios, literally and in forms that are defined at rest.
+//! Ratios of wheel slip and disturbance: as in the paper, and in forms that are defined at rest.
 
 use crate::Real;
 

@@ -1,4 +1,4 @@
-//! What torque an actuator can give.
+//! Torque limits and motor models.
 //!
 //! | module | covers |
 //! |---|---|

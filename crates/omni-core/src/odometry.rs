@@ -1,4 +1,4 @@
-//! The vehicle's pose from what its wheels turned: dead reckoning.
+//! Dead reckoning: the vehicle's pose from the wheels' angles.
 //!
 //! Each step moves the pose along an arc, exactly for a twist that is constant over the step. The three numbers of the
 //! pose are compensated sums (after Neumaier, 1974): in `f32` a step of 0.3 mm at 100 m from the origin would else be

@@ -1,4 +1,4 @@
-//! Eq. (10) and what practice adds to it: one PID loop with the real period fixed at construction.
+//! One PID loop, eq. (10) of the paper, with a period that is fixed at construction.
 
 mod anti_windup;
 mod bounds;

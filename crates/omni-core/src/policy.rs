@@ -1,4 +1,4 @@
-//! A place for a controller of one's own: what a vehicle's sensors say in, torques out.
+//! The interface of a user's own controller, and the built-in controllers behind it.
 
 mod built_in;
 

@@ -1,4 +1,4 @@
-//! The scalar the library is generic over: `f32` in firmware, `f64` as the oracle.
+//! The scalar of the library: `f32` in firmware, `f64` as the reference.
 
 use crate::trig;
 

@@ -1,5 +1,4 @@
-//! What stands between whoever commands a vehicle and its controller: a check, a time-out and an emergency stop around
-//! the limits.
+//! Shaping of a command: a check, a time-out and an emergency stop around the limits.
 
 use crate::constants::constant_struct;
 use crate::error::{ConfigError, not_negative, period};

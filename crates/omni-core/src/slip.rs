@@ -1,4 +1,4 @@
-//! A wheel that says something else than the others: found by redundancy, left out of the forward map, let in again.
+//! Slip detection by redundancy; a slipping wheel is left out of the forward kinematics until it grips again.
 //!
 //! Seven wheels tell three motions four times over. A wheel that slips or has lost the ground breaks that agreement; the
 //! residual of the others names it (data snooping, Baarda 1968).

@@ -1,4 +1,4 @@
-//! Sums that keep what rounding leaves out: a pose over kilometres, a slow ramp, a heat that a period hardly changes.
+//! Sums that keep what rounding would lose, for long drives and slow ramps.
 
 use crate::Real;
 

@@ -1,4 +1,4 @@
-//! Traction control for vehicles that climb: one thrust for all driven wheels, and slip taken out wheel by wheel.
+//! Traction control for vehicles that climb: one thrust for all driven wheels, slip control for each wheel.
 //!
 //! Over a step every wheel should give all that its motor and the ground allow, at the moment at which it is needed. Scaling torques or
 //! references can only take from that. This law measures one speed for the whole vehicle from the wheels that tell the truth, gives all

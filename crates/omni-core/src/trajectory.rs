@@ -1,4 +1,4 @@
-//! Trajectories: where a vehicle shall be when, made of waypoints within what its wheels can turn and push.
+//! Trajectories through waypoints, within the speed and torque limits of the wheels.
 //!
 //! A path is made of pieces, polynomials of the way along it; a segment, from one waypoint to the next, says when how much of the way is
 //! behind. Both are plain numbers, so that a trajectory can be made on a computer and lie in a microcontroller's flash.

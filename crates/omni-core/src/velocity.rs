@@ -1,4 +1,4 @@
-//! Velocity out of whole counts of a coarse encoder.
+//! Velocity from the counts of a coarse encoder.
 
 #[cfg(test)]
 mod tests;

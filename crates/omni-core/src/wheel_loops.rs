@@ -1,4 +1,4 @@
-//! The loops of all wheels: N PIDs and what they do together when one of them saturates.
+//! The loops of all wheels: PID and coordination, at a torque limit and at rest.
 
 mod bounds;
 mod limit;

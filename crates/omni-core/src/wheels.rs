@@ -1,4 +1,4 @@
-//! One number a wheel, with its role in the type: a torque cannot be passed where a velocity is meant.
+//! Wheel quantities with their role in the type: a torque cannot be passed where a velocity is meant.
 
 use crate::Real;
 

@@ -1,4 +1,4 @@
-//! Hold, then stop: what either side does while frames are missing.
+//! The time-out of a link: hold, then stop, while frames are missing.
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! What the two sides say to each other.
+//! The messages between both sides of a link.
 
 use omni_core::linkage::MAX_HINGES;
 use omni_core::{BodyReadings, BodyTwist, ControlSample, DriveMode, WheelVelocities};

@@ -1,4 +1,4 @@
-//! What runs behind a link: the bare loops, or a whole [`Drive`].
+//! What runs behind a link: the bare loops, or a whole `Drive`.
 
 use omni_core::{
     ControlState, Controller, Drive, DriveInput, DriveSample, DriveState, Fault, TractionDrive,

@@ -1,4 +1,4 @@
-//! The controller's side, without the transport.
+//! The controller's side of a link, without the transport.
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
-//! How omni-core's types look in a message: field after field, numbers of a fixed size, so that each message has one
-//! length and lost bytes are seen as such.
+//! The types of omni-core in a message: field after field, numbers of a fixed size.
+//!
+//! So each message has one length, and lost bytes are seen as such.
 
 use omni_core::{BodyTwist, TorqueRanges, WheelSample, WheelTorques, WheelVelocities};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Where the base is, by odometry and in truth.
+//! The pose of the base, by odometry and in truth.
 
 use omni_core::BodyTwist;
 use omni_sim::observation::Observation;

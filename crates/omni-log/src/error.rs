@@ -1,4 +1,4 @@
-//! What can go wrong with a run that is logged, read back or served.
+//! The errors of a run that is logged, read or served.
 
 /// An error of a log, of a live view or of the simulation. Its message is one line.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Frames of a log in the world.
+//! The frames of a log, in the world frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 

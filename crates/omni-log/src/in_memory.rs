@@ -1,4 +1,4 @@
-//! A log in memory, where there are no files, as in a browser.
+//! A log in memory, for browsers, which have no files.
 
 use std::cell::RefCell;
 use std::io::{self, Write};

@@ -1,4 +1,4 @@
-//! A run that others watch, and steer if they may, while it goes on: viewers by Foxglove's WebSocket protocol, and ROS 2.
+//! A run served in real time to viewers and to ROS 2, which may steer it (features `live`, `ros2`).
 //!
 //! The messages are those of a log, which may be written beside them.
 

@@ -1,4 +1,4 @@
-//! How often messages are sent.
+//! The rates of the messages.
 
 use omni_config::LogRates;
 

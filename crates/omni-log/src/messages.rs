@@ -1,4 +1,4 @@
-//! A run as ROS 2 messages, wherever they go.
+//! A run as ROS 2 messages.
 //!
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Vehicle and ground as MJCF, the files of MuJoCo: every roller a body on a bearing of its own.
+//! Vehicle and ground as MJCF, MuJoCo's files: every roller is a body with its own bearing.
 //!
 //! Bodies and joints have the names that they have as URDF. What is chosen for MuJoCo, and not given by a file of ours, has its reason
 //! beside it in the file that is written; docs/mujoco.md has the measurements.

@@ -1,4 +1,4 @@
-//! The file of a log that is not finished: locked, so that nobody else writes it, and made anew, so that no link is followed.
+//! The unfinished file of a log: locked, and created anew, so that no link is followed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};

@@ -1,4 +1,4 @@
-//! Logs back to messages: every checksum is checked.
+//! The messages of a log, read back; every checksum is checked.
 
 use std::collections::BTreeMap;
 use std::io::Read;

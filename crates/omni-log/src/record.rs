@@ -1,4 +1,4 @@
-//! A whole scenario from start to end, into a log.
+//! A whole scenario, run into a log.
 
 use omni_config::Scenario;
 use omni_sim::controller::{AnyController, LinkCounters};

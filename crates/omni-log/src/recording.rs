@@ -1,4 +1,4 @@
-//! What was measured on a vehicle, as a log like that of a run.
+//! Measurements of a real vehicle, written as a log like that of a run.
 
 use std::collections::BTreeMap;
 use std::path::Path;

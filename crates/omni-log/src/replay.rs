@@ -1,4 +1,4 @@
-//! A logged run's controller fed with the logged measurements again.
+//! Replay: the controller of a logged run, run again with the logged measurements.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The ROS 2 messages a log holds: plain structs whose serde order is their CDR layout, and their definitions.
+//! The types of the ROS 2 messages in a log, and their definitions.
 //!
 //! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
 //! z is up, counter-clockwise is positive.

@@ -1,4 +1,4 @@
-//! Turns as unit quaternions x, y, z, w.
+//! Rotations as unit quaternions x, y, z, w.
 
 /// A turn by `angle` \[rad\] about `axis` (any length but zero), by the right-hand rule.
 pub(crate) fn about(axis: [f64; 3], angle: f64) -> [f64; 4] {

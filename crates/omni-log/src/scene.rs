@@ -1,4 +1,4 @@
-//! What a picture of a run needs, as JSON: once what there is to see, then again and again how it is.
+//! The data of a picture of a run as JSON, for the page of a live run and the playground.
 
 use omni_config::{POLICIES, Scenario, WheelSpec};
 use omni_sim::Simulation;

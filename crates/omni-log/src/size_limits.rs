@@ -1,4 +1,4 @@
-//! What a log may ask for: memory in proportion to its own size, whatever its records say of theirs.
+//! Limits of the memory that a log may request, in proportion to its size.
 
 use mcap::records::op;
 

@@ -1,4 +1,4 @@
-//! Where a log has the vehicle over time.
+//! The vehicle's pose over time, from a log.
 
 use crate::ros2::Odometry;
 

@@ -1,4 +1,4 @@
-//! The frames of a vehicle, from the world down to its wheels.
+//! The frame tree of a vehicle, from the world to its wheels.
 
 use omni_config::{Vehicle, WheelSpec};
 

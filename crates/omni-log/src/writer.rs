@@ -1,5 +1,6 @@
-//! Logs as MCAP files of ROS 2 messages: the same messages give the same bytes, and a killed run leaves a log that
-//! can be read up to its last full second.
+//! Logs as MCAP files of ROS 2 messages; the same messages give the same bytes.
+//!
+//! A killed run leaves a log that can be read up to its last full second.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! XML that is written: the only module that names quick-xml.
+//! XML elements and comments; the only module that names quick-xml.
 
 use std::fmt::Display;
 use std::io;

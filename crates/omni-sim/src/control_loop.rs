@@ -1,4 +1,4 @@
-//! The control loop: the heading hold, and the controller behind it. A simulation and a replay step the same one.
+//! The control loop that both simulation and replay step: heading hold and controller.
 
 use std::ops::Range;
 

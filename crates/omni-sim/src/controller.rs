@@ -1,4 +1,4 @@
-//! Any controller of omni-core behind one face, so that files choose the wheel count and the precision at run time.
+//! One interface to all controllers of omni-core: files choose wheel count and precision at run time.
 
 mod drive;
 mod link;

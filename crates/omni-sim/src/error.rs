@@ -1,4 +1,4 @@
-//! Everything that can go wrong, each with the file and key concerned, in one line.
+//! The errors of a simulation, each with its file and key, in one line.
 
 use crate::config::{self, Scenario, shortened};
 

@@ -1,4 +1,4 @@
-//! Following a scenario's path: what it asks of the vehicle where that takes itself to be.
+//! Path following: the command from the scenario's path and the estimated pose.
 
 use omni_core::{BodyTwist, PlanarPose};
 

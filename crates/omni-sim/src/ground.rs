@@ -1,4 +1,4 @@
-//! What the ground is made of: plain shapes, for the physics and for pictures.
+//! The ground as plain shapes, for the physics and for pictures.
 
 mod heights;
 

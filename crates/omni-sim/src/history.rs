@@ -1,4 +1,4 @@
-//! Figures and trace of periods that somebody else stepped and kept.
+//! Figures and trace from control periods that the caller stepped and kept.
 
 use crate::config::Scenario;
 use crate::controller::ControlSample;

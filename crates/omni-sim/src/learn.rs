@@ -1,4 +1,4 @@
-//! Episodes for reinforcement learning: a vehicle, a task, random differences, an action held for some control periods.
+//! Episodes for reinforcement learning: a vehicle, a task, random differences, many at once.
 //!
 //! What an action and an observation are, what is rewarded and when an episode ends is said at each task, [`Task`]. Everything is
 //! plain numbers here; Python's environments are a thin layer around [`Episodes`].

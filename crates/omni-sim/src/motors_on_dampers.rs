@@ -1,4 +1,4 @@
-//! Section 3.3 of the paper: three motors on dampers under a coordination policy. No vehicle, no rapier.
+//! Section 3.3 of the paper: three motors on dampers under a coordination policy, without a physics engine.
 
 use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig, WheelController};
 use serde::Serialize;

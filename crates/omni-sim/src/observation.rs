@@ -1,4 +1,4 @@
-//! What can be seen of a simulated vehicle after a control period.
+//! The observed state of a simulated vehicle after a control period.
 
 use omni_core::BodyTwist;
 use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};

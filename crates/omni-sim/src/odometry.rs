@@ -1,4 +1,4 @@
-//! The odometry of a run: where the vehicle is by what its wheels turned, and how sure that is.
+//! The odometry of a run, with its covariance.
 
 use omni_core::{
     BodyTwist, CovarianceGrowth, Kinematics, Odometry, OdometryNoise, OdometryState, PlanarPose,

@@ -1,4 +1,4 @@
-//! What a run amounts to in a few numbers.
+//! The figures of a run and its verdict.
 
 mod body_name;
 mod criteria;

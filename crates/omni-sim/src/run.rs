@@ -1,4 +1,4 @@
-//! A whole scenario from start to end.
+//! A whole scenario, run from start to end.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! What a vehicle's sensors make of the truth.
+//! Models of the sensors: encoders, gyro and accelerometer.
 
 use std::collections::VecDeque;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! A simulation as bytes and back: it goes on bit for bit, controller, sensors and energy balance included.
+//! A simulation as bytes and back; it continues bit for bit.
 
 use serde::{Deserialize, Serialize};
 

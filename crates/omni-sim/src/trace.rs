@@ -1,4 +1,4 @@
-//! A run as columns, one row a control period.
+//! A run as columns, one row for each control period.
 
 use omni_core::PlanarPose;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The limit on the clock.
+//! The limit of a run's wall-clock time.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! Runs on their way to another process or machine.
+//! A batch of runs for another process or machine.
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;

@@ -1,4 +1,4 @@
-//! What stands in the columns of a study's results.
+//! The values in the columns of a study's results.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A part's checksum: any bit that is not as it was written is noticed.
+//! The checksum of a part, which reveals any flipped bit.
 //!
 //! Parquet has room between its first four bytes and the first column, which no reader looks at. There a part has the SHA-256 of
 //! all that follows, in one line of text. The columns' own checksums would leave out what says where they are and what they mean.

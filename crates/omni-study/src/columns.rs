@@ -1,4 +1,4 @@
-//! Which columns a study's results have.
+//! The columns of a study's results.
 
 use std::collections::BTreeMap;
 

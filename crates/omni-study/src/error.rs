@@ -1,4 +1,4 @@
-//! What can go wrong with many runs.
+//! The errors of many runs.
 
 use std::path::PathBuf;
 

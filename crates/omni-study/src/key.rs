@@ -1,4 +1,4 @@
-//! What a run is known by.
+//! The key of a run: a hash of all that decides it.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Rows summed up over seeds.
+//! Statistics of rows over seeds.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Rows of several parts put together.
+//! Rows of several parts, merged.
 
 use std::collections::{BTreeMap, BTreeSet};
 

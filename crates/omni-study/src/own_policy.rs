@@ -1,4 +1,4 @@
-//! Runs whose controller is not the scenario's.
+//! Runs with a user's own controller.
 
 use std::fmt;
 use std::sync::Arc;

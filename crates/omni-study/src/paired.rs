@@ -1,4 +1,4 @@
-//! Runs with one value of an axis against those with another that are the same in all else, seed by seed.
+//! Two values of an axis compared, run by run with the same seed.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Rows as a Parquet file and back: the only module that names parquet.
+//! Rows as a Parquet file and back; the only module that names parquet.
 
 use std::fs::File;
 use std::sync::Arc;

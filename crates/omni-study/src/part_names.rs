@@ -1,4 +1,4 @@
-//! What parts are called.
+//! The names of parts.
 
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, ErrorKind};

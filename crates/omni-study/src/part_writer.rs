@@ -1,4 +1,4 @@
-//! A part that grows with every row: a program that is killed loses no row that was done.
+//! A part that grows with every row: a killed program loses no finished row.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! From a study to its runs, each with the key that says whether it is done.
+//! The runs of a study, each with the key that says whether it is done.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What is to be said of a plan before it is run.
+//! Notices about a plan before it runs.
 
 use omni_config::Scenario;
 

@@ -1,4 +1,4 @@
-//! One row a run, whatever happens in it.
+//! One row for each run, whatever its outcome.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,4 +1,4 @@
-//! What some runs say of all that there could be: intervals of 95 %.
+//! Statistics of some runs: 95 % intervals.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 

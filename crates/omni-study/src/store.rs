@@ -1,4 +1,4 @@
-//! A folder of results: parts that are whole or not there.
+//! A folder of results: a part is complete or absent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};

@@ -1,4 +1,4 @@
-//! What ends a command, in one line.
+//! The errors that end a command, in one line.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What a scenario's `[drive]` found in a run, as it goes on or from its log, for whoever reads the table.
+//! Messages about what a scenario's `[drive]` found in a run.
 
 use omni_config::shortened_line;
 

@@ -1,4 +1,4 @@
-//! The results of runs as a table: a column a run, a row a figure.
+//! The results of runs as a table: a column for each run, a row for each figure.
 
 use omni_sim::{Figure, LimitedBy, Outcome};
 

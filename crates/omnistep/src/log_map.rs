@@ -1,4 +1,4 @@
-//! A map for `omnistep import`: which columns of a vehicle's own log are which signals.
+//! The map for `omnistep import`: which columns of a vehicle's own log are which signals.
 
 use omni_config::Vehicle;
 

@@ -1,4 +1,4 @@
-//! A drive for `omnistep identify`: a scenario that moves everything which a log shall tell of.
+//! A drive for `omnistep identify`: a scenario with the motions that its log has to contain.
 
 use std::fmt::Write as _;
 

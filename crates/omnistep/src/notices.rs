@@ -1,4 +1,4 @@
-//! What is said of a scenario before it is run: gains that were derived, and all that is doubtful.
+//! Notices about a scenario before it runs: derived gains, and everything doubtful.
 
 use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 

@@ -1,4 +1,4 @@
-//! What is written to standard output and standard error: every line goes through here.
+//! Standard output and standard error: every line is written here.
 
 use std::io::Write;
 use std::path::Path;

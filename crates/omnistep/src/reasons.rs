@@ -1,4 +1,4 @@
-//! Why a run did not come to its end as commanded, in words.
+//! The reasons why a run did not end as commanded, in words.
 
 use omni_sim::{LimitedBy, Outcome, Verdict};
 

@@ -1,4 +1,4 @@
-//! What a run's traction control was at when the run ended.
+//! The state of a run's traction control at the end of the run.
 
 use omni_config::Scenario;
 use omni_core::SupervisorMode;

@@ -1,4 +1,4 @@
-//! What `omnistep run --ros2` takes from its arguments and its environment.
+//! The settings of `omnistep run --ros2`, from arguments and environment.
 
 use std::env;
 

@@ -1,4 +1,4 @@
-//! Signals: Ctrl-C, a request to end, a file beyond what it may have.
+//! Signals of the system: Ctrl-C, termination, a file beyond its size limit.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

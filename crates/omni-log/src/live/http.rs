@@ -1,4 +1,4 @@
-//! What the port answers: its page, a viewer's WebSocket, or why not.
+//! Answers to a browser: the page, a viewer's WebSocket, or a refusal.
 
 use std::convert::Infallible;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! What the page of a live run is told, as JSON: once what there is to see, then 30 times a second on the clock how it is.
+//! The data of the page of a live run as JSON: the scene once, its state 30 times a second.
 
 use std::time::{Duration, Instant};
 

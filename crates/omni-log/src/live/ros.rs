@@ -1,4 +1,4 @@
-//! The run on ROS 2: a node of its own over DDS, without a ROS installation. The only modules that name ros2-client.
+//! The run as a ROS 2 node over DDS, without a ROS installation; the only modules that name ros2-client.
 
 mod commands;
 mod joints;

@@ -1,4 +1,4 @@
-//! Physics of somebody else's under our controller: the same run, the same trace, the same figures.
+//! The interface for an external physics engine under our controller.
 
 mod physics;
 

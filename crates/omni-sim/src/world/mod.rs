@@ -1,4 +1,4 @@
-//! The plant: a vehicle on the ground, without a controller. Two engines with one face, and a place for others.
+//! The plant: a vehicle on the ground, without a controller; one interface to both engines.
 
 mod actuation;
 mod articulated;

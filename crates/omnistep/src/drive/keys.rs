@@ -1,4 +1,4 @@
-//! Keys that are pressed in a terminal.
+//! Keys pressed in a terminal; the only module that names crossterm.
 //!
 //! A terminal tells of a key that goes down, and again and again while it is held, but not when it comes up. So each press asks for a velocity that
 //! holds for as long as any command does, and the next one renews it.

@@ -1,4 +1,4 @@
-//! The plant in reduced coordinates: a tree of bodies on hinges, a spin a wheel, and one implicit solution a step for all contacts.
+//! The plant in reduced coordinates: a tree of bodies on hinges, one implicit solution a step for all contacts.
 //!
 //! The equations are in docs/derivations.md, when to use it in docs/physics.md. parry finds contacts; nothing else of rapier is here.
 
