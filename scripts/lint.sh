@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Formatting and lints, warnings as errors.
+# Formatting and lints, warnings as errors; docs/design.md lists the files as they are.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo fmt --all --check
@@ -10,6 +10,7 @@ cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
 # In release: macros and build scripts are those of the command and the wheel.
 cargo clippy --locked --release --workspace --all-targets -- -D warnings
 python3 scripts/checks/one_build.py
+python3 scripts/docs/design_tables.py --check
 scripts/tools/venv.sh
 .venv/bin/ruff check python scripts benches tests
 .venv/bin/ruff format --check python scripts benches tests
