@@ -38,8 +38,8 @@ AWAY_S = 0.5
 MARGIN_S = 0.1
 #: Parts of a piece, of equal ways, in which wheels are compared with each other.
 PARTS = 3
-#: Poses are smoothed over this time: less noise, and a smooth course for the delay. By parabolas: means would cut corners, by
-#: 0.03 % of an arc at 0.8 rad/s and by 0.4 mm where a drive begins at 1 m/s^2.
+#: Poses are smoothed over this time: less noise, and a smooth course for the delay. By parabolas: means would cut
+#: corners, by 0.03 % of an arc at 0.8 rad/s and by 0.4 mm where a drive begins at 1 m/s^2.
 SMOOTH_S = 0.1
 
 

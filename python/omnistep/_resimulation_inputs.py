@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from omnistep.recordings import estimated
 
 Floats = NDArray[np.float64]
 #: What a simulation may be driven by.
-BYS = ("commands", "torques", "wheels", "duty")
+BYS: tuple[Literal["commands", "torques", "wheels", "duty"], ...] = ("commands", "torques", "wheels", "duty")
 #: Columns of each, as messages have them.
 COLUMNS = {
     "commands": "commands (asked_*)",
@@ -32,7 +33,7 @@ def twists_of(trace: Trace, of: str) -> Floats:
 
 
 def inputs_of(recorded: Trace, vehicle: Vehicle, by: str) -> tuple[Floats, int, bool]:
-    """Inputs of a vehicle's simulation in every period, the number of unknown ones, and whether torques were measured."""
+    """Inputs of a vehicle's simulation in every period, how many are unknown, and whether torques were measured."""
     given = _given(recorded, vehicle, by)
     if given is None:
         others = [each for each in BYS if _given(recorded, vehicle, each) is not None]

@@ -182,9 +182,9 @@ def resimulate(
             the actuators (from their currents), or without these the commanded torques, go to the motors; in gaps the
             last one is held. With measured torques the scenario's ``actuators.torque_lag_s`` and
             ``actuators.voltage_sag`` are set to 0, because these torques include both effects. ``wheels``: the twist of
-            the measured wheels, by the scenario's vehicle, goes to its controller as a command. ``duty``: the duty cycles go to the
-            motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated velocity; at a
-            duty cycle of zero they brake, or have no torque where the log says ``coast``.
+            the measured wheels, by the scenario's vehicle, goes to its controller as a command. ``duty``: the duty
+            cycles go to the motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated
+            velocity; at a duty cycle of zero they brake, or have no torque where the log says ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
         progress: show a bar on standard error when it takes more than a second.
 
