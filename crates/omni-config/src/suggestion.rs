@@ -38,9 +38,7 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     let name = name.to_lowercase();
     let known: Vec<_> = known.into_iter().collect();
     // What is called otherwise here.
-    if let Some((ours, _)) = ALIASES
-        .iter()
-        .find(|(_, theirs)| theirs.contains(&name.as_str()))
+    if let Some((ours, _)) = ALIASES.iter().find(|(_, theirs)| theirs.contains(&name.as_str()))
         && let Some(found) = known.iter().find(|known| *known == ours)
     {
         return Some(found);
