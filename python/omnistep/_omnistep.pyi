@@ -2754,11 +2754,11 @@ class Sample:
     def limit_upper_n_m(self) -> _Floats:
         """Highest torque allowed [N.m], >= 0."""
     @property
-    def saturated(self) -> _Bools:
-        """The request was outside the limits."""
-    @property
     def residual_rad_s(self) -> _Floats:
         """Part of the measured velocity that no motion of the vehicle explains [rad/s]."""
+    @property
+    def saturated(self) -> _Bools:
+        """The request was outside the limits."""
     @property
     def disturbed_ratio(self) -> _Floats:
         """Safe form of eq. (14), within -2 to 2; lagging is +."""
@@ -2777,6 +2777,36 @@ class Sample:
     @property
     def force_along_n(self) -> _Floats:
         """Ground force along the rolling direction [N], averaged over the period."""
+    @property
+    def normal_x(self) -> _Floats:
+        """Direction of the normal force in the world, x; zero in the air."""
+    @property
+    def normal_y(self) -> _Floats:
+        """Direction of the normal force in the world, y."""
+    @property
+    def normal_z(self) -> _Floats:
+        """Direction of the normal force in the world, z."""
+    @property
+    def x_m(self) -> _Floats:
+        """Centre of the axle in the world [m], x."""
+    @property
+    def y_m(self) -> _Floats:
+        """Centre of the axle in the world [m], y."""
+    @property
+    def z_m(self) -> _Floats:
+        """Centre of the axle in the world [m], z."""
+    @property
+    def torque_n_m(self) -> _Floats:
+        """Torque that acted on the actuator [N.m], averaged over the period: the applied one, unless actuators lack something."""
+    @property
+    def contact_x_m(self) -> _Floats:
+        """Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air."""
+    @property
+    def contact_y_m(self) -> _Floats:
+        """Where the ground pushes [m], y in the world."""
+    @property
+    def contact_z_m(self) -> _Floats:
+        """Where the ground pushes [m], z in the world."""
     @property
     def touches(self) -> _Bools:
         """The wheel touched the ground during the period."""

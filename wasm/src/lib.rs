@@ -63,7 +63,7 @@ fn trace(request: &Request) -> Result<Trace, String> {
     let mut trace = TraceBuilder::with_signals(session.scenario().vehicle(), &signals);
     while session.advance(1, None)? == 1 {
         let simulation = session.simulation();
-        trace.push(simulation.sample(), simulation.observation());
+        trace.push(simulation.period());
     }
     Ok(trace.finish(session.figures()))
 }

@@ -347,7 +347,7 @@ impl Outlets {
             ros.push(simulation);
         }
         if let Some(log) = &mut self.log {
-            log.push(simulation.sample(), simulation.observation())?;
+            log.push(simulation.period())?;
         }
         Ok(())
     }

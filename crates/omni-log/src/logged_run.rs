@@ -6,7 +6,7 @@ use std::path::Path;
 use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::MOST_SIGNALS;
-use omni_sim::{Outcome, Rows, Trace};
+use omni_sim::{LOGGED_SIGNALS, Outcome, Rows, Trace, WheelSignal};
 
 use crate::frames::Frames;
 use crate::reader::read_log_watched;
@@ -24,30 +24,6 @@ const COMMON: [&str; 9] = [
     "estimated_vy_m_s",
     "estimated_wz_rad_s",
     "common_factor",
-];
-
-/// The one signal that is no number.
-const SATURATED: &str = "saturated";
-
-/// A signal of each wheel.
-type WheelColumn = (&'static str, fn(&WheelState) -> f64);
-
-const WHEEL: [WheelColumn; 15] = [
-    ("reference_rad_s", |w| w.reference_rad_s),
-    ("measured_rad_s", |w| w.measured_rad_s),
-    ("p_n_m", |w| w.p_n_m),
-    ("i_n_m", |w| w.i_n_m),
-    ("d_n_m", |w| w.d_n_m),
-    ("requested_n_m", |w| w.requested_n_m),
-    ("applied_n_m", |w| w.applied_n_m),
-    ("torque_n_m", |w| w.acted_n_m),
-    ("limit_lower_n_m", |w| w.limit_lower_n_m),
-    ("limit_upper_n_m", |w| w.limit_upper_n_m),
-    (SATURATED, |w| f64::from(u8::from(w.saturated))),
-    ("disturbed_ratio", |w| w.disturbed_ratio),
-    ("slip_ratio", |w| w.slip_ratio),
-    ("force_normal_n", |w| w.contact_normal_n),
-    ("force_along_n", |w| w.contact_along_n),
 ];
 
 /// A run read back from its log.
@@ -136,13 +112,19 @@ impl LoggedRun {
                 .into_iter()
                 .chain(own.names.clone())
                 .collect(),
-            WHEEL.iter().map(|(name, _)| *name).collect(),
+            WheelSignal::logged().map(|signal| signal.name).collect(),
         );
         for (i, (time_ns, state)) in states.iter().enumerate() {
             if i % ROWS_PER_LOOK == 0 && !watch(1.0) {
                 return Err(LogError::Stopped { path: file.path }.into());
             }
-            push(&mut rows, *time_ns, state, own.row(i), &file);
+            push(
+                &mut rows,
+                *time_ns,
+                state,
+                own.row(i),
+                file.scenario.vehicle().wheel.len(),
+            );
         }
         let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
         // A run that was killed has none.
@@ -235,8 +217,7 @@ impl Own {
     }
 }
 
-fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<Item = f64>, file: &LogFile) {
-    let vehicle = file.scenario.vehicle();
+fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<Item = f64>, wheels: usize) {
     let planar = |t: &Twist| {
         let (vx_m_s, vy_m_s, wz_rad_s) = (t.linear.x, t.linear.y, t.angular.z);
         BodyTwist {
@@ -252,13 +233,15 @@ fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<
     rows.push(planar(&state.estimated_twist));
     rows.push([state.common_factor]);
     rows.push(own);
-    for (name, signal) in &WHEEL {
-        if file.recorded && *name == SATURATED {
-            rows.push(vehicle.wheel.iter().map(|_| f64::NAN)); // nobody knows, and a message can only say yes or no
-            continue;
-        }
+    for k in 0..LOGGED_SIGNALS {
         // As many as the vehicle has, whatever a message holds.
-        rows.push((0..vehicle.wheel.len()).map(|i| state.wheels.get(i).map_or(f64::NAN, signal)));
+        let signal = |i| {
+            state
+                .wheels
+                .get(i)
+                .map_or(f64::NAN, |wheel: &WheelState| wheel.signals[k])
+        };
+        rows.push((0..wheels).map(signal));
     }
 }
 

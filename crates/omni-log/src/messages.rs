@@ -16,6 +16,7 @@ use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
+use omni_sim::{Period, WheelSignal};
 
 use crate::base_pose;
 use crate::message_rates::Rates;
@@ -143,12 +144,8 @@ impl Messages {
     }
 
     /// The messages of a control period that are due.
-    pub(crate) fn push<S: Sink>(
-        &mut self,
-        sample: &ControlSample,
-        seen: &Observation,
-        sink: &mut S,
-    ) -> Result<(), S::Error> {
+    pub(crate) fn push<S: Sink>(&mut self, period: &Period, sink: &mut S) -> Result<(), S::Error> {
+        let (sample, seen) = (&period.control, &period.observed);
         self.turn_wheels(sample);
         let time = seen.time_ns;
         if self.rates.vehicle_state.due(time) {
@@ -215,23 +212,16 @@ impl Messages {
             common_factor: sample.common_factor,
             estimated_twist: twist(&sample.estimated),
             wheels: wheels
-                .map(|(spec, (s, o))| WheelState {
-                    name: spec.name.clone(),
-                    reference_rad_s: s.reference_rad_s,
-                    measured_rad_s: s.measured_rad_s,
-                    p_n_m: s.p_n_m,
-                    i_n_m: s.i_n_m,
-                    d_n_m: s.d_n_m,
-                    requested_n_m: s.requested_n_m,
-                    applied_n_m: s.applied_n_m,
-                    acted_n_m: o.torque_n_m,
-                    limit_lower_n_m: s.limit_lower_n_m,
-                    limit_upper_n_m: s.limit_upper_n_m,
-                    saturated: s.saturated,
-                    slip_ratio: o.slip_ratio(),
-                    disturbed_ratio: s.disturbed_ratio(),
-                    contact_normal_n: o.force_normal_n,
-                    contact_along_n: o.force_along_n,
+                .map(|(spec, (signals, wheel))| {
+                    let mut logged = WheelSignal::logged();
+                    WheelState {
+                        name: spec.name.clone(),
+                        signals: std::array::from_fn(|_| {
+                            logged
+                                .next()
+                                .map_or(f64::NAN, |signal| signal.value(signals, wheel))
+                        }),
+                    }
                 })
                 .collect(),
         }

@@ -48,7 +48,7 @@ pub fn record<E: From<Error>>(
     let mut link = controller.link();
     let ran = drive(scenario, controller, own_command, |simulation, part| {
         link = simulation.controller().link();
-        log.push(simulation.sample(), simulation.observation())
+        log.push(simulation.period())
             .map_err(|error| End(E::from(error.into())))?;
         watch(simulation, part).map_err(End)
     });
@@ -69,7 +69,7 @@ pub fn run_logged<E: From<Error>>(
 ) -> Result<Trace, E> {
     let mut trace = TraceBuilder::with_signals(scenario.vehicle(), controller.signal_names());
     let Record { outcome, ended, .. } = record(scenario, controller, &mut log, |simulation, part| {
-        trace.push(simulation.sample(), simulation.observation());
+        trace.push(simulation.period());
         watch(simulation, part)
     })?;
     log.finish(&outcome).map_err(Error::from)?;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use omni_config::{Scenario, shortened};
 use omni_core::BodyTwist;
+use omni_sim::WheelSignal;
 
 use crate::base_pose::{BasePose, unknown_covariance};
 use crate::logged_run::check_names;
@@ -193,9 +194,10 @@ impl<'a> Columns<'a> {
             let time = (row as u64 + 1) * scenario.control.period_us * 1000;
             let state = self.vehicle_state(row, time, scenario);
             for (angle, wheel) in angles_rad.iter_mut().zip(&state.wheels) {
+                let measured_rad_s = wheel.signal("measured_rad_s");
                 // As of a run: a wheel that nobody measured is shown where it was.
-                if wheel.measured_rad_s.is_finite() {
-                    *angle += wheel.measured_rad_s * scenario.period_s();
+                if measured_rad_s.is_finite() {
+                    *angle += measured_rad_s * scenario.period_s();
                 }
             }
             for (angle, column) in hinges_rad.iter_mut().zip(&self.hinges) {
@@ -261,25 +263,15 @@ impl<'a> Columns<'a> {
             estimated_twist: twist(&BodyTwist::from_array([e_vx, e_vy, e_wz])),
             wheels: wheels
                 .map(|(wheel, columns)| {
-                    let [reference_rad_s, measured_rad_s, applied_n_m, acted_n_m] =
-                        columns.map(|column| at(column, row));
+                    let mut logged = WheelSignal::logged();
+                    let mut next = || {
+                        let name = logged.next()?.name;
+                        let k = WHEEL.iter().position(|known| *known == name)?;
+                        columns[k]
+                    };
                     WheelState {
                         name: wheel.name.clone(),
-                        reference_rad_s,
-                        measured_rad_s,
-                        p_n_m: unknown,
-                        i_n_m: unknown,
-                        d_n_m: unknown,
-                        requested_n_m: unknown,
-                        applied_n_m,
-                        acted_n_m,
-                        limit_lower_n_m: unknown,
-                        limit_upper_n_m: unknown,
-                        saturated: false,
-                        slip_ratio: unknown,
-                        disturbed_ratio: unknown,
-                        contact_normal_n: unknown,
-                        contact_along_n: unknown,
+                        signals: std::array::from_fn(|_| at(next(), row)),
                     }
                 })
                 .collect(),
@@ -365,8 +357,10 @@ fn joint_states(state: &VehicleState, angles_rad: &[f64], scenario: &Scenario) -
     for ((wheel, measured), angle) in wheels.zip(angles_rad) {
         joints.name.push(wheel_link(&wheel.name));
         joints.position.push(angle * wheel.gear);
-        joints.velocity.push(measured.measured_rad_s * wheel.gear);
-        joints.effort.push(measured.acted_n_m / wheel.gear);
+        joints
+            .velocity
+            .push(measured.signal("measured_rad_s") * wheel.gear);
+        joints.effort.push(measured.signal("torque_n_m") / wheel.gear);
     }
     joints
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use omni_config::Override;
 use omni_core::BodyTwist;
-use omni_sim::controller::{AnyController, ControlSample, WheelSignals};
-use omni_sim::{ControlLoop, Sensed};
+use omni_sim::controller::{AnyController, ControlSample};
+use omni_sim::{ControlLoop, Sensed, WheelSignal};
 
-use crate::ros2::{Twist, VehicleState, WheelState};
+use crate::ros2::{Twist, VehicleState};
 use crate::{Error, LogError, LogFile, LogMessage, read_log};
 
 /// Where the controller of today says something else than the log.
@@ -139,7 +139,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             .into());
         }
         measured.clear();
-        measured.extend(state.wheels.iter().map(|wheel| wheel.measured_rad_s));
+        measured.extend(state.wheels.iter().map(|wheel| wheel.signal("measured_rad_s")));
         sensed.wheels_rad_s.clone_from(&measured);
         sensed.gyro_rad_s = state.gyro_rad_s;
         if scenario.has_traction() {
@@ -200,12 +200,10 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         }
         for (sums, (logged, replayed)) in wheels.iter_mut().zip(state.wheels.iter().zip(&sample.wheels)) {
             // A recording may know the torques by their currents alone, or not at all.
-            let by_current = file.recorded && logged.applied_n_m.is_nan();
-            let torque_n_m = if by_current {
-                logged.acted_n_m
-            } else {
-                logged.applied_n_m
-            };
+            let mut torque_n_m = logged.signal("applied_n_m");
+            if file.recorded && torque_n_m.is_nan() {
+                torque_n_m = logged.signal("torque_n_m");
+            }
             if !(file.recorded && torque_n_m.is_nan()) {
                 sums.add(*time_ns, torque_n_m, replayed.applied_n_m);
             }
@@ -231,26 +229,6 @@ fn planar(twist: &Twist) -> BodyTwist<f64> {
     }
 }
 
-/// A signal's name, its value in a log and in a controller's sample.
-type Signal = (&'static str, fn(&WheelState) -> f64, fn(&WheelSignals) -> f64);
-
-const SIGNALS: [Signal; 10] = [
-    ("measured_rad_s", |l| l.measured_rad_s, |s| s.measured_rad_s),
-    ("reference_rad_s", |l| l.reference_rad_s, |s| s.reference_rad_s),
-    ("p_n_m", |l| l.p_n_m, |s| s.p_n_m),
-    ("i_n_m", |l| l.i_n_m, |s| s.i_n_m),
-    ("d_n_m", |l| l.d_n_m, |s| s.d_n_m),
-    ("requested_n_m", |l| l.requested_n_m, |s| s.requested_n_m),
-    ("applied_n_m", |l| l.applied_n_m, |s| s.applied_n_m),
-    ("limit_lower_n_m", |l| l.limit_lower_n_m, |s| s.limit_lower_n_m),
-    ("limit_upper_n_m", |l| l.limit_upper_n_m, |s| s.limit_upper_n_m),
-    (
-        "saturated",
-        |l| f64::from(u8::from(l.saturated)),
-        |s| f64::from(u8::from(s.saturated)),
-    ),
-];
-
 /// The first signal that differs in any bit: its wheel, its name, what the log says and what the controller says.
 fn difference(
     state: &VehicleState,
@@ -258,10 +236,13 @@ fn difference(
 ) -> Option<(Option<String>, &'static str, [f64; 2])> {
     let differ = |[a, b]: [f64; 2]| a.to_bits() != b.to_bits();
     for (logged, replayed) in state.wheels.iter().zip(&sample.wheels) {
-        for (name, of_log, of_sample) in SIGNALS {
-            let both = [of_log(logged), of_sample(replayed)];
+        for (signal, logged_value) in WheelSignal::logged().zip(&logged.signals) {
+            let Some(value) = signal.of_control(replayed) else {
+                continue; // of the physics
+            };
+            let both = [*logged_value, value];
             if differ(both) {
-                return Some((Some(logged.name.clone()), name, both));
+                return Some((Some(logged.name.clone()), signal.name, both));
             }
         }
     }

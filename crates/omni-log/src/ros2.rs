@@ -7,6 +7,7 @@ mod inertial;
 
 use byteorder::LittleEndian;
 pub use inertial::{Clock, Imu};
+use omni_sim::{LOGGED_SIGNALS, WheelSignal};
 use serde::{Deserialize, Serialize};
 
 /// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
@@ -344,42 +345,25 @@ pub struct MarkerArray {
     pub markers: Vec<Marker>,
 }
 
-/// `omni_msgs/msg/WheelState`: one wheel and its controller; + is along the wheel's rolling direction.
+/// `omni_msgs/msg/WheelState`: one wheel and its controller, a `float64` for each signal of
+/// [`WheelSignal::logged`](omni_sim::WheelSignal::logged).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct WheelState {
     /// Name, as in the vehicle file.
     pub name: String,
-    /// Velocity asked of the wheel \[rad/s\].
-    pub reference_rad_s: f64,
-    /// Velocity measured at the wheel \[rad/s\].
-    pub measured_rad_s: f64,
-    /// Proportional term of the requested torque \[N m\].
-    pub p_n_m: f64,
-    /// Integral term of the requested torque \[N m\].
-    pub i_n_m: f64,
-    /// Derivative term of the requested torque \[N m\].
-    pub d_n_m: f64,
-    /// Torque requested, before any limit \[N m\].
-    pub requested_n_m: f64,
-    /// Torque applied, after coordination and limit \[N m\].
-    pub applied_n_m: f64,
-    /// Torque that acted on the actuator, averaged over the period \[N m\]: the applied one, unless actuators lack something.
-    pub acted_n_m: f64,
-    /// Lowest torque available at the measured velocity \[N m\], usually negative.
-    pub limit_lower_n_m: f64,
-    /// Highest torque available at the measured velocity \[N m\].
-    pub limit_upper_n_m: f64,
-    /// True where the requested torque lies outside the limits.
-    pub saturated: bool,
-    /// Slip ratio \[1\] (rim faster than the wheel's centre is +).
-    pub slip_ratio: f64,
-    /// Disturbed ratio \[1\] (wheel behind its reference is +).
-    pub disturbed_ratio: f64,
-    /// Force of the ground along the contact normal \[N\] (pushing is +, 0 in the air).
-    pub contact_normal_n: f64,
-    /// Force of the ground along the rolling direction \[N\] (driving the vehicle that way is +).
-    pub contact_along_n: f64,
+    /// The signals, in their order; NaN is unknown.
+    pub signals: [f64; LOGGED_SIGNALS],
+}
+
+impl WheelState {
+    /// A signal by its name; NaN where none is named so.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> f64 {
+        let mut signals = WheelSignal::logged().zip(&self.signals);
+        let found = signals.find(|(signal, _)| signal.name == name);
+        found.map_or(f64::NAN, |(_, value)| *value)
+    }
 }
 
 /// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
@@ -455,20 +439,29 @@ mod tests {
     }
 
     #[test]
+    fn a_wheel_in_the_message_has_the_signals_of_the_table() {
+        let fields =
+            WheelSignal::logged().map(|signal| format!("# {}\nfloat64 {}\n", signal.doc.trim(), signal.name));
+        let (fields, schema) = (fields.collect::<String>(), VehicleState::schema());
+        let start = schema.find("string name\n").expect("its first field") + "string name\n".len();
+        assert_eq!(
+            &schema[start..],
+            fields,
+            "these lines belong into schemas/VehicleState.msg"
+        );
+    }
+
+    #[test]
     fn a_vehicle_state_comes_back_as_it_was() {
-        let wheel = WheelState {
-            name: "front".into(),
-            saturated: true,
-            slip_ratio: 0.25,
-            ..Default::default()
-        };
-        let wheels = vec![
-            wheel.clone(),
+        let wheel = |first| {
+            let mut signals = [f64::NAN; LOGGED_SIGNALS];
+            signals[0] = first;
             WheelState {
-                contact_along_n: -3.5,
-                ..wheel
-            },
-        ];
+                name: "front".into(),
+                signals,
+            }
+        };
+        let wheels = vec![wheel(0.25), wheel(-3.5)];
         let message = VehicleState {
             policy: "shared".into(),
             common_factor: 0.5,

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use omni_config::Scenario;
 use omni_sim::Outcome;
-use omni_sim::controller::{AnyController, ControlSample};
-use omni_sim::observation::Observation;
+use omni_sim::Period;
+use omni_sim::controller::AnyController;
 
 use crate::in_memory::InMemory;
 use crate::messages::{Messages, Sink};
@@ -92,7 +92,7 @@ impl RunLog<InMemory> {
     /// let mut run = SteppedRun::new(&scenario, controller)?;
     /// for _ in 0..100 {
     ///     run.step(&run.simulation().scenario_command())?;
-    ///     log.push(run.simulation().sample(), run.simulation().observation())?;
+    ///     log.push(run.simulation().period())?;
     /// }
     /// let mut bytes = log.take();
     /// bytes.extend(log.finish(&run.outcome())?);
@@ -167,8 +167,8 @@ impl<P: Place> RunLog<P> {
     ///
     /// # Errors
     /// As [`LogWriter::write`].
-    pub fn push(&mut self, sample: &ControlSample, seen: &Observation) -> Result<(), LogError> {
-        self.messages.push(sample, seen, &mut self.writer)
+    pub fn push(&mut self, period: &Period) -> Result<(), LogError> {
+        self.messages.push(period, &mut self.writer)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use numpy::PyArrayDyn;
 use omni_core::BodyTwist;
+use omni_sim::WheelSignals;
 use omni_sim::config;
-use omni_sim::controller::{AnyController, ControlSample as Step, WheelSignals};
+use omni_sim::controller::{AnyController, ControlSample as Step};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -174,7 +175,7 @@ impl Columns {
         self.estimated.extend(step.estimated.to_array());
         self.common_factor.push(step.common_factor);
         self.saturated
-            .extend(step.wheels.iter().map(|wheel| wheel.saturated));
+            .extend(step.wheels.iter().map(|wheel| wheel.saturated() == 1.0));
         for (column, signal) in self.wheels.iter_mut().zip(OF_WHEELS) {
             column.extend(step.wheels.iter().map(signal));
         }

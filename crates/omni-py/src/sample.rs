@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use numpy::PyArray1;
 use omni_sim::config::Vehicle;
-use omni_sim::controller::{ControlSample, WheelSignals};
-use omni_sim::observation::{Observation, WheelObservation};
+use omni_sim::observation::WheelObservation;
+use omni_sim::{Period, WheelSignal, WheelSignals};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -16,14 +16,11 @@ type Floats<'py> = Bound<'py, PyArray1<f64>>;
 pub(crate) struct Sample {
     body_names: Vec<String>,
     hinge_names: Vec<String>,
-    period: Period,
+    period: Arc<Period>,
 }
 
-/// What the controller did in a period, and what came of it.
-pub(crate) type Period = Arc<(ControlSample, Observation)>;
-
 impl Sample {
-    pub(crate) fn new(vehicle: &Vehicle, period: Period) -> Self {
+    pub(crate) fn new(vehicle: &Vehicle, period: Arc<Period>) -> Self {
         Self {
             body_names: vehicle.body.iter().map(|body| body.name.clone()).collect(),
             hinge_names: vehicle.hinge.iter().map(|hinge| hinge.name.clone()).collect(),
@@ -31,12 +28,18 @@ impl Sample {
         }
     }
 
-    fn signal<'py>(&self, py: Python<'py>, get: impl Fn(&WheelSignals) -> f64) -> Floats<'py> {
-        PyArray1::from_iter(py, self.period.0.wheels.iter().map(get))
+    fn wheels(&self) -> impl Iterator<Item = (&WheelSignals, &WheelObservation)> {
+        self.period
+            .control
+            .wheels
+            .iter()
+            .zip(&self.period.observed.wheels)
     }
 
-    fn wheel<'py>(&self, py: Python<'py>, get: impl Fn(&WheelObservation) -> f64) -> Floats<'py> {
-        PyArray1::from_iter(py, self.period.1.wheels.iter().map(get))
+    fn signal<'py>(&self, py: Python<'py>, name: &str) -> Floats<'py> {
+        let signal = WheelSignal::all().find(|signal| signal.name == name);
+        let value = |(signals, wheel)| signal.map_or(f64::NAN, |signal| signal.value(signals, wheel));
+        PyArray1::from_iter(py, self.wheels().map(value))
     }
 }
 
@@ -52,136 +55,121 @@ fn by_name<'py>(
     Ok(dict)
 }
 
-/// Getters of one array over the wheels each.
-macro_rules! wheel_arrays {
-    ($($(#[$doc:meta])* $name:ident = $from:ident $get:expr;)*) => {
+/// Getters of one array over the wheels each. `saturated` is one of yes and no.
+macro_rules! getters {
+    (
+        control { $($(#[$c_doc:meta])+ $c:ident: $c_place:ident;)* }
+        of_control { $(#[$s_doc:meta])+ saturated: $s_place:ident = $s_value:expr; $($(#[$d_doc:meta])+ $d:ident: $d_place:ident = $d_value:expr;)* }
+        observed { $($(#[$o_doc:meta])+ $o:ident: $o_place:ident = $o_value:expr;)* }
+    ) => {
         #[pymethods]
         impl Sample {
             /// End of the control period [s].
             #[getter]
             fn time_s(&self) -> f64 {
-                self.period.1.time_ns as f64 * 1e-9
+                self.period.observed.time_ns as f64 * 1e-9
             }
 
             /// The command: vx [m/s], vy [m/s], wz [rad/s].
             #[getter]
             fn command(&self) -> (f64, f64, f64) {
-                self.period.0.command.to_array().into()
+                self.period.control.command.to_array().into()
             }
 
             /// The twist from the encoders, at the start of the period.
             #[getter]
             fn estimated(&self) -> (f64, f64, f64) {
-                self.period.0.estimated.to_array().into()
+                self.period.control.estimated.to_array().into()
             }
 
             /// The true twist along the vehicle's heading, at the end of the period.
             #[getter]
             fn twist(&self) -> (f64, f64, f64) {
-                self.period.1.twist.to_array().into()
+                self.period.observed.twist.to_array().into()
             }
 
             /// Factor of the policy on all torques or all references, 0 to 1.
             #[getter]
             fn common_factor(&self) -> f64 {
-                self.period.0.common_factor
+                self.period.control.common_factor
             }
 
             /// Position of the base [m], (3,).
             #[getter]
             fn position_m<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                PyArray1::from_slice(py, &self.period.1.pose.position_m)
+                PyArray1::from_slice(py, &self.period.observed.pose.position_m)
             }
 
             /// Orientation of the base, a unit quaternion (4,).
             #[getter]
             fn rotation_xyzw<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                PyArray1::from_slice(py, &self.period.1.pose.rotation_xyzw)
+                PyArray1::from_slice(py, &self.period.observed.pose.rotation_xyzw)
             }
 
             /// Heading of the base [rad].
             #[getter]
             fn yaw_rad(&self) -> f64 {
-                self.period.1.pose.yaw_rad()
+                self.period.observed.pose.yaw_rad()
             }
 
             /// Nose-up angle of each body [rad].
             #[getter]
             fn body_nose_up_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.body_names, self.period.1.body_nose_up_rad.iter().copied())
+                by_name(py, &self.body_names, self.period.observed.body_nose_up_rad.iter().copied())
             }
 
             /// Angle of each hinge [rad].
             #[getter]
             fn hinge_angle_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.hinge_names, self.period.1.hinges.iter().map(|hinge| hinge.angle_rad))
+                by_name(py, &self.hinge_names, self.period.observed.hinges.iter().map(|hinge| hinge.angle_rad))
             }
 
             /// Rate of each hinge [rad/s].
             #[getter]
             fn hinge_rate_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-                by_name(py, &self.hinge_names, self.period.1.hinges.iter().map(|hinge| hinge.rate_rad_s))
+                by_name(py, &self.hinge_names, self.period.observed.hinges.iter().map(|hinge| hinge.rate_rad_s))
             }
 
             /// The request was outside the limits.
             #[getter]
             fn saturated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-                PyArray1::from_iter(py, self.period.0.wheels.iter().map(|wheel| wheel.saturated))
+                PyArray1::from_iter(py, self.period.control.wheels.iter().map(|wheel| wheel.saturated() == 1.0))
             }
 
             /// The wheel touched the ground during the period.
             #[getter]
             fn touches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-                PyArray1::from_iter(py, self.period.1.wheels.iter().map(WheelObservation::touches))
+                PyArray1::from_iter(py, self.period.observed.wheels.iter().map(WheelObservation::touches))
             }
 
             fn __repr__(&self) -> String {
-                let [vx, vy, wz] = self.period.1.twist.to_array();
+                let [vx, vy, wz] = self.period.observed.twist.to_array();
                 format!("<omnistep.Sample at {:.3} s: twist ({vx:.3}, {vy:.3}, {wz:.3})>", self.time_s())
             }
 
             $(
-                $(#[$doc])*
+                $(#[$c_doc])+
                 #[getter]
-                fn $name<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                    self.$from(py, $get)
+                fn $c<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                    self.signal(py, stringify!($c))
+                }
+            )*
+            $(
+                $(#[$d_doc])+
+                #[getter]
+                fn $d<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                    self.signal(py, stringify!($d))
+                }
+            )*
+            $(
+                $(#[$o_doc])+
+                #[getter]
+                fn $o<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                    self.signal(py, stringify!($o))
                 }
             )*
         }
     };
 }
 
-wheel_arrays! {
-    /// Reference as commanded [rad/s].
-    reference_rad_s = signal |w| w.reference_rad_s;
-    /// Measured velocity [rad/s], at the start of the period.
-    measured_rad_s = signal |w| w.measured_rad_s;
-    /// Proportional term [N.m].
-    p_n_m = signal |w| w.p_n_m;
-    /// Integral term [N.m].
-    i_n_m = signal |w| w.i_n_m;
-    /// Derivative term [N.m].
-    d_n_m = signal |w| w.d_n_m;
-    /// Torque requested with the whole reference [N.m].
-    requested_n_m = signal |w| w.requested_n_m;
-    /// Torque applied [N.m], within the limits.
-    applied_n_m = signal |w| w.applied_n_m;
-    /// Lowest torque allowed [N.m], <= 0.
-    limit_lower_n_m = signal |w| w.limit_lower_n_m;
-    /// Highest torque allowed [N.m], >= 0.
-    limit_upper_n_m = signal |w| w.limit_upper_n_m;
-    /// Part of the measured velocity that no motion of the vehicle explains [rad/s].
-    residual_rad_s = signal |w| w.residual_rad_s;
-    /// Safe form of eq. (14), within -2 to 2; lagging is +.
-    disturbed_ratio = signal WheelSignals::disturbed_ratio;
-    /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
-    slip_ratio = wheel WheelObservation::slip_ratio;
-    /// Speed of the rim [m/s], from the wheel's rotation against the world.
-    rim_m_s = wheel |w| w.rim_m_s;
-    /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
-    along_m_s = wheel |w| w.along_m_s;
-    /// Ground force along the contact normals [N], averaged over the period.
-    force_normal_n = wheel |w| w.force_normal_n;
-    /// Ground force along the rolling direction [N], averaged over the period.
-    force_along_n = wheel |w| w.force_along_n;
-}
+omni_sim::for_each_wheel_signal!(getters);

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use omni_core::BodyTwist;
 use omni_log::RunLog;
 use omni_sim::config::{Scenario, Source};
-use omni_sim::controller::ControlSample;
-use omni_sim::{Error, outcome_of, trace_of};
+use omni_sim::{Error, Period, outcome_of, trace_of};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
@@ -17,7 +16,7 @@ use crate::error::{exception, refused};
 use crate::in_turn::InTurn;
 use crate::outcome::Outcome;
 use crate::policy::{OwnPolicy, PolicyArg, Raised, controller, load_with};
-use crate::sample::{Period, Sample};
+use crate::sample::Sample;
 use crate::scenario::{Scenario as PyScenario, ScenarioArg, warn_of};
 use crate::trace::Trace;
 use crate::values::Pickled;
@@ -63,13 +62,7 @@ pub(crate) struct Simulation {
 struct Inner {
     simulation: omni_sim::Simulation,
     /// Every period so far, where they are recorded.
-    kept: Option<Vec<Period>>,
-}
-
-impl Inner {
-    fn pairs(kept: &[Period]) -> impl Iterator<Item = (&ControlSample, &omni_sim::observation::Observation)> {
-        kept.iter().map(|period| (&period.0, &period.1))
-    }
+    kept: Option<Vec<Arc<Period>>>,
 }
 
 /// What pickle keeps of a simulation: scenario, policy, snapshot, recorded periods.
@@ -109,7 +102,7 @@ impl Simulation {
             (bytes, inner.kept.clone())
         })?;
         let kept = kept.map(|kept| {
-            let periods: Vec<&(ControlSample, _)> = kept.iter().map(|period| &**period).collect();
+            let periods: Vec<&Period> = kept.iter().map(|period| &**period).collect();
             let bytes = postcard::to_allocvec(&periods);
             bytes.map(|bytes| PyBytes::new(py, &bytes))
         });
@@ -138,9 +131,7 @@ impl Simulation {
         let source = Source::embedded("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
         let own = policy.map(OwnPolicy::of).transpose()?;
-        let kept = kept
-            .map(postcard::from_bytes::<Vec<(ControlSample, _)>>)
-            .transpose();
+        let kept = kept.map(postcard::from_bytes::<Vec<Period>>).transpose();
         let kept = kept.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
         let kept = kept.map(|kept| kept.into_iter().map(Arc::new).collect());
         Self::resumed(py, scenario, own, state, kept)
@@ -172,8 +163,7 @@ impl Simulation {
         self.stepped(py, |simulation| {
             // It had no part in periods past the controller.
             self.raised.set_period(simulation.time_ns() / period_ns);
-            simulation.step(&command)?;
-            Ok(simulation.sample().clone())
+            simulation.step(&command)
         })
     }
 
@@ -191,10 +181,7 @@ impl Simulation {
     ///     SimulationError: the physics diverged (a value is not finite).
     fn step_torques(&self, py: Python<'_>, torques_n_m: &Bound<'_, PyAny>) -> PyResult<Sample> {
         let torques_n_m = numbers("torques_n_m", torques_n_m, "one finite torque for each wheel")?;
-        self.stepped(py, |simulation| {
-            simulation.step_torques(&torques_n_m)?;
-            Ok(ControlSample::past_the_controller(&torques_n_m))
-        })
+        self.stepped(py, |simulation| simulation.step_torques(&torques_n_m))
     }
 
     /// Every signal of every period so far, including periods without the controller.
@@ -204,7 +191,7 @@ impl Simulation {
     #[getter]
     fn trace(&self, py: Python<'_>) -> PyResult<Trace> {
         let (signals, policy, kept) = self.recorded(py)?;
-        let trace = py.detach(|| trace_of(&self.scenario, &signals, Inner::pairs(&kept)));
+        let trace = py.detach(|| trace_of(&self.scenario, &signals, kept.iter().map(|period| &**period)));
         Ok(Trace::new(self.scenario.clone(), policy, trace))
     }
 
@@ -215,7 +202,7 @@ impl Simulation {
     #[getter]
     fn outcome(&self, py: Python<'_>) -> PyResult<Outcome> {
         let (_, _, kept) = self.recorded(py)?;
-        let outcome = py.detach(|| outcome_of(&self.scenario, Inner::pairs(&kept)));
+        let outcome = py.detach(|| outcome_of(&self.scenario, kept.iter().map(|period| &**period)));
         Ok(Outcome::new(outcome))
     }
 
@@ -234,10 +221,10 @@ impl Simulation {
         let (_, _, kept) = self.recorded(py)?;
         let written = self.with(py, |inner| -> Result<(), omni_log::Error> {
             let mut log = RunLog::create(path, &self.scenario, inner.simulation.controller())?;
-            for (sample, seen) in Inner::pairs(&kept) {
-                log.push(sample, seen)?;
+            for period in &kept {
+                log.push(period)?;
             }
-            log.finish(&outcome_of(&self.scenario, Inner::pairs(&kept)))?;
+            log.finish(&outcome_of(&self.scenario, kept.iter().map(|period| &**period)))?;
             Ok(())
         })?;
         written.map_err(exception)?;
@@ -357,7 +344,7 @@ impl Simulation {
         own: Option<OwnPolicy>,
         raised: Raised,
         simulation: omni_sim::Simulation,
-        kept: Option<Vec<Period>>,
+        kept: Option<Vec<Arc<Period>>>,
     ) -> Self {
         Self {
             scenario,
@@ -376,7 +363,7 @@ impl Simulation {
         scenario: Scenario,
         own: Option<OwnPolicy>,
         state: &[u8],
-        kept: Option<Vec<Period>>,
+        kept: Option<Vec<Arc<Period>>>,
     ) -> PyResult<Self> {
         let (controller, raised) = controller(py, &scenario, own.as_ref(), false)?;
         let resumed = omni_sim::Simulation::resume_with_controller(&scenario, controller, state);
@@ -391,11 +378,11 @@ impl Simulation {
     fn stepped(
         &self,
         py: Python<'_>,
-        step: impl FnOnce(&mut omni_sim::Simulation) -> Result<ControlSample, Error> + Send,
+        step: impl FnOnce(&mut omni_sim::Simulation) -> Result<(), Error> + Send,
     ) -> PyResult<Sample> {
-        let work = |inner: &mut Inner| -> Result<Period, Error> {
-            let control = step(&mut inner.simulation)?;
-            let period = Arc::new((control, inner.simulation.observation().clone()));
+        let work = |inner: &mut Inner| -> Result<Arc<Period>, Error> {
+            step(&mut inner.simulation)?;
+            let period = Arc::new(inner.simulation.period().clone());
             if let Some(kept) = &mut inner.kept {
                 kept.push(period.clone());
             }
@@ -407,7 +394,7 @@ impl Simulation {
     }
 
     /// Names of the controller's own signals, its name, and every period so far.
-    fn recorded(&self, py: Python<'_>) -> PyResult<(Vec<String>, String, Vec<Period>)> {
+    fn recorded(&self, py: Python<'_>) -> PyResult<(Vec<String>, String, Vec<Arc<Period>>)> {
         let recorded = self.with(py, |inner| {
             let controller = inner.simulation.controller();
             let names = controller.signal_names().to_vec();

@@ -8,16 +8,15 @@ mod qemu;
 mod traction;
 
 use omni_config::for_wheel_count;
-use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
 use omni_core::{BodyTwist, ControllerPolicy, Kinematics, Policy, Readings, Real, WheelVelocities};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
 use crate::config::{self, Precision, Scenario};
 use crate::error::unknown;
 use crate::following::SIGNALS;
+use crate::{Error, WheelSignals};
 pub use link::{Link, LinkCounters};
 pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
@@ -47,42 +46,6 @@ pub struct ControlSample {
     pub own: Vec<f64>,
 }
 
-/// Signals of one wheel in one control step; velocities and torques are the actuator's.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct WheelSignals {
-    /// Reference as commanded \[rad/s\].
-    pub reference_rad_s: f64,
-    /// Measured velocity \[rad/s\].
-    pub measured_rad_s: f64,
-    /// Proportional term \[N.m\].
-    pub p_n_m: f64,
-    /// Integral term \[N.m\].
-    pub i_n_m: f64,
-    /// Derivative term \[N.m\].
-    pub d_n_m: f64,
-    /// Torque asked for with the whole reference \[N.m\].
-    pub requested_n_m: f64,
-    /// Torque applied \[N.m\].
-    pub applied_n_m: f64,
-    /// Lowest torque allowed \[N.m\], <= 0.
-    pub limit_lower_n_m: f64,
-    /// Highest torque allowed \[N.m\], >= 0.
-    pub limit_upper_n_m: f64,
-    /// The request is outside the limits.
-    pub saturated: bool,
-    /// Part of the measured velocity that no motion of the vehicle explains \[rad/s\].
-    pub residual_rad_s: f64,
-}
-
-impl WheelSignals {
-    /// Disturbed ratio, the safe form of eq. (14), within -2..=2 (behind its reference is +).
-    #[must_use]
-    pub fn disturbed_ratio(&self) -> f64 {
-        disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
-    }
-}
-
 impl ControlSample {
     /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\] are known, one a wheel,
     /// and all others are NaN. A zero would be taken for a measurement.
@@ -97,17 +60,8 @@ impl ControlSample {
     pub fn past_the_controller(torques_n_m: &[f64]) -> Self {
         const UNKNOWN: f64 = f64::NAN;
         let signals = |applied_n_m: &f64| WheelSignals {
-            reference_rad_s: UNKNOWN,
-            measured_rad_s: UNKNOWN,
-            p_n_m: UNKNOWN,
-            i_n_m: UNKNOWN,
-            d_n_m: UNKNOWN,
-            requested_n_m: UNKNOWN,
             applied_n_m: *applied_n_m,
-            limit_lower_n_m: UNKNOWN,
-            limit_upper_n_m: UNKNOWN,
-            saturated: false,
-            residual_rad_s: UNKNOWN,
+            ..WheelSignals::UNKNOWN
         };
         Self {
             asked: BodyTwist::from_array([UNKNOWN; 3]),
@@ -227,7 +181,6 @@ impl ControlSample {
             applied_n_m: s.wheels.applied.n_m[i].as_f64(),
             limit_lower_n_m: s.wheels.range.lower_n_m[i].as_f64(),
             limit_upper_n_m: s.wheels.range.upper_n_m[i].as_f64(),
-            saturated: s.wheels.saturated[i],
             residual_rad_s: residual.rad_s[i].as_f64(),
         }));
     }

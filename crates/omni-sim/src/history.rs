@@ -1,12 +1,10 @@
 //! Figures and trace from control periods that the caller stepped and kept.
 
 use crate::config::Scenario;
-use crate::controller::ControlSample;
-use crate::observation::Observation;
 use crate::outcome::Meter;
-use crate::{Outcome, Trace, TraceBuilder};
+use crate::{Outcome, Period, Trace, TraceBuilder};
 
-/// The figures of a scenario's run up to its last period here. `periods` is what the controller did and what came of it, from the start.
+/// The figures of a scenario's run up to its last period here. `periods` are all of them, from the start.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario, outcome_of, run};
@@ -14,20 +12,17 @@ use crate::{Outcome, Trace, TraceBuilder};
 /// let (mut simulation, mut kept) = (Simulation::new(&scenario)?, Vec::new());
 /// for _ in 0..4000 {
 ///     simulation.step(&simulation.scenario_command())?;
-///     kept.push((simulation.sample().clone(), simulation.observation().clone()));
+///     kept.push(simulation.period().clone());
 /// }
-/// let outcome = outcome_of(&scenario, kept.iter().map(|(sample, seen)| (sample, seen)));
+/// let outcome = outcome_of(&scenario, &kept);
 /// assert_eq!(outcome.work_j, run(&scenario)?.outcome().work_j);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 #[must_use]
-pub fn outcome_of<'a>(
-    scenario: &Scenario,
-    periods: impl IntoIterator<Item = (&'a ControlSample, &'a Observation)>,
-) -> Outcome {
+pub fn outcome_of<'a>(scenario: &Scenario, periods: impl IntoIterator<Item = &'a Period>) -> Outcome {
     let mut meter = Meter::new(scenario);
-    for (sample, seen) in periods {
-        meter.push(sample, seen);
+    for period in periods {
+        meter.push(period);
     }
     meter.outcome(false)
 }
@@ -36,12 +31,11 @@ pub fn outcome_of<'a>(
 /// ([`crate::controller::AnyController::signal_names`]); where it had no part in a period they are NaN.
 ///
 /// ```
-/// use omni_sim::{Simulation, config::Scenario, controller::ControlSample, trace_of};
+/// use omni_sim::{Simulation, config::Scenario, trace_of};
 /// let scenario = Scenario::load("flat", &[])?;
 /// let mut simulation = Simulation::new(&scenario)?;
 /// simulation.step_torques(&[0.5; 7])?;
-/// let (sample, seen) = (ControlSample::past_the_controller(&[0.5; 7]), simulation.observation());
-/// let trace = trace_of(&scenario, &["effort_n_m".into()], [(&sample, seen)]);
+/// let trace = trace_of(&scenario, &["effort_n_m".into()], [simulation.period()]);
 /// assert_eq!((trace.rows(), trace.wheel("applied_n_m", 6)), (1, Some([0.5].as_slice())));
 /// assert!(trace.column("effort_n_m").is_some_and(|effort| effort[0].is_nan()));
 /// # Ok::<(), omni_sim::Error>(())
@@ -50,13 +44,13 @@ pub fn outcome_of<'a>(
 pub fn trace_of<'a>(
     scenario: &Scenario,
     signals: &[String],
-    periods: impl IntoIterator<Item = (&'a ControlSample, &'a Observation)>,
+    periods: impl IntoIterator<Item = &'a Period>,
 ) -> Trace {
     let mut meter = Meter::new(scenario);
     let mut trace = TraceBuilder::with_signals(scenario.vehicle(), signals);
-    for (sample, seen) in periods {
-        meter.push(sample, seen);
-        trace.push(sample, seen);
+    for period in periods {
+        meter.push(period);
+        trace.push(period);
     }
     trace.finish(meter.outcome(false))
 }

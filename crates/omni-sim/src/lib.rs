@@ -12,6 +12,7 @@ mod motors_on_dampers;
 pub mod observation;
 mod odometry;
 mod outcome;
+mod period;
 mod run;
 mod sensing;
 mod simulation;
@@ -19,6 +20,7 @@ mod snapshot;
 mod stepped_run;
 mod trace;
 mod wall_clock;
+mod wheel_signals;
 mod world;
 
 /// The version of the simulation: a run of another one is another run.
@@ -33,6 +35,7 @@ pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use odometry::OdometryEstimate;
 pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
+pub use period::Period;
 pub use run::{
     control_periods, drive, drive_until, measure, own_command, run, run_outside, run_with_callback,
     run_with_controller,
@@ -41,6 +44,7 @@ pub use sensing::Sensed;
 pub use simulation::Simulation;
 pub use stepped_run::SteppedRun;
 pub use trace::{Rows, Trace, TraceBuilder};
+pub use wheel_signals::{LOGGED_SIGNALS, WheelSignal, WheelSignals};
 pub use world::{
     AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch, ground_heights_m,
 };

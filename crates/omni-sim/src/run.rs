@@ -141,7 +141,7 @@ fn traced<E: From<Error>>(
     let signals = simulation.controller().signal_names();
     let mut trace = TraceBuilder::with_signals(scenario.vehicle(), signals);
     let (outcome, ended) = steered(scenario, simulation, own_command, |simulation, part| {
-        trace.push(simulation.sample(), simulation.observation());
+        trace.push(simulation.period());
         watch(simulation, part)
     })?;
     match ended {

@@ -4,7 +4,6 @@ use omni_core::BodyTwist;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-use crate::Error;
 use crate::config::{Command, Engine, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
@@ -13,6 +12,7 @@ use crate::observation::Observation;
 use crate::odometry::Odometer;
 use crate::sensing::{Sensed, Sensing};
 use crate::world::{AnyPlant, OutsidePhysics, outside, plant};
+use crate::{Error, Period};
 
 /// A scenario being simulated.
 ///
@@ -30,8 +30,8 @@ pub struct Simulation {
     pub(crate) world: AnyPlant,
     pub(crate) sensing: Sensing,
     pub(crate) control: ControlLoop,
-    pub(crate) sample: ControlSample,
-    pub(crate) observation: Observation,
+    /// The last one.
+    pub(crate) period: Period,
     /// What the sensors say now.
     pub(crate) sensed: Sensed,
     torques: Vec<f64>,
@@ -93,8 +93,10 @@ impl Simulation {
             world,
             sensing: Sensing::new(scenario),
             control: ControlLoop::new(scenario, controller),
-            sample: ControlSample::default(),
-            observation,
+            period: Period {
+                control: ControlSample::default(),
+                observed: observation,
+            },
             sensed: Sensed::at_rest(scenario.vehicle()),
             torques: Vec::new(),
             command: scenario.command.clone(),
@@ -109,9 +111,9 @@ impl Simulation {
     fn sense(&mut self) {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing
-            .read(self.world.angles_rad(), &self.observation, &mut self.sensed);
+            .read(self.world.angles_rad(), &self.period.observed, &mut self.sensed);
         self.odometer.read(&self.sensed.wheels_rad_s);
-        self.observation.odometry = self.odometer.estimate();
+        self.period.observed.odometry = self.odometer.estimate();
     }
 
     /// The scenario's own command for the next period, as the vehicle looks now.
@@ -133,8 +135,10 @@ impl Simulation {
     #[must_use]
     pub fn scenario_command_at(&self, time_s: f64) -> BodyTwist<f64> {
         match &self.following {
-            Some(following) => following.command(time_s, &self.observation),
-            None => self.command.for_heading(time_s, self.observation.pose.yaw_rad()),
+            Some(following) => following.command(time_s, &self.period.observed),
+            None => self
+                .command
+                .for_heading(time_s, self.period.observed.pose.yaw_rad()),
         }
     }
 
@@ -189,20 +193,20 @@ impl Simulation {
     }
 
     fn control_and_advance(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
-        let controlled = self.control.step(command, &self.sensed, &mut self.sample);
-        for (wheel, added_n_m) in self.sample.wheels.iter_mut().zip(added_n_m) {
+        let controlled = self.control.step(command, &self.sensed, &mut self.period.control);
+        for (wheel, added_n_m) in self.period.control.wheels.iter_mut().zip(added_n_m) {
             let (lower, upper) = (wheel.limit_lower_n_m, wheel.limit_upper_n_m);
             wheel.applied_n_m = (wheel.applied_n_m + added_n_m).max(lower).min(upper);
         }
         self.torques.clear();
         self.torques
-            .extend(self.sample.wheels.iter().map(|wheel| wheel.applied_n_m));
+            .extend(self.period.control.wheels.iter().map(|wheel| wheel.applied_n_m));
         if !added_n_m.is_empty() {
             self.control.gave(&self.torques);
         }
-        self.odometer.stepped(&self.sample);
-        self.world.brake(&self.sample.brake);
-        self.world.step(&self.torques, &mut self.observation)?;
+        self.odometer.stepped(&self.period.control);
+        self.world.brake(&self.period.control.brake);
+        self.world.step(&self.torques, &mut self.period.observed)?;
         self.sense();
         controlled
     }
@@ -213,7 +217,7 @@ impl Simulation {
     /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`], [`Error::FellApart`], [`Error::Unsettled`].
     pub fn step_torques(&mut self, torques_n_m: &[f64]) -> Result<(), Error> {
         let bad = torques_n_m.iter().find(|t| !t.is_finite());
-        if torques_n_m.len() != self.observation.wheels.len() || bad.is_some() {
+        if torques_n_m.len() != self.period.observed.wheels.len() || bad.is_some() {
             let value = bad.map_or_else(|| format!("{} values", torques_n_m.len()), f64::to_string);
             return Err(Error::Argument {
                 name: "torques_n_m",
@@ -222,8 +226,9 @@ impl Simulation {
             });
         }
         self.control.passed_by(torques_n_m);
+        self.period.control = ControlSample::past_the_controller(torques_n_m);
         self.world.brake(&[]);
-        self.world.step(torques_n_m, &mut self.observation)?;
+        self.world.step(torques_n_m, &mut self.period.observed)?;
         self.sense();
         Ok(())
     }
@@ -259,16 +264,22 @@ impl Simulation {
         self.control.controller()
     }
 
-    /// What the controller did in the last [`Simulation::step`].
+    /// The last control period: what the controller did, and what came of it.
+    #[must_use]
+    pub fn period(&self) -> &Period {
+        &self.period
+    }
+
+    /// What the controller did in the last period; after [`Simulation::step_torques`] only its torques are known.
     #[must_use]
     pub fn sample(&self) -> &ControlSample {
-        &self.sample
+        &self.period.control
     }
 
     /// The vehicle after the last step.
     #[must_use]
     pub fn observation(&self) -> &Observation {
-        &self.observation
+        &self.period.observed
     }
 
     /// What simulates, where that is not the scenario's engine.

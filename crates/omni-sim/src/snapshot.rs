@@ -3,10 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::control_loop::LoopState;
-use crate::controller::{AnyController, ControlSample};
-use crate::observation::Observation;
+use crate::controller::AnyController;
 use crate::odometry;
-use crate::{Error, Simulation, config::Scenario, sensing};
+use crate::{Error, Period, Simulation, config::Scenario, sensing};
 
 /// The layout of the bytes below: another number, another layout.
 const FORMAT: u32 = 8;
@@ -38,8 +37,7 @@ struct Saved<'a> {
     world: Vec<u8>,
     sensing: &'a sensing::State,
     control: LoopState,
-    sample: &'a ControlSample,
-    observation: &'a Observation,
+    period: &'a Period,
     sensed: &'a sensing::Sensed,
     odometry: &'a odometry::State,
 }
@@ -49,8 +47,7 @@ struct Resumed {
     world: Vec<u8>,
     sensing: sensing::State,
     control: LoopState,
-    sample: ControlSample,
-    observation: Observation,
+    period: Period,
     sensed: sensing::Sensed,
     odometry: odometry::State,
 }
@@ -90,8 +87,7 @@ impl Simulation {
             world: self.world.save().map_err(|error| refuse(error.to_string()))?,
             sensing: self.sensing.state(),
             control,
-            sample: &self.sample,
-            observation: &self.observation,
+            period: &self.period,
             sensed: &self.sensed,
             odometry: self.odometer.state(),
         };
@@ -173,8 +169,7 @@ impl Simulation {
         let damaged = |error| refuse(format!("it is damaged: {error}"));
         simulation.world.restore(&resumed.world).map_err(damaged)?;
         simulation.sensing.restore(resumed.sensing);
-        simulation.sample = resumed.sample;
-        simulation.observation = resumed.observation;
+        simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
         simulation.odometer.restore(resumed.odometry);
         Ok(simulation)

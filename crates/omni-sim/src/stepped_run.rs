@@ -63,8 +63,7 @@ impl SteppedRun {
         }
         match self.simulation.step(command) {
             Ok(()) => {
-                self.meter
-                    .push(self.simulation.sample(), self.simulation.observation());
+                self.meter.push(self.simulation.period());
                 Ok(true)
             }
             Err(error @ (Error::Diverged { .. } | Error::FellApart { .. } | Error::Unsettled { .. })) => {

@@ -3,11 +3,9 @@
 use omni_core::PlanarPose;
 use serde::{Deserialize, Serialize};
 
-use crate::Outcome;
 use crate::config::Vehicle;
-use crate::controller::{ControlSample, WheelSignals};
 use crate::following::{SIGNALS, error_of};
-use crate::observation::{Observation, WheelObservation};
+use crate::{Outcome, Period, WheelSignal};
 
 /// Columns that every vehicle has, in order.
 const COMMON: [&str; 39] = [
@@ -54,39 +52,6 @@ const COMMON: [&str; 39] = [
 
 /// Columns of a run that follows a path, behind where it should be: how far it is from there, and how far it is turned to the left.
 const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
-
-/// A signal of each wheel: its column is `wheel_NAME_SIGNAL`.
-type WheelColumn = (&'static str, fn(&WheelSignals, &WheelObservation) -> f64);
-
-const WHEEL: [WheelColumn; 27] = [
-    ("reference_rad_s", |s, _| s.reference_rad_s),
-    ("measured_rad_s", |s, _| s.measured_rad_s),
-    ("p_n_m", |s, _| s.p_n_m),
-    ("i_n_m", |s, _| s.i_n_m),
-    ("d_n_m", |s, _| s.d_n_m),
-    ("requested_n_m", |s, _| s.requested_n_m),
-    ("applied_n_m", |s, _| s.applied_n_m),
-    ("limit_lower_n_m", |s, _| s.limit_lower_n_m),
-    ("limit_upper_n_m", |s, _| s.limit_upper_n_m),
-    ("saturated", |s, _| f64::from(u8::from(s.saturated))),
-    ("residual_rad_s", |s, _| s.residual_rad_s),
-    ("disturbed_ratio", |s, _| s.disturbed_ratio()),
-    ("slip_ratio", |_, o| o.slip_ratio()),
-    ("rim_m_s", |_, o| o.rim_m_s),
-    ("along_m_s", |_, o| o.along_m_s),
-    ("force_normal_n", |_, o| o.force_normal_n),
-    ("force_along_n", |_, o| o.force_along_n),
-    ("normal_x", |_, o| o.normal[0]),
-    ("normal_y", |_, o| o.normal[1]),
-    ("normal_z", |_, o| o.normal[2]),
-    ("x_m", |_, o| o.centre_m[0]),
-    ("y_m", |_, o| o.centre_m[1]),
-    ("z_m", |_, o| o.centre_m[2]),
-    ("torque_n_m", |_, o| o.torque_n_m),
-    ("contact_x_m", |_, o| o.contact_m[0]),
-    ("contact_y_m", |_, o| o.contact_m[1]),
-    ("contact_z_m", |_, o| o.contact_m[2]),
-];
 
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
 ///
@@ -309,7 +274,7 @@ impl Rows {
 /// let scenario = Scenario::load("flat", &[])?;
 /// let mut trace = TraceBuilder::new(scenario.vehicle());
 /// let (outcome, _) = measure(&scenario, |simulation, _| {
-///     trace.push(simulation.sample(), simulation.observation());
+///     trace.push(simulation.period());
 ///     Ok::<(), Error>(())
 /// })?;
 /// assert_eq!(trace.finish(outcome), omni_sim::run(&scenario)?);
@@ -353,7 +318,7 @@ impl TraceBuilder {
         if path.is_some() {
             names.extend(PATH_ERRORS.map(String::from));
         }
-        let signals = WHEEL.iter().map(|(name, _)| *name).collect();
+        let signals = WheelSignal::all().map(|signal| signal.name).collect();
         Self {
             rows: Rows::new(vehicle, names, signals),
             own: own.len(),
@@ -366,8 +331,9 @@ impl TraceBuilder {
         &self.rows.names
     }
 
-    /// Adds what the controller did and what came of it.
-    pub fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+    /// Adds a control period.
+    pub fn push(&mut self, period: &Period) {
+        let (sample, seen) = (&period.control, &period.observed);
         let mut force = [0.0; 3];
         for wheel in &seen.wheels {
             for k in 0..3 {
@@ -412,8 +378,9 @@ impl TraceBuilder {
             };
             rows.extend(error_of(&wanted, seen));
         }
-        for (_, signal) in &WHEEL {
-            rows.extend(sample.wheels.iter().zip(&seen.wheels).map(|(s, o)| signal(s, o)));
+        for signal in WheelSignal::all() {
+            let wheels = sample.wheels.iter().zip(&seen.wheels);
+            rows.extend(wheels.map(|(signals, wheel)| signal.value(signals, wheel)));
         }
     }
 

@@ -95,8 +95,7 @@ impl OnRos {
 
     /// The messages of a control period, the time before what happened then.
     pub(super) fn push(&mut self, simulation: &Simulation) {
-        let (sample, seen) = (simulation.sample(), simulation.observation());
-        let time_ns = seen.time_ns;
+        let time_ns = simulation.time_ns();
         if self.clock.due(time_ns) {
             let clock = Time::from_ns(time_ns);
             let _ = self.node.send(topic::CLOCK, time_ns, &Clock { clock });
@@ -104,7 +103,7 @@ impl OnRos {
         if self.imu.due(time_ns) {
             let _ = self.node.send(topic::IMU, time_ns, &imu(simulation));
         }
-        let _ = self.messages.push(sample, seen, &mut self.node);
+        let _ = self.messages.push(simulation.period(), &mut self.node);
     }
 
     /// Leaves the domain.

@@ -112,8 +112,7 @@ impl Viewers {
             // Latched, as ROS has it: who comes later gets them too.
             self.describe();
         }
-        let (sample, seen) = (simulation.sample(), simulation.observation());
-        let _ = self.messages.push(sample, seen, &mut self.served);
+        let _ = self.messages.push(simulation.period(), &mut self.served);
         self.page.push(&self.messages, simulation, &self.served.hub);
     }
 

@@ -2,9 +2,9 @@
 
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 
-use super::{ControlSample, Loop, WheelSignals, inverse, velocities};
+use super::{ControlSample, Loop, inverse, velocities};
 use crate::config::{self, Scenario};
-use crate::{Error, TraceBuilder};
+use crate::{Error, TraceBuilder, WheelSignals};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 pub const MOST_SIGNALS: usize = 256;
@@ -146,9 +146,6 @@ impl<const N: usize> Loop for Own<N> {
             WheelSignals {
                 reference_rad_s: reference.rad_s[i],
                 measured_rad_s: measured.rad_s[i],
-                p_n_m: f64::NAN,
-                i_n_m: f64::NAN,
-                d_n_m: f64::NAN,
                 requested_n_m,
                 // Nothing where it is no number; the period ends the run then.
                 applied_n_m: if requested_n_m.is_finite() {
@@ -158,8 +155,8 @@ impl<const N: usize> Loop for Own<N> {
                 },
                 limit_lower_n_m: range.lower_n_m,
                 limit_upper_n_m: range.upper_n_m,
-                saturated: range.exceeded_by(requested_n_m),
                 residual_rad_s: residual.rad_s[i],
+                ..WheelSignals::UNKNOWN
             }
         }));
         sample.own.clear();

@@ -161,10 +161,10 @@ impl Rules for StepClimb {
         simulation.step_helped(&command, &self.added_n_m)?;
         let sample = simulation.sample();
         now.odometry_m += sample.estimated.vx_m_s * self.period_s;
-        let part = |wheel: &crate::controller::WheelSignals| (wheel.applied_n_m / self.stall_n_m).powi(2);
+        let part = |wheel: &crate::WheelSignals| (wheel.applied_n_m / self.stall_n_m).powi(2);
         let parts: f64 = sample.wheels.iter().map(part).sum();
         now.effort_s += parts / sample.wheels.len() as f64 * self.period_s;
-        now.meter.push(sample, simulation.observation());
+        now.meter.push(simulation.period());
         Ok(())
     }
 

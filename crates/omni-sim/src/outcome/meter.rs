@@ -14,6 +14,7 @@ use super::pose_errors::PoseErrors;
 use super::standstill::Standstill;
 use super::undersides::Undersides;
 use super::{Outcome, Verdict};
+use crate::Period;
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
 use crate::controller::ControlSample;
 use crate::observation::Observation;
@@ -191,7 +192,8 @@ impl Meter {
     }
 
     /// Adds a control period.
-    pub(crate) fn push(&mut self, sample: &ControlSample, seen: &Observation) {
+    pub(crate) fn push(&mut self, period: &Period) {
+        let (sample, seen) = (&period.control, &period.observed);
         let [x, y, z, w] = seen.pose.rotation_xyzw;
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;

@@ -109,7 +109,7 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
         &folder.path().join("measured.mcap"),
         |time_ns, state| {
             if time_ns == 300_000_000 {
-                let measured = &mut state.wheels[4].measured_rad_s;
+                let measured = &mut state.wheels[4].signals[1]; // measured_rad_s
                 *measured = measured.next_up();
             }
         },

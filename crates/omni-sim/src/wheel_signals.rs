@@ -1,0 +1,197 @@
+//! The signals of a wheel: one row each. Columns, messages, unknown values, comparisons and Python's attributes follow from this table.
+
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
+use serde::{Deserialize, Serialize};
+
+use crate::observation::WheelObservation;
+
+/// The table. `control` are the fields of [`WheelSignals`], which a controller fills; `of_control` is what follows from these, and
+/// `observed` what follows from the [`WheelObservation`]. `log` are in the log's `/vehicle_state`, `trace` in a trace alone.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! for_each_wheel_signal {
+    ($then:ident) => {
+        $then! {
+            control {
+                /// Reference as commanded [rad/s].
+                reference_rad_s: log;
+                /// Measured velocity [rad/s], at the start of the period.
+                measured_rad_s: log;
+                /// Proportional term [N.m].
+                p_n_m: log;
+                /// Integral term [N.m].
+                i_n_m: log;
+                /// Derivative term [N.m].
+                d_n_m: log;
+                /// Torque requested with the whole reference [N.m].
+                requested_n_m: log;
+                /// Torque applied [N.m], within the limits.
+                applied_n_m: log;
+                /// Lowest torque allowed [N.m], <= 0.
+                limit_lower_n_m: log;
+                /// Highest torque allowed [N.m], >= 0.
+                limit_upper_n_m: log;
+                /// Part of the measured velocity that no motion of the vehicle explains [rad/s].
+                residual_rad_s: trace;
+            }
+            of_control {
+                /// 1 where the request was outside the limits, else 0.
+                saturated: log = WheelSignals::saturated;
+                /// Safe form of eq. (14), within -2 to 2; lagging is +.
+                disturbed_ratio: log = WheelSignals::disturbed_ratio;
+            }
+            observed {
+                /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
+                slip_ratio: log = WheelObservation::slip_ratio;
+                /// Speed of the rim [m/s], from the wheel's rotation against the world.
+                rim_m_s: trace = |wheel| wheel.rim_m_s;
+                /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
+                along_m_s: trace = |wheel| wheel.along_m_s;
+                /// Ground force along the contact normals [N], averaged over the period.
+                force_normal_n: log = |wheel| wheel.force_normal_n;
+                /// Ground force along the rolling direction [N], averaged over the period.
+                force_along_n: log = |wheel| wheel.force_along_n;
+                /// Direction of the normal force in the world, x; zero in the air.
+                normal_x: trace = |wheel| wheel.normal[0];
+                /// Direction of the normal force in the world, y.
+                normal_y: trace = |wheel| wheel.normal[1];
+                /// Direction of the normal force in the world, z.
+                normal_z: trace = |wheel| wheel.normal[2];
+                /// Centre of the axle in the world [m], x.
+                x_m: trace = |wheel| wheel.centre_m[0];
+                /// Centre of the axle in the world [m], y.
+                y_m: trace = |wheel| wheel.centre_m[1];
+                /// Centre of the axle in the world [m], z.
+                z_m: trace = |wheel| wheel.centre_m[2];
+                /// Torque that acted on the actuator [N.m], averaged over the period: the applied one, unless actuators lack something.
+                torque_n_m: log = |wheel| wheel.torque_n_m;
+                /// Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air.
+                contact_x_m: trace = |wheel| wheel.contact_m[0];
+                /// Where the ground pushes [m], y in the world.
+                contact_y_m: trace = |wheel| wheel.contact_m[1];
+                /// Where the ground pushes [m], z in the world.
+                contact_z_m: trace = |wheel| wheel.contact_m[2];
+            }
+        }
+    };
+}
+
+/// What a signal follows from.
+enum Value {
+    Control(fn(&WheelSignals) -> f64),
+    Observed(fn(&WheelObservation) -> f64),
+}
+
+/// A row of the table.
+///
+/// ```
+/// use omni_sim::WheelSignal;
+/// let slip = WheelSignal::all().find(|signal| signal.name == "slip_ratio");
+/// assert!(slip.is_some_and(|slip| slip.logged && slip.doc.contains("eq. (15)")));
+/// ```
+#[non_exhaustive]
+pub struct WheelSignal {
+    /// Its name: of the column `wheel_NAME_SIGNAL`, of the message's field, of the attribute in Python.
+    pub name: &'static str,
+    /// What it is, with its unit.
+    pub doc: &'static str,
+    /// It is in the log's `/vehicle_state`.
+    pub logged: bool,
+    value: Value,
+}
+
+/// How many signals of a wheel are in the log.
+pub const LOGGED_SIGNALS: usize = {
+    let (mut i, mut logged) = (0, 0);
+    while i < SIGNALS.len() {
+        logged += SIGNALS[i].logged as usize;
+        i += 1;
+    }
+    logged
+};
+
+impl WheelSignal {
+    /// Every signal, in the order of the columns.
+    pub fn all() -> impl ExactSizeIterator<Item = &'static Self> + Clone {
+        SIGNALS.iter()
+    }
+
+    /// Those in the log's `/vehicle_state`, in the order of its message.
+    pub fn logged() -> impl Iterator<Item = &'static Self> + Clone {
+        SIGNALS.iter().filter(|signal| signal.logged)
+    }
+
+    /// Its value, where it follows from what the controller was given and did; none where it follows from the physics.
+    #[must_use]
+    pub fn of_control(&self, signals: &WheelSignals) -> Option<f64> {
+        match self.value {
+            Value::Control(value) => Some(value(signals)),
+            Value::Observed(_) => None,
+        }
+    }
+
+    /// Its value for a wheel.
+    #[must_use]
+    pub fn value(&self, signals: &WheelSignals, wheel: &WheelObservation) -> f64 {
+        match self.value {
+            Value::Control(value) => value(signals),
+            Value::Observed(value) => value(wheel),
+        }
+    }
+}
+
+macro_rules! define {
+    (@logged log) => { true };
+    (@logged trace) => { false };
+    (
+        control { $($(#[doc = $doc:literal])+ $name:ident: $place:ident;)* }
+        of_control { $($(#[doc = $c_doc:literal])+ $c_name:ident: $c_place:ident = $c_value:expr;)* }
+        observed { $($(#[doc = $o_doc:literal])+ $o_name:ident: $o_place:ident = $o_value:expr;)* }
+    ) => {
+        /// Signals of one wheel in one control step; velocities and torques are the actuator's. NaN is unknown.
+        #[allow(rustdoc::broken_intra_doc_links, reason = "units in brackets, as Python shows them")]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+        pub struct WheelSignals {
+            $($(#[doc = $doc])+ pub $name: f64,)*
+        }
+
+        impl WheelSignals {
+            /// Nothing is known.
+            pub const UNKNOWN: Self = Self { $($name: f64::NAN,)* };
+        }
+
+        const SIGNALS: &[WheelSignal] = &[
+            $(define!(@row $name, [$($doc),+], $place, Value::Control(|signals| signals.$name)),)*
+            $(define!(@row $c_name, [$($c_doc),+], $c_place, Value::Control($c_value)),)*
+            $(define!(@row $o_name, [$($o_doc),+], $o_place, Value::Observed($o_value)),)*
+        ];
+    };
+    (@row $name:ident, [$($doc:literal),+], $place:ident, $value:expr) => {
+        WheelSignal {
+            name: stringify!($name),
+            doc: concat!($($doc),+),
+            logged: define!(@logged $place),
+            value: $value,
+        }
+    };
+}
+
+for_each_wheel_signal!(define);
+
+impl WheelSignals {
+    /// Disturbed ratio, the safe form of eq. (14), within -2..=2 (behind its reference is +).
+    #[must_use]
+    pub fn disturbed_ratio(&self) -> f64 {
+        disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
+    }
+
+    /// 1 where the request is outside the limits, 0 where it is inside, NaN where it is unknown.
+    #[must_use]
+    pub fn saturated(&self) -> f64 {
+        if self.requested_n_m.is_nan() {
+            return f64::NAN;
+        }
+        let inside = (self.limit_lower_n_m..=self.limit_upper_n_m).contains(&self.requested_n_m);
+        f64::from(u8::from(!inside))
+    }
+}
