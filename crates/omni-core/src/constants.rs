@@ -76,24 +76,6 @@ pub trait Describe {
     ///
     /// # Errors
     /// The writer's own.
-    ///
-    /// ```
-    /// use omni_core::constants::{Constant, Describe, Piece};
-    /// struct Truths(u32);
-    /// impl Describe for Truths {
-    ///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {
-    ///         match piece {
-    ///             Piece::Flag(flag) => self.0 += u32::from(flag),
-    ///             Piece::List(items) => for item in items { item.describe(self)? },
-    ///             _ => {}
-    ///         }
-    ///         Ok(())
-    ///     }
-    /// }
-    /// let mut truths = Truths(0);
-    /// [true, false, true].describe(&mut truths).expect("writes nothing");
-    /// assert_eq!(truths.0, 2);
-    /// ```
     fn take(&mut self, piece: Piece<'_>) -> Result;
 }
 

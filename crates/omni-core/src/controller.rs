@@ -50,10 +50,7 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 ///
 /// ```
 /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
 /// // A command that is not a number stands for rest: gain 0.3 brakes wheels that turn with 1 rad/s.
 /// let broken = BodyTwist { vx_m_s: f64::NAN, ..BodyTwist::ZERO };
@@ -76,13 +73,6 @@ pub struct ControlSample<R, const N: usize> {
 
 impl<R: Real, const N: usize> ControlSample<R, N> {
     /// At rest, to be written to by [`Controller::step_into`]: all zero but the common factor, which is 1.
-    ///
-    /// ```
-    /// use omni_core::ControlSample;
-    /// let sample = ControlSample::<f32, 4>::zero();
-    /// assert_eq!((sample.command.vx_m_s, sample.wheels.applied.n_m), (0.0, [0.0; 4]));
-    /// assert_eq!(sample.wheels.common_factor, 1.0);
-    /// ```
     #[must_use]
     pub const fn zero() -> Self {
         Self {
@@ -97,20 +87,6 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// # Errors
     /// As [`Kinematics::new`] and [`WheelController::new`], but with any [`crate::Integral`].
-    ///
-    /// ```
-    /// use omni_core::{Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
-    /// let mut never = config;
-    /// never.pid.period_s = 0.0;
-    /// let error = Controller::new(&layout, never).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("period_s", 0.0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(layout: &WheelLayout<R, N>, config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, config, ForwardMap::LeastSquares)
     }
@@ -122,10 +98,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// ```
     /// use omni_core::{Controller, ForwardMap, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 7], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
     /// let layout = WheelLayout::chugo7(0.2, 0.1, 0.1)?;
     /// let controller = Controller::with_forward(&layout, config, ForwardMap::PaperAverage)?;
     /// // Wheel 2 alone, 0.2 m behind the middle: one of six votes on the yaw rate, 12 * 0.1 / 0.2 rad/s.
@@ -151,10 +124,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, ControlState, Controller, Rest, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 2.0, 2.0)?;
     /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
     /// let mut rest = Rest::default();
     /// rest.bleed_s = 0.1;
@@ -178,35 +148,12 @@ impl<R: Real, const N: usize> Controller<R, N> {
     }
 
     /// The maps between twist and wheel velocities.
-    ///
-    /// ```
-    /// use omni_core::{Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// // What the wheels say of the motion: 5 rad/s of wheels of 0.1 m.
-    /// assert!((controller.kinematics().forward(&[5.0; 4].into()).vx_m_s - 0.5).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         &self.kinematics
     }
 
     /// [`WheelController::shorts_at_rest`] of its loops.
-    ///
-    /// ```
-    /// use omni_core::{Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// assert_eq!(u8::from(controller.shorts_at_rest()), 0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn shorts_at_rest(&self) -> bool {
         self.wheels.shorts_at_rest()
@@ -220,10 +167,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
     /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
     /// // 0.1 m/s of wheels of 0.1 m are 1 rad/s; kp is 0.3 N.m per rad/s. Wheel 2 is there, wheel 3 does not answer.
     /// let ahead = BodyTwist { vx_m_s: 0.1, ..BodyTwist::ZERO };
@@ -250,10 +194,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, ControlSample, ControlState, Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
     /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
     /// let (mut state, mut sample) = (ControlState::default(), ControlSample::zero());
     /// for measured in [4.0, 6.0] {

@@ -13,13 +13,11 @@ use crate::error::ConfigError;
 /// How requested torques are brought within the limits.
 ///
 /// ```
-/// use omni_core::{ControlState, Coordination, Integral, Saturation, WheelControlConfig, WheelController};
-/// # use omni_core::{PidConfig, PidGains, TorqueLimit};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (pid, limits) = (PidConfig::new(gains, 1e-3), [TorqueLimit::constant(1.0)?; 2]);
-/// let applied = |saturation| {
-///     let coordination = Coordination::new(saturation, Integral::PerWheel);
-///     let wheels = WheelController::new(WheelControlConfig { pid, limits, coordination }).expect("valid");
+/// use omni_core::{ControlState, Coordination, Integral, Saturation, WheelController};
+/// # let mut config = omni_core::examples::loops(0.125, 0.0, 1.0)?;
+/// let mut applied = |saturation| {
+///     config.coordination = Coordination::new(saturation, Integral::PerWheel);
+///     let wheels = WheelController::new(config).expect("valid");
 ///     // Errors of 16 and -8 rad/s at a gain of 0.125 ask for 2 and -1 N.m; 1 N.m is the limit.
 ///     wheels.step(&mut ControlState::default(), &[16.0, -16.0].into(), &[0.0, -8.0].into()).applied.n_m
 /// };
@@ -54,13 +52,12 @@ constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
 ///
 /// ```
 /// use omni_core::{BodyTwist, ControlState, Controller, Coordination, Integral, Saturation, WheelLayout};
-/// # use omni_core::{PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 5.0, kd_n_m_s2_rad: 0.0 };
-/// # let (pid, limits) = (PidConfig::new(gains, 0.1_f64), [TorqueLimit::constant(2.0)?; 4]);
+/// # let mut config = omni_core::examples::loops(0.0, 5.0, 2.0)?;
+/// config.pid.period_s = 0.1;
 /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.1)?;
 /// for (integral, expected) in [(Integral::PerWheel, 0.5), (Integral::Shared, 0.0)] {
-///     let coordination = Coordination::new(Saturation::Clip, integral);
-///     let controller = Controller::new(&layout, WheelControlConfig { pid, limits, coordination })?;
+///     config.coordination = Coordination::new(Saturation::Clip, integral);
+///     let controller = Controller::new(&layout, config)?;
 ///     let mut state = ControlState::default();
 ///     let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel
 ///     // Front against rear is no motion of the vehicle; ki dt is 0.5.
@@ -91,6 +88,8 @@ constant_enum!(Integral { PerWheel, Shared });
 /// let policy = Coordination::<f64>::preset("synchronised").expect("one of Coordination::<f64>::PRESETS");
 /// assert_eq!(policy.saturation, Saturation::ScaleReference { floor: 0.3 });
 /// assert_eq!(policy.integral, Integral::PerWheel);
+/// let patient = Coordination::new(Saturation::ScaleReference { floor: 0.5 }, Integral::Shared);
+/// assert_eq!(patient.saturation, Saturation::ScaleReference { floor: 0.5 });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -111,12 +110,6 @@ impl<R: Real> Coordination<R> {
     pub const PRESETS: [&'static str; 4] = ["independent", "paper", "synchronised", "load_sharing"];
 
     /// A policy of these two choices; whatever else there will be to choose stays as in [`Coordination::independent`].
-    ///
-    /// ```
-    /// use omni_core::{Coordination, Integral, Saturation};
-    /// let patient = Coordination::new(Saturation::ScaleReference { floor: 0.5 }, Integral::Shared);
-    /// assert_eq!((patient.saturation, patient.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
-    /// ```
     #[must_use]
     pub const fn new(saturation: Saturation<R>, integral: Integral) -> Self {
         Self { saturation, integral }
@@ -143,12 +136,10 @@ impl<R: Real> Coordination<R> {
     /// Each wheel on its own: the paper's "general controller".
     ///
     /// ```
-    /// use omni_core::{ControlState, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let wheels = WheelController::new(config)?; // with Coordination::independent(), limits of 1 N.m
+    /// use omni_core::{ControlState, Coordination, WheelController};
+    /// # let mut config = omni_core::examples::loops(0.125, 0.0, 1.0)?;
+    /// config.coordination = Coordination::independent();
+    /// let wheels = WheelController::new(config)?; // limits of 1 N.m
     /// let sample = wheels.step(&mut ControlState::default(), &[16.0, 4.0].into(), &[0.0; 2].into());
     /// assert_eq!(sample.requested.n_m, [2.0, 0.5]);
     /// assert_eq!(sample.applied.n_m, [1.0, 0.5]); // the second gives what it was asked for
@@ -165,12 +156,10 @@ impl<R: Real> Coordination<R> {
     /// Eqs. (10)-(12) literally. It does not synchronise, whatever the text says: see docs/paper.md.
     ///
     /// ```
-    /// use omni_core::{ControlState, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::paper());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.0625), limits, coordination };
-    /// let wheels = WheelController::new(config)?; // with Coordination::paper(), limits of 1 N.m
+    /// use omni_core::{ControlState, Coordination, WheelController};
+    /// # let mut config = omni_core::examples::loops(0.125, 4.0, 1.0)?;
+    /// (config.pid.period_s, config.coordination) = (0.0625, Coordination::paper());
+    /// let wheels = WheelController::new(config)?; // limits of 1 N.m
     /// let mut state = ControlState::default();
     /// let sample = wheels.step(&mut state, &[8.0, 2.0].into(), &[0.0; 2].into());
     /// assert_eq!(sample.requested.n_m, [3.0, 0.75]);
@@ -189,12 +178,10 @@ impl<R: Real> Coordination<R> {
     /// What the text of section 3.2 describes: references reduced together, to no less than 0.3 of what was asked.
     ///
     /// ```
-    /// use omni_core::{ControlState, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.125_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(1.0)?; 2], Coordination::synchronised());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let wheels = WheelController::new(config)?; // with Coordination::synchronised(), limits of 1 N.m
+    /// use omni_core::{ControlState, Coordination, WheelController};
+    /// # let mut config = omni_core::examples::loops(0.125, 0.0, 1.0)?;
+    /// config.coordination = Coordination::synchronised();
+    /// let wheels = WheelController::new(config)?; // limits of 1 N.m
     /// // 8 N.m would need an eighth of the references. No less than 0.3 is taken, and wheel 1 saturates.
     /// let sample = wheels.step(&mut ControlState::default(), &[64.0, 8.0].into(), &[0.0; 2].into());
     /// assert_eq!((sample.common_factor, sample.applied.n_m[0]), (0.3, 1.0));
@@ -213,11 +200,9 @@ impl<R: Real> Coordination<R> {
     /// [`crate::Controller`] has.
     ///
     /// ```
-    /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 5.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::load_sharing());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.1_f64), limits, coordination };
+    /// use omni_core::{BodyTwist, ControlState, Controller, Coordination, WheelLayout};
+    /// # let mut config = omni_core::examples::loops(0.0, 5.0, 2.0)?;
+    /// (config.pid.period_s, config.coordination) = (0.1, Coordination::load_sharing());
     /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
     /// let mut state = ControlState::default();
     /// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel

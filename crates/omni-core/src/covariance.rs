@@ -60,17 +60,6 @@ impl<R: Real> PoseCovariance<R> {
 
     /// The symmetric 3 x 3 matrix, rows and columns x, y, yaw \[m^2, m rad, rad^2\]: entries 0, 1, 5, 6, 7, 11, 30, 31,
     /// 35 of the 6x6 of a ROS 2 `PoseWithCovariance`.
-    ///
-    /// ```
-    /// use omni_core::{CovarianceGrowth, OdometryNoise, PlanarPose, PoseCovariance};
-    /// let growth = CovarianceGrowth::new(OdometryNoise { wheel_rad_per_sqrt_rad: 0.0, residual_gain: 0.0 })?;
-    /// let mut covariance = PoseCovariance::diagonal([0.0, 0.0, 0.01_f64])?;
-    /// // 2 m ahead with a heading good for 0.1 rad: who in truth heads to the left ends up to the left.
-    /// growth.step_by(&mut covariance, &PlanarPose::origin(), &[[2.0], [0.0], [0.0]], &[1.0].into(), &[0.0].into());
-    /// assert!((covariance.matrix()[1][2] - 2.0 * 0.01).abs() < 1e-15); // y with yaw
-    /// assert!((covariance.matrix()[1][1] - 2.0 * 2.0 * 0.01).abs() < 1e-15); // y
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn matrix(&self) -> &[[R; 3]; 3] {
         &self.matrix
@@ -171,13 +160,6 @@ impl<R: Real> CovarianceGrowth<R> {
     ///
     /// # Errors
     /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` where it is negative or not finite.
-    ///
-    /// ```
-    /// use omni_core::{CovarianceGrowth, OdometryNoise};
-    /// let noise = OdometryNoise { wheel_rad_per_sqrt_rad: 0.05, residual_gain: -1.0 };
-    /// let error = CovarianceGrowth::new(noise).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("residual_gain", -1.0));
-    /// ```
     pub fn new(noise: OdometryNoise<R>) -> Result<Self, ConfigError> {
         let k = not_negative("wheel_rad_per_sqrt_rad", noise.wheel_rad_per_sqrt_rad)?;
         Ok(Self {

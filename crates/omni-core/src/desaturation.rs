@@ -127,12 +127,6 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     ///
     /// # Errors
     /// Parameter `limit_rad_s` with the wheel's index.
-    ///
-    /// ```
-    /// use omni_core::{Desaturation, SpeedLimits};
-    /// let error = SpeedLimits::new([9.0_f64, 9.0, -9.0], Desaturation::Uniform).unwrap_err(); // a speed has no sign
-    /// assert_eq!((error.parameter, error.index, error.value), ("limit_rad_s", Some(2), -9.0));
-    /// ```
     pub fn new(limit_rad_s: [R; N], gives_way: Desaturation) -> Result<Self, ConfigError> {
         for (index, &limit) in limit_rad_s.iter().enumerate() {
             within("limit_rad_s", limit, f64::MIN_POSITIVE..=1e6, "above 0, to 1e6")

@@ -98,19 +98,6 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// Those of the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
     /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` outside +-1000 m;
     /// those of [`Controller::with_rest`].
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
-    /// config.shaping.timeout_s = Some(-0.5);
-    /// let error = Drive::new(config).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("timeout_s", -0.5));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {
         let period_s = config.control.pid.period_s;
         for p in config.command_point_m {
@@ -135,35 +122,12 @@ impl<R: Real, const N: usize> Drive<R, N> {
     }
 
     /// The maps between twist and wheel velocities with every wheel trusted.
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// assert!((drive.kinematics().inverse_matrix()[0][1] + 1.0 / 0.1).abs() < 1e-12); // -vy / r, front left
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         self.controller.kinematics()
     }
 
     /// [`WheelController::shorts_at_rest`](crate::WheelController::shorts_at_rest) of its loops.
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
-    /// config.rest.short_windings = true;
-    /// assert_eq!(u8::from(Drive::new(config)?.shorts_at_rest()), 1);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn shorts_at_rest(&self) -> bool {
         self.controller.shorts_at_rest()
@@ -176,10 +140,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.0625, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.0625, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// // 5 rad/s of wheels of 0.1 m; the fourth is in the air and spins with 21 rad/s.
     /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [5.0, 5.0, 5.0, 21.0] });

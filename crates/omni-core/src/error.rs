@@ -12,6 +12,9 @@ use core::fmt;
 /// assert_eq!(error.parameter, "radius_m");
 /// assert_eq!(error.index, Some(0));
 /// assert_eq!(error.to_string(), "wheel 1: radius_m = 0, allowed: 0.0001 to 100");
+/// // A setting of your own:
+/// let error = ConfigError::new("wheel count", 9.0, "3 to 8");
+/// assert_eq!((error.to_string().as_str(), error.index), ("wheel count = 9, allowed: 3 to 8", None));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -31,13 +34,6 @@ pub struct ConfigError {
 impl ConfigError {
     /// `parameter` is `value`, and only what `allowed` says in words would do; of no wheel in particular. For who checks
     /// what is handed on to this crate.
-    ///
-    /// ```
-    /// use omni_core::ConfigError;
-    /// let error = ConfigError::new("wheel count", 9.0, "3 to 8");
-    /// assert_eq!(error.to_string(), "wheel count = 9, allowed: 3 to 8");
-    /// assert_eq!((error.value, error.index), (9.0, None));
-    /// ```
     #[must_use]
     pub fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
         Self {

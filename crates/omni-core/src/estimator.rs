@@ -216,18 +216,6 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     }
 
     /// What the gyro says at rest \[rad/s\].
-    ///
-    /// ```
-    /// use omni_core::{Estimator, EstimatorConfig, EstimatorInput, Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
-    /// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
-    /// let mut state = estimator.start();
-    /// let mut input = EstimatorInput::new(&[0.0; 3].into());
-    /// (input.yaw_rate_rad_s, input.told_to_rest) = (0.01, true);
-    /// (0..2000).for_each(|_| _ = estimator.step(&mut state, &input));
-    /// assert!((state.gyro_bias_rad_s() - 0.01).abs() < 1e-4);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn gyro_bias_rad_s(&self) -> R {
         self.bias

@@ -8,13 +8,10 @@ use crate::{Real, WheelVelocities};
 /// What is wrong with a wheel.
 ///
 /// ```
-/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let mut config = FaultConfig::unchecked();
-/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 2, 200);
-/// # let rest = WheelVelocities::zero();
-/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
-/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // silent_periods: 2
+/// use omni_core::{Fault, FaultMonitor, FaultState};
+/// # let (mut config, expected) = (omni_core::examples::faults(), omni_core::examples::nothing_expected());
+/// config.silent_periods = 2;
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
 /// monitor.step(&mut state, &[Some(3.0)], &expected);
 /// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [3.0]); // the last reading stands
 /// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [0.0]); // not any longer
@@ -42,11 +39,6 @@ pub enum Fault {
 
 impl Fault {
     /// The number that stands for it in frames, in C and in tables, 1 to 5 in the order above; 0 is no fault. It never changes.
-    ///
-    /// ```
-    /// use omni_core::Fault;
-    /// assert_eq!([Fault::NotANumber, Fault::Stuck, Fault::Lost].map(Fault::number), [1, 3, 5]);
-    /// ```
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
@@ -115,9 +107,8 @@ impl<R: Real> FaultConfig<R> {
     /// to be checked is set from here.
     ///
     /// ```
-    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-    /// # let rest = WheelVelocities::zero();
-    /// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
+    /// use omni_core::{Fault, FaultConfig, FaultMonitor, FaultState};
+    /// # let expected = omni_core::examples::nothing_expected();
     /// let (monitor, mut state) = (FaultMonitor::new(FaultConfig::unchecked())?, FaultState::default());
     /// // From 1 to 900 rad/s within a period: nobody looks.
     /// assert_eq!(monitor.step(&mut state, &[Some(1.0)], &expected).rad_s, [1.0]);
@@ -144,13 +135,10 @@ impl<R: Real> FaultConfig<R> {
 /// Watches the readings of all wheels. Immutable; what changes is in [`FaultState`].
 ///
 /// ```
-/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let mut config = FaultConfig::unchecked();
-/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 3, 1.0, 1e9);
-/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 200);
-/// # let rest = WheelVelocities::zero();
-/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
-/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // jump_periods: 3
+/// use omni_core::{Fault, FaultMonitor, FaultState};
+/// # let (mut config, expected) = (omni_core::examples::faults(), omni_core::examples::nothing_expected());
+/// config.jump_periods = 3;
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
 /// monitor.step(&mut state, &[Some(1.0)], &expected);
 /// // No wheel gains 8 rad/s in a period. Twice the reading before stands for it, then the wheel is let go.
 /// let velocities = [0; 3].map(|_| monitor.step(&mut state, &[Some(9.0)], &expected).rad_s[0]);
@@ -170,13 +158,10 @@ constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 /// What the monitor remembers; `default` is a fresh start.
 ///
 /// ```
-/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let mut config = FaultConfig::unchecked();
-/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 2);
-/// # let rest = WheelVelocities::zero();
-/// # let expected = Expectation { by_others: &rest, checked: &[false], reference: &rest, torque_n_m: &[0.0] };
-/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // recovery_periods: 2
+/// use omni_core::{Fault, FaultMonitor, FaultState};
+/// # let (mut config, expected) = (omni_core::examples::faults(), omni_core::examples::nothing_expected());
+/// config.recovery_periods = 2;
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
 /// monitor.step(&mut state, &[Some(f64::NAN)], &expected);
 /// assert_eq!(monitor.step(&mut state, &[Some(1.0)], &expected).rad_s, [0.0]); // one good reading is not enough
 /// assert_eq!(state.faults(), [Some(Fault::NotANumber)]);
@@ -257,13 +242,9 @@ impl<R: Real, const N: usize> FaultState<R, N> {
     /// Declares which wheels are lost: no torque, no say, whatever they read, until declared otherwise.
     ///
     /// ```
-    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-    /// # let mut config = FaultConfig::unchecked();
-    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 2);
-    /// # let rest = WheelVelocities::zero();
-    /// # let (checked, torque_n_m) = ([false; 2], [0.0; 2]);
-    /// # let expected = Expectation { by_others: &rest, checked: &checked, reference: &rest, torque_n_m: &torque_n_m };
+    /// use omni_core::{Fault, FaultMonitor, FaultState};
+    /// # let (mut config, expected) = (omni_core::examples::faults(), omni_core::examples::nothing_expected());
+    /// config.recovery_periods = 2;
     /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
     /// state.declare_lost(&[false, true]);
     /// assert_eq!(monitor.step(&mut state, &[Some(1.0), Some(1.0)], &expected).rad_s, [1.0, 0.0]);
@@ -331,12 +312,11 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 /// What the readings are compared with.
 ///
 /// ```
-/// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-/// # let mut config = FaultConfig::unchecked();
-/// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-/// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (3, 20, 200);
+/// use omni_core::{Expectation, Fault, FaultMonitor, FaultState, WheelVelocities};
+/// # let mut config = omni_core::examples::faults();
+/// config.stuck_periods = 3;
 /// # let zero = WheelVelocities::zero();
-/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default()); // stuck_periods: 3
+/// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
 /// // By what the others say both wheels speed up from 2 to 6 rad/s, but of the second they cannot tell.
 /// for k in 0..=5 {
 ///     let by_others = WheelVelocities { rad_s: [2.0 + 0.8 * f64::from(k); 2] };
@@ -367,16 +347,6 @@ impl<R: Real> FaultMonitor<R> {
     ///
     /// # Errors
     /// The field of [`FaultConfig`] that is out of range, by its name.
-    ///
-    /// ```
-    /// use omni_core::{FaultConfig, FaultMonitor};
-    /// # let mut config = FaultConfig::unchecked();
-    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (3, 20, 200);
-    /// config.jump_rad_s = 0.0; // all would jump
-    /// let error = FaultMonitor::new(config).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("jump_rad_s", 0.0));
-    /// ```
     pub fn new(config: FaultConfig<R>) -> Result<Self, ConfigError> {
         each_within(
             &[
@@ -404,12 +374,8 @@ impl<R: Real> FaultMonitor<R> {
     /// to be used: see [`FaultState::faults`]. Never NaN. O(N).
     ///
     /// ```
-    /// use omni_core::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState, WheelVelocities};
-    /// # let mut config = FaultConfig::unchecked();
-    /// # (config.jump_rad_s, config.jump_periods, config.stuck_rad_s, config.stuck_torque_n_m) = (2.0_f64, 5, 1.0, 1e9);
-    /// # (config.stuck_periods, config.silent_periods, config.recovery_periods) = (100, 20, 200);
-    /// let monitor = FaultMonitor::new(config)?;
-    /// let mut state = FaultState::default();
+    /// use omni_core::{Expectation, Fault, FaultMonitor, FaultState, WheelVelocities};
+    /// let (monitor, mut state) = (FaultMonitor::new(omni_core::examples::faults())?, FaultState::default());
     /// let nothing = WheelVelocities::zero();
     /// let expected = Expectation { by_others: &nothing, checked: &[false; 2], reference: &nothing, torque_n_m: &[0.0; 2] };
     /// monitor.step(&mut state, &[Some(1.0), Some(1.0)], &expected);

@@ -69,13 +69,8 @@ pub struct Follow<R> {
 /// last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
 ///
 /// ```
-/// use omni_core::{FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment};
-/// use omni_core::{PlanarInertia, TorqueLimit, TrajectoryPlanner, Waypoint, WheelLayout};
-/// # let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.5, 0.4, 0.076)?)?;
-/// # let motion = MotionLimits { velocity: 0.5, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
-/// # let body = PlanarInertia { mass_kg: 24.0, yaw_kg_m2: 1.0, centre_m: [0.0; 2] };
-/// # let limits = PathLimits::new(motion, motion, body, [25.0; 4], [TorqueLimit::line(3.0, 0.1)?; 4]);
-/// # let planner = TrajectoryPlanner::new(&kinematics, limits)?;
+/// use omni_core::{FollowerConfig, HolonomicFollower, PathPiece, PathSegment, Waypoint};
+/// # let planner = omni_core::examples::planner()?;
 /// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
 /// let left = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(0.0, 3.0)], &mut segments, &mut pieces)?;
 /// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: 0.2, limit_rad_s: 0.5 };
@@ -102,14 +97,6 @@ impl<R: Real> HolonomicFollower<R> {
     ///
     /// # Errors
     /// Parameter `gain_per_s`, `heading_gain_per_s`, `limit_m_s` or `limit_rad_s`.
-    ///
-    /// ```
-    /// use omni_core::{FollowerConfig, HolonomicFollower};
-    /// let config = FollowerConfig { gain_per_s: 2.0, heading_gain_per_s: 2.0, limit_m_s: f64::NAN, limit_rad_s: 0.5 };
-    /// assert_eq!(HolonomicFollower::new(config).unwrap_err().parameter, "limit_m_s");
-    /// let config = FollowerConfig { limit_m_s: 1001.0, ..config };
-    /// assert_eq!(HolonomicFollower::new(config).unwrap_err().value, 1001.0);
-    /// ```
     pub fn new(config: FollowerConfig<R>) -> Result<Self, ConfigError> {
         for (name, value) in [
             ("gain_per_s", config.gain_per_s),

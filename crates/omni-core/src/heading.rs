@@ -76,11 +76,6 @@ impl<R: Real> Default for HeadingHoldState<R> {
 
 impl<R: Real> HeadingHoldState<R> {
     /// Heading commanded less heading reached since the start \[rad\], counter-clockwise positive; not wrapped.
-    ///
-    /// ```
-    /// let state = omni_core::HeadingHoldState::<f64>::default();
-    /// assert_eq!(state.error_rad(), 0.0);
-    /// ```
     #[must_use]
     pub fn error_rad(&self) -> R {
         self.error.total
@@ -92,12 +87,6 @@ impl<R: Real> HeadingHold<R> {
     ///
     /// # Errors
     /// Parameter `gain_per_s`, `limit_rad_s` or `period_s`.
-    ///
-    /// ```
-    /// use omni_core::{HeadingHold, HeadingHoldConfig};
-    /// let config = HeadingHoldConfig { gain_per_s: -1.0, limit_rad_s: 0.5, period_s: 1e-3 };
-    /// assert_eq!(HeadingHold::new(config).unwrap_err().to_string(), "gain_per_s = -1, allowed: 0 to 1000");
-    /// ```
     pub fn new(config: HeadingHoldConfig<R>) -> Result<Self, ConfigError> {
         within("gain_per_s", config.gain_per_s, 0.0..=1000.0, "0 to 1000")?;
         within("limit_rad_s", config.limit_rad_s, 0.0..=1000.0, "0 to 1000")?;

@@ -75,15 +75,6 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// # Errors
     /// Parameter `layout` where the wheels cannot move the vehicle in three directions (the value is the rank reached),
     /// `condition_number` above [`crate::CONDITION_LIMIT`].
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
-    /// // vx is told by wheels 2 and 4, half of the radius each; driving forward, wheel 2 turns backwards.
-    /// let [_, second, _, fourth] = kinematics.forward_matrix()[0];
-    /// assert!((second + 0.05).abs() < 1e-15 && (fourth - 0.05).abs() < 1e-15);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(layout: &WheelLayout<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, ForwardMap::LeastSquares)
     }
@@ -422,14 +413,6 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// The inverse map `A`, `N` x 3, one row `[rad/m, rad/m, 1]` a wheel: the matrix printed as eq. (9).
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
-    /// let [vx, vy, wz] = kinematics.inverse_matrix()[2]; // wheel 3, rear left, turns backwards on the way forward
-    /// assert!((vx + 1.0 / 0.066).abs() < 1e-12 && vy == 0.0 && (wz - 0.23 / 0.066).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn inverse_matrix(&self) -> &[[R; 3]; N] {
         &self.inverse
@@ -437,15 +420,6 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
 
     /// The forward map, 3 x `N`, one row an axis, in \[m/rad, m/rad, 1\]: J of eq. (7) where
     /// [`ForwardMap::PaperAverage`] was chosen. A wheel left out has a column of zeros.
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
-    /// let [vx, vy, _] = kinematics.forward_matrix();
-    /// assert!((vx[0] - 0.066 / 5.0).abs() < 1e-15 && (vx[2] + 0.066 / 5.0).abs() < 1e-15); // five wheels roll along x
-    /// assert!((vy[1] + 0.066 / 2.0).abs() < 1e-15 && (vy[5] - 0.066 / 2.0).abs() < 1e-15); // wheels 2 and 6 along y
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn forward_matrix(&self) -> &[[R; N]; 3] {
         &self.forward

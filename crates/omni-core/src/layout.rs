@@ -113,14 +113,6 @@ impl<R: Real> Wheel<R> {
     }
 
     /// The same wheel with its motor mounted the other way round: the actuator's velocity and torque change sign.
-    ///
-    /// ```
-    /// use omni_core::Wheel;
-    /// let wheel = Wheel::omni([0.0_f64, 0.2], [1.0, 0.0], 0.05);
-    /// assert_eq!(wheel.rates_per_twist()[0], 20.0);
-    /// assert_eq!(wheel.with_reversed_motor().rates_per_twist()[0], -20.0);
-    /// assert_eq!(wheel.with_reversed_motor().with_reversed_motor(), wheel);
-    /// ```
     #[must_use]
     pub fn with_reversed_motor(self) -> Self {
         Self {
@@ -296,13 +288,6 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
     }
 
     /// The wheels, in order.
-    ///
-    /// ```
-    /// use omni_core::WheelLayout;
-    /// let layout = WheelLayout::mecanum4(0.6, 0.4, 0.05)?;
-    /// assert_eq!(layout.wheels()[2].position_m, [-0.3, 0.2]); // the third is rear left
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn wheels(&self) -> &[Wheel<R>; N] {
         &self.wheels

@@ -17,6 +17,8 @@ mod estimator;
 mod faults;
 mod follower;
 mod heading;
+#[cfg(test)]
+mod interface_tests;
 mod kinematics;
 mod layout;
 mod limits;
@@ -86,6 +88,10 @@ pub use twist_limits::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimit
 pub use velocity::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 pub use wheel_loops::{ControlState, Overload, Rest, WheelControlConfig, WheelController, WheelSample};
 pub use wheels::{WheelAngles, WheelTorques, WheelVelocities};
+
+/// Set-up that examples share.
+#[doc(hidden)]
+pub mod examples;
 
 /// Every type that generated constants name.
 #[doc(hidden)]

@@ -149,12 +149,6 @@ impl<R: Real> Default for RateLimiterState<R> {
 
 impl<R: Real> RateLimiterState<R> {
     /// At rest, for a `static` too.
-    ///
-    /// ```
-    /// use omni_core::RateLimiterState;
-    /// static STATE: RateLimiterState<f32> = RateLimiterState::new();
-    /// assert_eq!(STATE.velocity(), 0.0);
-    /// ```
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -184,15 +178,6 @@ impl<R: Real> RateLimiterState<R> {
     }
 
     /// The velocity \[m/s or rad/s\] that the last step returned.
-    ///
-    /// ```
-    /// use omni_core::{AxisLimits, RateLimiter, RateLimiterState};
-    /// let limiter = RateLimiter::new(AxisLimits::symmetric(1.0, 1.0, 2.0, f64::INFINITY), 0.25)?;
-    /// let mut state = RateLimiterState::at(-0.5);
-    /// limiter.step(&mut state, -1.0);
-    /// assert_eq!(state.velocity(), -0.75); // in reverse
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn velocity(&self) -> R {
         self.velocity.total
@@ -315,13 +300,6 @@ impl<R: Real> RateLimiter<R> {
     /// # Errors
     /// The parameter that is out of range: `period_s`, `min_velocity` above 0, `max_velocity` below 0, any other limit
     /// not above 0, any NaN.
-    ///
-    /// ```
-    /// use omni_core::{AxisLimits, RateLimiter};
-    /// let limits = AxisLimits { min_velocity: 0.5, ..AxisLimits::symmetric(1.0, 1.0, 1.0, 1.0) }; // could never rest
-    /// let error = RateLimiter::new(limits, 1e-3).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("min_velocity", 0.5));
-    /// ```
     pub fn new(limits: AxisLimits<R>, period_s: R) -> Result<Self, ConfigError> {
         Self::named(limits, period_s, &axis_names!(""))
     }

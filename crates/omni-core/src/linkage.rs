@@ -185,14 +185,6 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     /// # Errors
     /// Parameter `hinges` for more than [`MAX_HINGES`]; `hinge.child` or `hinge.parent` where they make no tree whose root is body 0, with
     /// the index of the hinge; `hinge.axis`, `hinge.anchor_m`, `wheel.body`, `wheel.centre_m`.
-    ///
-    /// ```
-    /// use omni_core::{CarriedWheel, HingeGeometry, Linkage};
-    /// let wheels = [CarriedWheel { body: 0, centre_m: [0.0; 3] }; 3];
-    /// let hinge = HingeGeometry { parent: 2, child: 1, axis: [0.0, 1.0, 0.0], anchor_m: [0.0; 3] };
-    /// let error = Linkage::new(&[hinge], &wheels).unwrap_err(); // body 2 hangs on nothing
-    /// assert_eq!((error.parameter, error.value), ("hinge.parent", 2.0));
-    /// ```
     pub fn new(hinges: &[HingeGeometry<R>], wheels: &[CarriedWheel<R>; N]) -> Result<Self, ConfigError> {
         if hinges.len() > MAX_HINGES {
             return Err(ConfigError::new("hinges", hinges.len() as f64, "8 at most"));

@@ -124,12 +124,6 @@ impl<R: Real, const N: usize> Default for OdometryState<R, N> {
 
 impl<R: Real, const N: usize> OdometryState<R, N> {
     /// At the origin, facing +x, for a `static` too.
-    ///
-    /// ```
-    /// use omni_core::OdometryState;
-    /// static STATE: OdometryState<f32, 7> = OdometryState::new();
-    /// assert_eq!((STATE.pose().x_m, STATE.pose().yaw_rad), (0.0, 0.0));
-    /// ```
     #[must_use]
     pub const fn new() -> Self {
         let zero = Sum::of(R::ZERO);
@@ -207,12 +201,6 @@ impl<R: Real, const N: usize> Odometry<R, N> {
     ///
     /// # Errors
     /// Parameter `period_s` out of its range.
-    ///
-    /// ```
-    /// use omni_core::Odometry;
-    /// let error = Odometry::<f64, 4>::new(-1e-3).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("period_s", -1e-3));
-    /// ```
     pub fn new(period_s: R) -> Result<Self, ConfigError> {
         Ok(Self {
             period_s: period(period_s)?,

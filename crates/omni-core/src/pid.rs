@@ -86,13 +86,6 @@ impl<R: Real> Pid<R> {
     /// # Errors
     /// The parameter that is out of its range; `tracking_time_s` below the period; `output.lower_n_m` above 0 or
     /// `output.upper_n_m` below.
-    ///
-    /// ```
-    /// use omni_core::{Pid, PidConfig, PidGains};
-    /// let gains = PidGains { kp_n_m_s_rad: -2.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// let error = Pid::new(PidConfig::new(gains, 1e-3)).unwrap_err(); // would drive away from the reference
-    /// assert_eq!((error.parameter, error.value), ("kp_n_m_s_rad", -2.0));
-    /// ```
     pub fn new(config: PidConfig<R>) -> Result<Self, ConfigError> {
         let gain = |name, value| within(name, value, 0.0..=1e6, "0 to 1000000");
         let weight = |name, value| within(name, value, 0.0..=1.0, "0 to 1");

@@ -92,11 +92,6 @@ pub struct Readings<'a, R> {
 
 impl<'a, R: Real> Readings<'a, R> {
     /// A new command and actuator velocities \[rad/s\], one a wheel; no hinges, the vehicle level and at rest.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Readings};
-    /// assert_eq!(Readings::new(BodyTwist::ZERO, &[2.0_f32; 4]).wheels_rad_s.len(), 4);
-    /// ```
     #[must_use]
     pub fn new(command: BodyTwist<R>, wheels_rad_s: &'a [R]) -> Self {
         Self {
@@ -116,86 +111,40 @@ impl<'a, R: Real> Readings<'a, R> {
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings};
-/// /// Every wheel by itself: 0.5 N.m a rad/s towards 4 rad/s.
-/// struct Simple;
+/// /// Every wheel by itself: 0.5 N.m a rad/s towards 4 rad/s. It counts its periods.
+/// struct Simple(u32);
 /// impl Policy<f64> for Simple {
-///     fn reset(&mut self) {}
+///     fn reset(&mut self) {
+///         self.0 = 0;
+///     }
 ///     fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
+///         self.0 += 1;
 ///         for (torque, velocity) in torques_n_m.iter_mut().zip(readings.wheels_rad_s) {
 ///             *torque = 0.5 * (4.0 - velocity);
 ///         }
 ///     }
+///     fn signal_name(&self, index: usize) -> Option<&str> {
+///         ["periods"].get(index).copied()
+///     }
+///     fn signals(&self, values: &mut [f64]) {
+///         values[0] = f64::from(self.0);
+///     }
 /// }
-/// let mut torques_n_m = [0.0; 3];
-/// Simple.step(&Readings::new(BodyTwist::ZERO, &[4.0, 3.0, 5.0]), &mut torques_n_m);
-/// assert_eq!(torques_n_m, [0.0, 0.5, -0.5]);
+/// let (mut policy, mut torques_n_m, mut values) = (Simple(0), [0.0; 3], [0.0]);
+/// policy.step(&Readings::new(BodyTwist::ZERO, &[4.0, 3.0, 5.0]), &mut torques_n_m);
+/// policy.signals(&mut values);
+/// assert_eq!((torques_n_m, values), ([0.0, 0.5, -0.5], [1.0]));
+/// assert_eq!((policy.name(), policy.signal_name(1)), ("own", None)); // unless it says its name
 /// ```
 pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings};
-    /// # struct Constant(u32);
-    /// # impl Policy<f64> for Constant {
-    /// #     fn reset(&mut self) {
-    /// #         self.0 = 0;
-    /// #     }
-    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
-    /// #         self.0 += 1;
-    /// #         torques_n_m.fill(0.5);
-    /// #     }
-    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
-    /// #         ["periods"].get(index).copied()
-    /// #     }
-    /// #     fn signals(&self, values: &mut [f64]) {
-    /// #         values[0] = f64::from(self.0);
-    /// #     }
-    /// # }
-    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
-    /// policy.reset();
-    /// assert_eq!(policy.0, 0); // the periods that it counted
-    /// ```
     fn reset(&mut self);
 
     /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. Whoever calls it brings the torques
     /// within what the motors have.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings};
-    /// # struct Constant(u32);
-    /// # impl Policy<f64> for Constant {
-    /// #     fn reset(&mut self) {
-    /// #         self.0 = 0;
-    /// #     }
-    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
-    /// #         self.0 += 1;
-    /// #         torques_n_m.fill(0.5);
-    /// #     }
-    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
-    /// #         ["periods"].get(index).copied()
-    /// #     }
-    /// #     fn signals(&self, values: &mut [f64]) {
-    /// #         values[0] = f64::from(self.0);
-    /// #     }
-    /// # }
-    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
-    /// assert_eq!(torques_n_m, [0.5; 3]);
-    /// ```
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
     /// What traces, tables and logs call it.
-    ///
-    /// ```
-    /// # use omni_core::{Policy, Readings};
-    /// struct Coast;
-    /// impl Policy<f32> for Coast {
-    ///     fn reset(&mut self) {}
-    ///     fn step(&mut self, _: &Readings<'_, f32>, _: &mut [f32]) {}
-    /// }
-    /// assert_eq!(Coast.name().len(), 3); // "own"
-    /// ```
     fn name(&self) -> &str {
         "own"
     }
@@ -221,58 +170,10 @@ pub trait Policy<R> {
     }
 
     /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings};
-    /// # struct Constant(u32);
-    /// # impl Policy<f64> for Constant {
-    /// #     fn reset(&mut self) {
-    /// #         self.0 = 0;
-    /// #     }
-    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
-    /// #         self.0 += 1;
-    /// #         torques_n_m.fill(0.5);
-    /// #     }
-    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
-    /// #         ["periods"].get(index).copied()
-    /// #     }
-    /// #     fn signals(&self, values: &mut [f64]) {
-    /// #         values[0] = f64::from(self.0);
-    /// #     }
-    /// # }
-    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
-    /// assert_eq!((policy.signal_name(0), policy.signal_name(1)), (Some("periods"), None)); // one
-    /// ```
     fn signal_name(&self, _index: usize) -> Option<&str> {
         None
     }
 
     /// Writes these signals, as they are after the last step.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings};
-    /// # struct Constant(u32);
-    /// # impl Policy<f64> for Constant {
-    /// #     fn reset(&mut self) {
-    /// #         self.0 = 0;
-    /// #     }
-    /// #     fn step(&mut self, _: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
-    /// #         self.0 += 1;
-    /// #         torques_n_m.fill(0.5);
-    /// #     }
-    /// #     fn signal_name(&self, index: usize) -> Option<&str> {
-    /// #         ["periods"].get(index).copied()
-    /// #     }
-    /// #     fn signals(&self, values: &mut [f64]) {
-    /// #         values[0] = f64::from(self.0);
-    /// #     }
-    /// # }
-    /// let (mut policy, mut torques_n_m) = (Constant(0), [0.0; 3]);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 3]), &mut torques_n_m);
-    /// let mut values = [0.0];
-    /// policy.signals(&mut values);
-    /// assert_eq!(values, [1.0]);
-    /// ```
     fn signals(&self, _values: &mut [R]) {}
 }

@@ -195,12 +195,6 @@ impl<R: Real> ShaperState<R> {
     }
 
     /// The twist that the last step returned.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, ShaperState};
-    /// let towed = BodyTwist { vx_m_s: 0.5, vy_m_s: -0.25, wz_rad_s: 0.125 };
-    /// assert_eq!(ShaperState::at(&towed).twist().to_array(), [0.5, -0.25, 0.125]); // where it started
-    /// ```
     #[must_use]
     pub fn twist(&self) -> BodyTwist<R> {
         self.limiter.twist()
@@ -242,15 +236,6 @@ impl<R: Real> ShaperState<R> {
     }
 
     /// Is the emergency stop latched?
-    ///
-    /// ```
-    /// use omni_core::ShaperState;
-    /// let mut state = ShaperState::<f64>::default();
-    /// state.emergency_stop();
-    /// assert_eq!((state.is_stopped(), state.twist().vx_m_s), (true, 0.0));
-    /// state.release();
-    /// assert_eq!((state.is_stopped(), state.twist().vx_m_s), (false, 0.0));
-    /// ```
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopped
@@ -303,15 +288,6 @@ impl<R: Real> CommandShaper<R> {
     /// # Errors
     /// Parameter `period_s`, `timeout_s`, `emergency_deceleration.linear_m_s2` or `emergency_deceleration.yaw_rad_s2`
     /// where it is out of range; those of the limits as in [`TwistLimiter::new`].
-    ///
-    /// ```
-    /// use omni_core::{CommandShaper, EmergencyDeceleration, ShapingConfig};
-    /// let no_brakes = EmergencyDeceleration { linear_m_s2: 0.0, yaw_rad_s2: 1.0 };
-    /// let mut config = ShapingConfig::none();
-    /// config.emergency_deceleration = Some(no_brakes);
-    /// let error = CommandShaper::new(config, 1e-3).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("emergency_deceleration.linear_m_s2", 0.0));
-    /// ```
     pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
         let dt = period(period_s)?;
         let oldest = match config.timeout_s {

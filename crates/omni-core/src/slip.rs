@@ -166,15 +166,6 @@ impl<R: Real, const N: usize> SlipSample<R, N> {
 
 impl<R: Real, const N: usize> SlipState<R, N> {
     /// All wheels trusted.
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, SlipState, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
-    /// let state = SlipState::new(&kinematics);
-    /// // Every wheel has its say: five of them on vx.
-    /// assert!((state.observed().forward_matrix()[0][3] - 0.066 / 5.0).abs() < 1e-15);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(kinematics: &Kinematics<R, N>) -> Self {
         Self {
@@ -187,16 +178,6 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     }
 
     /// The maps in use: the full inverse map, and the forward map of the trusted wheels.
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, SlipState, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 7>::chugo7(0.30, 0.23, 0.066)?)?;
-    /// let mut state = SlipState::new(&kinematics);
-    /// state.declare(&kinematics, &[false, false, false, true, false, false, false]);
-    /// let forward = state.observed().forward_matrix()[0];
-    /// assert!((forward[0] - 0.066 / 4.0).abs() < 1e-12 && forward[3] == 0.0); // four wheels share what five did
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn observed(&self) -> &Kinematics<R, N> {
         &self.observed
@@ -287,13 +268,6 @@ impl<R: Real> SlipDetector<R> {
     ///
     /// # Errors
     /// The field of [`SlipConfig`] that is out of range, by its name.
-    ///
-    /// ```
-    /// use omni_core::{SlipConfig, SlipDetector};
-    /// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 1.5, enter_periods: 1, leave_periods: 1 };
-    /// let error = SlipDetector::new(config).unwrap_err(); // would let a wheel in that it leaves out
-    /// assert_eq!((error.parameter, error.value), ("leave_rad_s", 1.5));
-    /// ```
     pub fn new(config: SlipConfig<R>) -> Result<Self, ConfigError> {
         let enter = within(
             "enter_rad_s",

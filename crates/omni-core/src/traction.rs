@@ -100,19 +100,6 @@ impl<R: Real, const N: usize> Traction<R, N> {
     ///
     /// # Errors
     /// Whatever of the configuration is out of its range: [`TractionConfig`], [`TractionWheel`] with the wheel's index.
-    ///
-    /// ```
-    /// use omni_core::{Traction, TractionConfig};
-    /// # use omni_core::{CarriedWheel, Kinematics, Linkage, TorqueLimit, TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?)?;
-    /// let mut config = TractionConfig::steady(0.3, 2.0, 1e-3);
-    /// config.sensors.delay_s = 0.1; // readings of a tenth of a second ago
-    /// let error = Traction::new(kinematics, linkage, [wheel; 4], config).unwrap_err();
-    /// assert_eq!((error.parameter, error.allowed), ("delay_s", "0 to 0.03: later, and slip cannot be controlled"));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(
         kinematics: Kinematics<R, N>,
         linkage: Linkage<R, N>,
@@ -149,16 +136,6 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// Its kinematics.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Kinematics, Linkage, TorqueLimit, Traction, TractionConfig, TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// assert!((traction.kinematics().inverse_matrix()[0][0] - 10.0).abs() < 1e-12); // 1 / 0.1 m
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn kinematics(&self) -> &Kinematics<R, N> {
         &self.kinematics
@@ -174,12 +151,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// is read. O(N).
     ///
     /// ```
-    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Readings, TorqueLimit, Traction, TractionConfig, TractionState, TractionTarget};
-    /// # use omni_core::{TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// use omni_core::{BodyTwist, Readings, TractionState, TractionTarget};
+    /// # let traction = omni_core::examples::traction()?;
     /// let (mut state, ahead) = (TractionState::new(), BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
     /// for _ in 0..100 {
     ///     traction.step(&mut state, &Readings::new(BodyTwist::ZERO, &[0.0; 4]), &TractionTarget::at(0.0)); // finds the gyro's zero
@@ -206,12 +179,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// As [`Traction::step`], into a sample that is kept from period to period: returned by value it is copied. All of it is written.
     ///
     /// ```
-    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Readings, TorqueLimit, Traction, TractionConfig, TractionSample};
-    /// # use omni_core::{TractionState, TractionTarget, TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// use omni_core::{BodyTwist, Readings, TractionSample, TractionState, TractionTarget};
+    /// # let traction = omni_core::examples::traction()?;
     /// let (mut state, ahead) = (TractionState::new(), BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
     /// let mut sample = TractionSample::zero();
     /// traction.step_into(&mut state, &Readings::new(ahead, &[0.0; 4]), &TractionTarget::at(0.3), &mut sample);

@@ -54,12 +54,6 @@ impl<R: Real> BodyTwist<R> {
     };
 
     /// At rest: 0 m/s, 0 m/s, 0 rad/s.
-    ///
-    /// ```
-    /// use omni_core::BodyTwist;
-    /// assert_eq!(BodyTwist::<f32>::zero().to_array(), [0.0_f32; 3]);
-    /// assert_eq!(BodyTwist::<f32>::zero(), BodyTwist::ZERO); // the same as a function
-    /// ```
     #[must_use]
     pub const fn zero() -> Self {
         Self {
@@ -225,13 +219,6 @@ pub struct BodyDisplacement<R> {
 
 impl<R: Real> BodyDisplacement<R> {
     /// No motion: 0 m, 0 m, 0 rad.
-    ///
-    /// ```
-    /// use omni_core::{BodyDisplacement, PlanarPose};
-    /// let pose = PlanarPose { x_m: 2.0, y_m: -1.0, yaw_rad: 0.7 };
-    /// assert_eq!(pose.moved_by(&BodyDisplacement::zero()), pose);
-    /// assert_eq!(BodyDisplacement::<f64>::zero().to_array(), [0.0; 3]);
-    /// ```
     #[must_use]
     pub fn zero() -> Self {
         Self::from_array([R::zero(); 3])

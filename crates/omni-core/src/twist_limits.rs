@@ -123,12 +123,6 @@ impl<R: Real> Default for TwistLimiterState<R> {
 
 impl<R: Real> TwistLimiterState<R> {
     /// At rest, for a `static` too.
-    ///
-    /// ```
-    /// use omni_core::TwistLimiterState;
-    /// static STATE: TwistLimiterState<f32> = TwistLimiterState::new();
-    /// assert_eq!(STATE.twist().to_array(), [0.0; 3]);
-    /// ```
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -226,14 +220,6 @@ impl<R: Real> TwistLimiter<R> {
     /// # Errors
     /// The parameter that is out of range, as `period_s`, `vx.jerk` or `yaw.velocity`; ranges as in [`AxisLimits`] and
     /// [`MotionLimits`].
-    ///
-    /// ```
-    /// use omni_core::{MotionLimits, TwistLimiter, TwistLimits};
-    /// let yaw = MotionLimits { jerk: 0.0, ..MotionLimits::unlimited() }; // would never begin to turn
-    /// let linear = MotionLimits::unlimited();
-    /// let error = TwistLimiter::new(TwistLimits::AlongMotion { linear, yaw }, 1e-3).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("yaw.jerk", 0.0));
-    /// ```
     pub fn new(limits: TwistLimits<R>, period_s: R) -> Result<Self, ConfigError> {
         let law = match limits {
             TwistLimits::PerAxis { vx, vy, wz } => Law::PerAxis {

@@ -233,18 +233,6 @@ impl<R: Real> VelocityEstimator<R> {
     /// # Errors
     /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond one over the period
     /// would be the counts of a period again; one below a thousandth of that is lost in rounding.
-    ///
-    /// ```
-    /// use omni_core::{VelocityConfig, VelocityEstimator, VelocityMethod};
-    /// let config = |bandwidth_rad_s| VelocityConfig {
-    ///     method: VelocityMethod::Observer { bandwidth_rad_s },
-    ///     count_rad: 0.01,
-    ///     period_s: 0.001,
-    /// };
-    /// assert!(VelocityEstimator::new(config(1000.0)).is_ok());
-    /// let error = VelocityEstimator::new(config(1001.0)).unwrap_err();
-    /// assert_eq!(error.to_string(), "bandwidth_rad_s = 1001, allowed: 0.001 to 1 over the control period");
-    /// ```
     pub fn new(config: VelocityConfig<R>) -> Result<Self, ConfigError> {
         let count_rad = within("count_rad", config.count_rad, 1e-9..=7.0, "1e-9 to 7")?;
         let period_s = period(config.period_s)?;

@@ -72,18 +72,6 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// # Errors
     /// Those of [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the
     /// layout that a [`crate::Controller`] has.
-    ///
-    /// ```
-    /// use omni_core::WheelController;
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let coordination = Coordination::load_sharing();
-    /// let error = WheelController::new(WheelControlConfig { coordination, ..config }).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("integral", 1.0)); // no vehicle, no motion to share
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         if config.coordination.integral == Integral::Shared {
             let allowed = "per wheel (0): wheels without a vehicle cannot share an integral";
@@ -109,10 +97,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     ///
     /// ```
     /// use omni_core::{Rest, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops::<2>(0.3, 0.0, 2.0)?;
     /// let wheels = WheelController::new(config)?;
     /// assert!(wheels.with_rest(Rest::hold(30.0, 5.0)).is_ok());
     /// let for_ever = wheels.with_rest(Rest::hold(f64::INFINITY, 5.0)).unwrap_err();
@@ -130,10 +115,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     ///
     /// ```
     /// use omni_core::{Rest, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops::<2>(0.3, 0.0, 2.0)?;
     /// let mut rest = Rest::default();
     /// rest.short_windings = true;
     /// let wheels = WheelController::new(config)?;
@@ -162,10 +144,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     ///
     /// ```
     /// use omni_core::{ControlState, WheelController};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.5, 0.0, 2.0)?;
     /// let wheels = WheelController::new(config)?;
     /// let mut state = ControlState::default();
     /// assert_eq!(wheels.step(&mut state, &[3.0, 0.0].into(), &[0.0, 1.0].into()).applied.n_m, [1.5, -0.5]);

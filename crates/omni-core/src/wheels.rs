@@ -8,13 +8,6 @@ macro_rules! per_wheel {
             /// Zero for every wheel.
             ///
             /// At rest, or without torque: a start for what is filled in wheel by wheel.
-            ///
-            /// ```
-            /// use omni_core::{WheelAngles, WheelTorques, WheelVelocities};
-            /// assert_eq!(WheelVelocities::<f32, 3>::zero().rad_s, [0.0; 3]);
-            /// assert_eq!(WheelTorques::<f64, 4>::zero().n_m, [0.0; 4]);
-            /// assert_eq!(WheelAngles::<f64, 7>::zero().rad, [0.0; 7]);
-            /// ```
             #[must_use]
             pub const fn zero() -> Self {
                 Self {

@@ -10,10 +10,7 @@ use crate::{
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
 /// // Commands are meant for a tool half a metre ahead. To turn about it the vehicle has to move to the right.
 /// config.command_point_m = [0.5, 0.0];
@@ -57,20 +54,6 @@ pub struct DriveConfig<R, const N: usize> {
 
 impl<R: Real, const N: usize> DriveConfig<R, N> {
     /// Layout and loops, and nothing else: no limits, no time-out, no detection.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let input = DriveInput::measured(&WheelVelocities::zero());
-    /// let fast = BodyTwist { vx_m_s: 3.0, ..BodyTwist::ZERO };
-    /// let sample = drive.step(&mut DriveState::new(&drive), &input.with_command(fast));
-    /// assert_eq!(sample.desaturated.twist.vx_m_s, 3.0); // within a millisecond: nothing limits it
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(layout: WheelLayout<R, N>, control: WheelControlConfig<R, N>) -> Self {
         Self {
@@ -94,10 +77,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, TorqueRange, WheelLayout, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
 /// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
@@ -167,13 +147,6 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
 
     /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by
     /// [`Drive::step`](crate::Drive::step).
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
-    /// let left = BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO };
-    /// let input = DriveInput::measured(&WheelVelocities::<f64, 4>::zero()).with_command(left);
-    /// assert_eq!(input.command.map(|command| command.vy_m_s), Some(0.2));
-    /// ```
     #[must_use]
     pub fn with_command(self, command: BodyTwist<R>) -> Self {
         Self {

@@ -6,10 +6,7 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 ///
 /// ```
 /// use omni_core::{Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
 /// config.blind_periods = 0; // no patience
 /// let drive = Drive::new(config)?;
@@ -45,11 +42,6 @@ pub enum DriveMode {
 
 impl DriveMode {
     /// The number that stands for it in frames, in C and in tables: 0 to 3 in the order above. It never changes.
-    ///
-    /// ```
-    /// use omni_core::DriveMode;
-    /// assert_eq!((DriveMode::Normal.number(), DriveMode::SafeStop.number()), (0, 2));
-    /// ```
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
@@ -60,10 +52,7 @@ impl DriveMode {
 ///
 /// ```
 /// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let mut state = DriveState::new(&drive);
 /// // Nobody commands, but the vehicle rolls: 5 rad/s of wheels of 0.1 m, for a millisecond.

@@ -9,10 +9,7 @@ use crate::{
 ///
 /// ```
 /// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, PlanarPose, WheelLayout, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let mut state = DriveState::new(&drive);
 /// // Somebody has seen where it is: at x = 2 m.
@@ -55,19 +52,6 @@ pub struct DriveState<R, const N: usize> {
 
 impl<R: Real, const N: usize> DriveState<R, N> {
     /// A fresh start: at rest at the world's origin, every wheel trusted.
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, DriveState, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let state = DriveState::new(&drive);
-    /// assert_eq!((state.odometry.pose().x_m, state.control.integral_n_m), (0.0, [0.0; 4]));
-    /// assert_eq!(state.covariance.standard_deviations(), [0.0; 3]); // it knows where it starts
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(drive: &Drive<R, N>) -> Self {
         Self {
@@ -91,18 +75,14 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut state = DriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
+    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
     /// state.emergency_stop();
     /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// state.release_emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn emergency_stop(&mut self) {
@@ -113,10 +93,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut state = DriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
@@ -136,10 +113,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3_f64, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut state = DriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };

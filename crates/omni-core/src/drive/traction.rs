@@ -12,19 +12,8 @@ use crate::{ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Tract
 ///
 /// ```
 /// use omni_core::{BodyReadings, BodyTwist, DriveInput, DriveMode, TractionDrive, TractionDriveState, WheelVelocities};
-/// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-/// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionWheel, WheelControlConfig, WheelLayout};
-/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-/// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-/// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-/// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-/// let drive = TractionDrive::new(drive, supervisor, traction)?;
+/// # use omni_core::examples::{drive, supervisor, traction};
+/// let drive = TractionDrive::new(drive()?, supervisor()?, traction()?)?;
 /// let mut state = TractionDriveState::new(&drive);
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
@@ -86,7 +75,10 @@ impl<R: Real> BodyReadings<'_, R> {
 ///
 /// ```
 /// use omni_core::TractionDriveState;
+/// let state = TractionDriveState::new(&omni_core::examples::traction_drive()?);
+/// assert_eq!((state.supervisor().retries(), state.drive.odometry.pose().x_m), (0, 0.0));
 /// assert!(size_of::<TractionDriveState<f32, 7>>() < 3072); // bytes
+/// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -106,25 +98,6 @@ pub struct TractionDriveState<R, const N: usize> {
 
 impl<R: Real, const N: usize> TractionDriveState<R, N> {
     /// A fresh start.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
-    /// let state = TractionDriveState::new(&drive);
-    /// assert_eq!((state.supervisor().retries(), state.drive.odometry.pose().x_m), (0, 0.0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(drive: &TractionDrive<R, N>) -> Self {
         Self {
@@ -134,25 +107,6 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     }
 
     /// What the supervisor is at.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-    /// # let drive = TractionDrive::new(drive, supervisor, traction)?;
-    /// let state = TractionDriveState::new(&drive);
-    /// assert_eq!(state.supervisor().tries(), 0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.supervised.supervisor
@@ -162,20 +116,8 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
 /// Every signal of one step of a [`TractionDrive`].
 ///
 /// ```
-/// # use omni_core::{BodyReadings, CarriedWheel, Coordination, Drive, DriveConfig, DriveInput, Kinematics, Linkage, PidConfig, PidGains};
-/// # use omni_core::{Supervisor, SupervisorConfig, TorqueLimit, Traction, TractionConfig, TractionDrive, TractionDriveState, TractionWheel};
-/// # use omni_core::{WheelControlConfig, WheelLayout, WheelVelocities};
-/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-/// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-/// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-/// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-/// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-/// # let drive = TractionDrive::new(drive, supervisor, traction)?;
+/// use omni_core::{BodyReadings, DriveInput, TractionDriveState, WheelVelocities};
+/// # let drive = omni_core::examples::traction_drive()?;
 /// let input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] });
 /// let sample = drive.step(&mut TractionDriveState::new(&drive), &input, &BodyReadings::none());
 /// assert_eq!(sample.drive.wheels, sample.traction.wheels);
@@ -197,25 +139,6 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     ///
     /// # Errors
     /// `period_s`, where the law's is not that of the drive.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?; // 1 ms
-    /// let slower = TractionConfig::steady(0.3, 2.0, 2e-3);
-    /// let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, slower)?;
-    /// let error = TractionDrive::new(drive, supervisor, traction).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("period_s", 2e-3));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(
         drive: Drive<R, N>,
         supervisor: Supervisor<R, N>,
@@ -235,24 +158,6 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     }
 
     /// What is around the loops.
-    ///
-    /// ```
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
-    /// assert_eq!(u8::from(drive.drive().shorts_at_rest()), 0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn drive(&self) -> &Drive<R, N> {
         &self.drive
@@ -262,19 +167,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
-    /// # use omni_core::{CarriedWheel, Coordination, Drive, DriveConfig, Kinematics, Linkage, PidConfig, PidGains, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionDrive, TractionWheel, WheelControlConfig, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let (limit, layout) = (TorqueLimit::constant(2.0)?, WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?);
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([limit; 4], Coordination::independent());
-    /// # let control = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let drive = Drive::new(DriveConfig::new(layout, control))?;
-    /// let drive = TractionDrive::new(drive, supervisor, traction)?;
+    /// # let drive = omni_core::examples::traction_drive()?;
     /// let mut state = TractionDriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// // Every encoder is stuck at 5 rad/s. After an emergency stop the motors pull for half a second at most.

@@ -68,11 +68,6 @@ constant_struct!(EstimatorConfig<R> {
 
 impl<R: Real> EstimatorConfig<R> {
     /// Every field but the period as its documentation says.
-    ///
-    /// ```
-    /// let config = omni_core::EstimatorConfig::<f32>::new(1e-3);
-    /// assert_eq!((config.period_s, config.wheel_rad_s, config.slip_s), (1e-3, 0.1, 0.3));
-    /// ```
     #[must_use]
     pub fn new(period_s: R) -> Self {
         Self {

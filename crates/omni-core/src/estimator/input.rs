@@ -25,12 +25,6 @@ pub struct EstimatorInput<R, const N: usize> {
 
 impl<R: Real, const N: usize> EstimatorInput<R, N> {
     /// Wheels alone; on its way.
-    ///
-    /// ```
-    /// use omni_core::EstimatorInput;
-    /// let input = EstimatorInput::new(&[0.5; 4].into());
-    /// assert!(input.wheels.rad_s == [0.5; 4] && !input.told_to_rest);
-    /// ```
     #[must_use]
     pub fn new(wheels: &WheelVelocities<R, N>) -> Self {
         let nan = R::of(f64::NAN);

@@ -44,14 +44,6 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     ///
     /// # Errors
     /// The field of [`EstimatorConfig`] that is out of range, by its name.
-    ///
-    /// ```
-    /// use omni_core::{Estimator, EstimatorConfig, Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
-    /// let error = Estimator::new(EstimatorConfig::new(0.0), &kinematics).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("period_s", 0.0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(config: EstimatorConfig<R>, kinematics: &Kinematics<R, N>) -> Result<Self, ConfigError> {
         let mut squares = [R::zero(); 3];
         for row in kinematics.inverse_matrix() {

@@ -29,12 +29,6 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
     ///
     /// # Errors
     /// Parameter `path_factor` with the wheel's index.
-    ///
-    /// ```
-    /// use omni_core::PathFactors;
-    /// let error = PathFactors::new([1.0, 0.0, 1.0_f64]).unwrap_err(); // no wheel stays while the body moves
-    /// assert_eq!((error.parameter, error.index, error.value), ("path_factor", Some(1), 0.0));
-    /// ```
     pub fn new(factor: [R; N]) -> Result<Self, ConfigError> {
         for (index, &f) in factor.iter().enumerate() {
             within("path_factor", f, 0.01..=100.0, "0.01 to 100").map_err(|error| error.at(index))?;

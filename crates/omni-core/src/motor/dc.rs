@@ -65,20 +65,6 @@ impl<R: Real> DcMotor<R> {
     /// # Errors
     /// The field of [`DcMotorConfig`] that is out of range, by its name; `no_load_current_a` at or above what the
     /// supply can drive, `current_limit_a` at or below the no-load current.
-    ///
-    /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
-    /// // At 12 V over 2 ohm friction that takes 6 A is all that the supply can drive.
-    /// let error = DcMotor::new(DcMotorConfig { no_load_current_a: 6.0, ..config }).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("no_load_current_a", 6.0));
-    /// ```
     pub fn new(config: DcMotorConfig<R>) -> Result<Self, ConfigError> {
         let kt = positive("torque_constant_n_m_a", config.torque_constant_n_m_a)?;
         let resistance = positive("resistance_ohm", config.resistance_ohm)?;
@@ -110,14 +96,8 @@ impl<R: Real> DcMotor<R> {
     /// `kt (U / R - i0)`, slope `kt^2 / R`. Braking, friction would help; it is left out, on the safe side.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let limit = DcMotor::new(config)?.torque_limit(); // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
     /// let at_100_rad_s = 0.05 * (12.0 / 2.0 - 0.1) - 0.05 * 0.05 / 2.0 * 100.0;
     /// assert!((limit.range(100.0).upper_n_m - at_100_rad_s).abs() < 1e-12);
@@ -131,14 +111,8 @@ impl<R: Real> DcMotor<R> {
     /// Speed without load \[rad/s\], `(U - R i0) / kt`: where the line of [`DcMotor::torque_limit`] ends.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
     /// assert!((motor.no_load_speed_rad_s() - (12.0 - 2.0 * 0.1) / 0.05).abs() < 1e-9); // 236 rad/s
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -153,14 +127,8 @@ impl<R: Real> DcMotor<R> {
     /// positive drives forwards.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 0.05 N.m/A, 0.1 A
     /// assert!((motor.current_a(0.1, 50.0) - (2.0 + 0.1)).abs() < 1e-12);
     /// assert!((motor.current_a(0.1, -50.0) - (2.0 - 0.1)).abs() < 1e-12); // it brakes, and friction helps
@@ -183,14 +151,8 @@ impl<R: Real> DcMotor<R> {
     /// forwards.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
     /// assert!((motor.voltage_v(0.1, 100.0) - (2.0 * (2.0 + 0.1) + 0.05 * 100.0)).abs() < 1e-12);
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -206,14 +168,8 @@ impl<R: Real> DcMotor<R> {
     /// supply.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
     /// // What goes in turns the shaft, heats the winding (2.1 A) and overcomes friction.
     /// let sum = 0.1 * 100.0 + 2.0 * 2.1 * 2.1 + 0.05 * 0.1 * 100.0;
@@ -229,14 +185,8 @@ impl<R: Real> DcMotor<R> {
     /// Heat of the winding \[W\], `R i^2`, for a shaft torque \[N.m\] at a velocity \[rad/s\]; never negative.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: None,
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A
     /// assert!((motor.heat_w(0.1, 0.0) - 2.0 * 2.0 * 2.0).abs() < 1e-12); // holding 0.1 N.m at rest takes 2 A
     /// assert!((motor.heat_w(-0.2, 0.0) - 4.0 * 8.0).abs() < 1e-12); // twice the torque, four times the heat

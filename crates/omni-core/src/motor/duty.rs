@@ -41,14 +41,9 @@ impl<R: Real> DcMotor<R> {
     /// For what is not finite duty 0, which counts as limited.
     ///
     /// ```
-    /// # use omni_core::{DcMotor, DcMotorConfig};
-    /// # let config = DcMotorConfig {
-    /// #     torque_constant_n_m_a: 0.05_f64,
-    /// #     resistance_ohm: 2.0,
-    /// #     no_load_current_a: 0.1,
-    /// #     supply_v: 12.0,
-    /// #     current_limit_a: Some(3.0),
-    /// # };
+    /// use omni_core::DcMotor;
+    /// # let mut config = omni_core::examples::motor();
+    /// config.current_limit_a = Some(3.0);
     /// let motor = DcMotor::new(config)?; // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A, a driver of 3 A
     /// let half = motor.duty(0.045, 84.0);
     /// // 0.045 N.m take 0.9 A and friction 0.1 A: 2 V over the winding, and 4.2 V of back-EMF.

@@ -30,13 +30,6 @@ impl<R: Real> GearFriction<R> {
     ///
     /// # Errors
     /// Parameter `coulomb_n_m` or `viscous_n_m_s_rad` where it is negative or not finite.
-    ///
-    /// ```
-    /// use omni_core::{Gearbox, GearFriction};
-    /// let error = GearFriction::new(Gearbox::new(20.0, 0.8)?, -0.04, 0.0).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("coulomb_n_m", -0.04));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(gear: Gearbox<R>, coulomb_n_m: R, viscous_n_m_s_rad: R) -> Result<Self, ConfigError> {
         Ok(Self {
             gear,
@@ -46,12 +39,6 @@ impl<R: Real> GearFriction<R> {
     }
 
     /// Viscous friction at the output \[N.m per rad/s\].
-    ///
-    /// ```
-    /// use omni_core::{Gearbox, GearFriction};
-    /// assert_eq!(GearFriction::new(Gearbox::new(20.0, 0.8)?, 0.04, 0.002)?.viscous_n_m_s_rad(), 0.002);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn viscous_n_m_s_rad(&self) -> R {
         self.viscous_n_m_s_rad

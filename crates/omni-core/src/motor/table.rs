@@ -31,13 +31,6 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// # Errors
     /// With the point's index: parameter `point.speed_rad_s` where a speed is not above the one before (the first: not
     /// >= 0), `point.driving_torque_n_m` where a torque is negative. `points` where there are none, `braking_torque_n_m`.
-    ///
-    /// ```
-    /// use omni_core::TorqueTable;
-    /// let error = TorqueTable::new([(0.0, 2.0), (20.0, 0.0), (10.0, 1.0)], 2.5).unwrap_err(); // not in order
-    /// assert_eq!((error.index, error.value), (Some(2), 10.0));
-    /// assert_eq!(error.to_string(), "point 3: speed_rad_s = 10, allowed: above the speed of the point before");
-    /// ```
     pub fn new(points: [(R, R); M], braking_torque_n_m: R) -> Result<Self, ConfigError> {
         if M == 0 {
             return Err(ConfigError::new("points", 0.0, "1 or more"));

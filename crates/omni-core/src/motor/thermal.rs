@@ -84,14 +84,8 @@ pub struct ThermalModel<R> {
 /// How hot the motor is; `default` is cold.
 ///
 /// ```
-/// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
-/// # let config = ThermalConfig {
-/// #     continuous_torque_n_m: 1.0_f64,
-/// #     peak_torque_n_m: 2.0,
-/// #     time_constant_s: 10.0,
-/// #     derating_start: 0.8,
-/// #     period_s: 0.01,
-/// # };
+/// use omni_core::{ThermalModel, ThermalState};
+/// # let config = omni_core::examples::thermal();
 /// let model = ThermalModel::new(config)?;
 /// assert_eq!(ThermalState::<f64>::default().heat(), 0.0);
 /// // Switched on again while still hot: no more than the continuous torque.
@@ -123,11 +117,6 @@ impl<R: Real> ThermalState<R> {
     }
 
     /// 0 cold, 1 as hot as allowed; more where it gave more torque than was allowed. Never negative.
-    ///
-    /// ```
-    /// use omni_core::ThermalState;
-    /// assert_eq!(ThermalState::<f64>::default().heat(), 0.0);
-    /// ```
     #[must_use]
     pub fn heat(&self) -> R {
         self.heat.total
@@ -146,19 +135,6 @@ impl<R: Real> ThermalModel<R> {
     /// # Errors
     /// The field of [`ThermalConfig`] that is out of range, by its name; `period_s` where it is so long that one period
     /// at peak torque could overheat the motor.
-    ///
-    /// ```
-    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
-    /// # let config = ThermalConfig {
-    /// #     continuous_torque_n_m: 1.0_f64,
-    /// #     peak_torque_n_m: 2.0,
-    /// #     time_constant_s: 10.0,
-    /// #     derating_start: 0.8,
-    /// #     period_s: 0.01,
-    /// # };
-    /// let error = ThermalModel::new(ThermalConfig { peak_torque_n_m: 0.5, ..config }).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("peak_torque_n_m", 0.5)); // below the continuous torque of 1 N.m
-    /// ```
     pub fn new(config: ThermalConfig<R>) -> Result<Self, ConfigError> {
         let continuous = positive("continuous_torque_n_m", config.continuous_torque_n_m)?;
         let peak = positive("peak_torque_n_m", config.peak_torque_n_m)?;
@@ -194,14 +170,8 @@ impl<R: Real> ThermalModel<R> {
     /// Takes in the torque \[N.m\] of one period, of either sign. One that is not finite changes nothing.
     ///
     /// ```
-    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
-    /// # let config = ThermalConfig {
-    /// #     continuous_torque_n_m: 1.0_f64,
-    /// #     peak_torque_n_m: 2.0,
-    /// #     time_constant_s: 10.0,
-    /// #     derating_start: 0.8,
-    /// #     period_s: 0.01,
-    /// # };
+    /// use omni_core::{ThermalModel, ThermalState};
+    /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 10 s, periods of 0.01 s
     /// let mut state = ThermalState::at(0.5);
     /// model.update(&mut state, -2.0); // towards (2 / 1)^2
@@ -218,14 +188,8 @@ impl<R: Real> ThermalModel<R> {
     /// Torque allowed now \[N.m\], either way: continuous to peak.
     ///
     /// ```
-    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
-    /// # let config = ThermalConfig {
-    /// #     continuous_torque_n_m: 1.0_f64,
-    /// #     peak_torque_n_m: 2.0,
-    /// #     time_constant_s: 10.0,
-    /// #     derating_start: 0.8,
-    /// #     period_s: 0.01,
-    /// # };
+    /// use omni_core::{ThermalModel, ThermalState};
+    /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 2 N.m peak, derating from 0.8 on
     /// let allowed = [0.8, 0.9, 1.0].map(|heat| model.allowed_torque_n_m(&ThermalState::at(heat)));
     /// for (allowed, square) in allowed.iter().zip([4.0, 2.5, 1.0]) {
@@ -247,15 +211,8 @@ impl<R: Real> ThermalModel<R> {
     /// A motor's torque range \[N.m\] cut to what its heat allows.
     ///
     /// ```
-    /// # use omni_core::{ThermalConfig, ThermalModel, ThermalState};
-    /// # let config = ThermalConfig {
-    /// #     continuous_torque_n_m: 1.0_f64,
-    /// #     peak_torque_n_m: 2.0,
-    /// #     time_constant_s: 10.0,
-    /// #     derating_start: 0.8,
-    /// #     period_s: 0.01,
-    /// # };
-    /// # use omni_core::TorqueRange;
+    /// use omni_core::{ThermalModel, ThermalState, TorqueRange};
+    /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous
     /// let range = TorqueRange { lower_n_m: -2.0, upper_n_m: 0.25 }; // driving fast, it has little left
     /// let hot = model.derated(&range, &ThermalState::at(1.0));

@@ -120,14 +120,6 @@ pub struct PidConfig<R> {
 impl<R: Real> PidConfig<R> {
     /// Eq. (10) and nothing else, with a control period of `period_s` \[s\], 1e-6 to 10: whole weights, no filter, no
     /// feed-forward, no limits, the integral taken in before the output and never held back.
-    ///
-    /// ```
-    /// use omni_core::{AntiWindup, PidConfig, PidGains};
-    /// let gains = PidGains { kp_n_m_s_rad: 2.0_f64, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.5 };
-    /// let config = PidConfig::new(gains, 1e-3);
-    /// assert_eq!((config.proportional_weight, config.derivative_weight, config.derivative_filter_s), (1.0, 1.0, 0.0));
-    /// assert_eq!((config.output.upper_n_m, config.anti_windup), (f64::INFINITY, AntiWindup::None));
-    /// ```
     #[must_use]
     pub fn new(gains: PidGains<R>, period_s: R) -> Self {
         Self {
@@ -219,16 +211,6 @@ impl<R: Real> PidConfig<R> {
 
     /// The same with the derivative of the measurement alone (`derivative_weight` 0): it brakes what moves, and a step
     /// of the reference does not kick.
-    ///
-    /// ```
-    /// use omni_core::{Pid, PidConfig, PidGains, PidState};
-    /// let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.5 };
-    /// let pid = Pid::new(PidConfig::new(gains, 0.25).with_derivative_on_measurement())?;
-    /// let mut state = PidState::default();
-    /// pid.step(&mut state, 0.0, 0.0);
-    /// assert_eq!(pid.step(&mut state, 9.0, 1.0).output_n_m, -0.5 * (1.0 / 0.25)); // 9 is not looked at
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn with_derivative_on_measurement(self) -> Self {
         Self {

@@ -9,15 +9,11 @@ use crate::{
 /// omni-core's loops as a [`Policy`]: a vehicle's limits, then [`Controller::step`].
 ///
 /// ```
-/// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-/// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-/// # let [vx, vy, wz] = [AxisLimits::symmetric(0.4, f64::INFINITY, f64::INFINITY, f64::INFINITY); 3];
-/// # let limits = TwistLimits::PerAxis { vx, vy, wz };
+/// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, WheelLayout};
+/// # let limiter = omni_core::examples::limiter(0.4)?;
+/// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
 /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-/// let mut policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller); // 0.4 m/s at most
+/// let mut policy = ControllerPolicy::new(limiter, controller); // 0.4 m/s at most
 /// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO }, [0.0; 4]);
 /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut torques_n_m);
 /// assert!(torques_n_m.iter().all(|torque| (torque - 0.25 * 0.4 / 0.1).abs() < 1e-12));
@@ -34,20 +30,6 @@ pub struct ControllerPolicy<R, const N: usize> {
 
 impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     /// Freshly started.
-    ///
-    /// ```
-    /// use omni_core::{Controller, ControllerPolicy, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limits = TwistLimits::PerAxis { vx, vy, wz };
-    /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let policy = ControllerPolicy::new(TwistLimiter::new(limits, 1e-3)?, controller);
-    /// assert_eq!(policy.sample().wheels.applied.n_m, [0.0; 4]);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(limiter: TwistLimiter<R>, controller: Controller<R, N>) -> Self {
         Self {
@@ -59,87 +41,24 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     }
 
     /// The loops.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
-    /// assert!((policy.controller().kinematics().inverse_matrix()[0][0] - 1.0 / 0.1).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn controller(&self) -> &Controller<R, N> {
         &self.controller
     }
 
     /// Everything that the last step did.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
-    /// assert_eq!(policy.sample().wheels.p_n_m, [-0.25; 4]);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn sample(&self) -> &ControlSample<R, N> {
         &self.sample
     }
 
     /// What it remembers.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
-    /// assert!((policy.state().1.integral_n_m[0] + 0.002).abs() < 1e-5); // at rest integrals fall by a five-hundredth
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
         &self.state
     }
 
     /// Goes on from what another one of the same kind remembered.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Controller, ControllerPolicy, Policy, Readings, TwistLimiter, WheelLayout};
-    /// # use omni_core::{AxisLimits, Coordination, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// # let [vx, vy, wz] = [AxisLimits::unlimited(); 3];
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx, vy, wz }, 1e-3)?;
-    /// # let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
-    /// let mut policy = ControllerPolicy::new(limiter, controller); // ki dt is 0.002
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[1.0_f64; 4]), &mut [0.0; 4]);
-    /// let mut other = ControllerPolicy::new(limiter, controller);
-    /// other.restore(*policy.state());
-    /// assert_eq!(other.state().1.integral_n_m, policy.state().1.integral_n_m);
-    /// assert!((other.state().1.integral_n_m[0] + 0.002).abs() < 1e-5);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
         self.state = state;
     }
@@ -177,10 +96,7 @@ impl<R: Real, const N: usize> Policy<R> for ControllerPolicy<R, N> {
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveMode, DrivePolicy, Policy, Readings, WheelLayout};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+/// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
 /// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?);
 /// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO }, [0.0; 4]);
 /// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: let go
@@ -197,20 +113,6 @@ pub struct DrivePolicy<R, const N: usize> {
 
 impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// Freshly started.
-    ///
-    /// ```
-    /// use omni_core::{Drive, DriveConfig, DrivePolicy, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut policy = DrivePolicy::new(drive);
-    /// policy.state_mut().emergency_stop();
-    /// assert!(policy.sample().is_none()); // no step yet
-    /// assert_eq!(policy.state().odometry.pose().x_m, 0.0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(drive: Drive<R, N>) -> Self {
         Self {
@@ -221,19 +123,6 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     }
 
     /// The drive.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut policy = DrivePolicy::new(drive);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
-    /// assert!((policy.drive().kinematics().inverse_matrix()[0][0] - 1.0 / 0.1).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn drive(&self) -> &Drive<R, N> {
         &self.drive
@@ -243,10 +132,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
     /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
@@ -259,19 +145,6 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     }
 
     /// What it remembers.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut policy = DrivePolicy::new(drive);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
-    /// assert!((policy.state().odometry.pose().x_m - 0.5e-3).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn state(&self) -> &DriveState<R, N> {
         &self.state
@@ -281,10 +154,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DrivePolicy, Policy, Readings, WheelLayout};
-    /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-    /// # let gains = PidGains { kp_n_m_s_rad: 0.25, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };
-    /// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 4], Coordination::independent());
-    /// # let config = WheelControlConfig { pid: PidConfig::new(gains, 1e-3), limits, coordination };
+    /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
     /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest

@@ -57,11 +57,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// along the old direction is taken over as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
     ///
     /// ```
-    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
-    /// # let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m: [0.0; 2] };
-    /// # let linkage = Linkage::new(&[], &[CarriedWheel { body: 0, centre_m: [0.0; 3] }; 4])?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, [wheel; 4], TractionConfig::steady(0.3, 2.0, 1e-3))?;
+    /// use omni_core::{BodyTwist, TractionState};
+    /// # let traction = omni_core::examples::traction()?;
     /// let mut state = TractionState::new();
     /// traction.command(&mut state, &BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO });
     /// assert_eq!(state.speed_m_s(), 0.0); // along y from now on

@@ -30,17 +30,9 @@ pub struct TractionPolicyState<R, const N: usize> {
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings, TractionPolicy};
-/// # use omni_core::{AxisLimits, CarriedWheel, Kinematics, Linkage, Supervisor, SupervisorConfig, TorqueLimit, Traction, TractionConfig};
-/// # use omni_core::{TractionWheel, TwistLimiter, TwistLimits, WheelLayout};
-/// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-/// # let limit = TorqueLimit::constant(2.0)?;
-/// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-/// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-/// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-/// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-/// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-/// # let any = AxisLimits::unlimited();
-/// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+/// # let traction = omni_core::examples::traction()?;
+/// # let supervisor = omni_core::examples::supervisor()?;
+/// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
 /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
 /// // Sideways to the left from rest: the four wheels of a mecanum vehicle give the same, in the pattern of that way.
 /// let (left, mut torques_n_m) = (BodyTwist { vy_m_s: 0.3, ..BodyTwist::ZERO }, [0.0; 4]);
@@ -69,25 +61,6 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
 
 impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// Freshly started.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// assert_eq!((policy.name(), policy.supervisor().retries()), ("traction", 0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(limiter: TwistLimiter<R>, supervisor: Supervisor<R, N>, traction: Traction<R, N>) -> Self {
         Self::with(limiter, Some(supervisor), traction)
@@ -96,20 +69,11 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// Without a supervisor: the target speed is the commanded one, and there is one try.
     ///
     /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// use omni_core::{BodyTwist, Policy, Readings, TractionPolicy};
+    /// # let traction = omni_core::examples::traction()?;
+    /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
     /// let mut policy = TractionPolicy::unsupervised(limiter, traction);
+    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_eq!(policy.sample().target_m_s, 0.3); // at once: nobody slows the target
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -140,17 +104,10 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// Those of [`WheelController::with_rest`](crate::WheelController::with_rest).
     ///
     /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Rest, Supervisor, SupervisorConfig};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionWheel, TwistLimiter, TwistLimits, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
+    /// use omni_core::{BodyTwist, Policy, Readings, Rest, TractionPolicy};
+    /// # let traction = omni_core::examples::traction()?;
+    /// # let supervisor = omni_core::examples::supervisor()?;
+    /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
     /// let mut rest = Rest::default();
     /// rest.bleed_s = 0.003; // three periods
     /// let mut policy = TractionPolicy::new(limiter, supervisor, traction).with_rest(rest)?;
@@ -170,135 +127,30 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     }
 
     /// The law.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// assert!((policy.traction().kinematics().inverse_matrix()[0][0] - 10.0).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn traction(&self) -> &Traction<R, N> {
         &self.traction
     }
 
     /// Everything that the last step did.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// assert!((policy.sample().target_m_s - 4.0 * 1e-3).abs() < 1e-12); // the supervisor lets it rise at 4 m/s^2
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn sample(&self) -> &TractionSample<R, N> {
         &self.sample
     }
 
     /// What the supervisor is at.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// assert_eq!(policy.supervisor().mode().number(), 0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.state.supervised.supervisor
     }
 
     /// What it remembers.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// let mut other = policy;
-    /// other.restore(*policy.state());
-    /// assert_eq!(other.sample().speed_m_s, 0.0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn state(&self) -> &TractionPolicyState<R, N> {
         &self.state
     }
 
     /// Goes on from what another one remembered.
-    ///
-    /// ```
-    /// # use omni_core::{AxisLimits, BodyTwist, CarriedWheel, Kinematics, Linkage, Policy, Readings, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionPolicy, TractionState, TractionTarget, TractionWheel, TwistLimiter, TwistLimits};
-    /// # use omni_core::WheelLayout;
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-    /// # let any = AxisLimits::unlimited();
-    /// # let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
-    /// # let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let mut policy = TractionPolicy::new(limiter, supervisor, traction);
-    /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// let mut again = policy;
-    /// again.reset();
-    /// again.restore(*policy.state());
-    /// again.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// assert!((again.sample().target_m_s - 8.0 * 1e-3).abs() < 1e-12); // its second period
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn restore(&mut self, state: TractionPolicyState<R, N>) {
         self.state = state;
     }

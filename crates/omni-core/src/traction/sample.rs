@@ -90,10 +90,6 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
     }
 
     /// At rest.
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionSample::<f32, 4>::zero().slip_rad_s, [0.0; 4]);
-    /// ```
     #[must_use]
     pub const fn zero() -> Self {
         Self {

@@ -141,11 +141,6 @@ impl<R: Real, const N: usize> Default for TractionState<R, N> {
 
 impl<R: Real, const N: usize> TractionState<R, N> {
     /// A fresh start, for a `static` too.
-    ///
-    /// ```
-    /// use omni_core::TractionState;
-    /// assert_eq!(TractionState::<f64, 4>::new(), TractionState::default());
-    /// ```
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -186,30 +181,18 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     }
 
     /// Measured speed along the direction of travel \[m/s\].
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionState::<f64, 4>::new().speed_m_s(), 0.0);
-    /// ```
     #[must_use]
     pub fn speed_m_s(&self) -> R {
         self.speed_m_s
     }
 
     /// Common thrust \[N.m\].
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionState::<f64, 4>::new().thrust_n_m(), 0.0);
-    /// ```
     #[must_use]
     pub fn thrust_n_m(&self) -> R {
         self.thrust_n_m
     }
 
     /// What drives the wheels.
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionState::<f64, 4>::new().loops().number(), 0); // every wheel's own
-    /// ```
     #[must_use]
     pub fn loops(&self) -> TractionLoops {
         self.loops

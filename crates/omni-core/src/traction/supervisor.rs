@@ -107,14 +107,6 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     ///
     /// # Errors
     /// Whatever of the configuration is out of its range.
-    ///
-    /// ```
-    /// use omni_core::{Supervisor, SupervisorConfig};
-    /// let mut config = SupervisorConfig::steady(1e-3_f64);
-    /// config.ladder.run_up_m_s = 0.0;
-    /// let error = Supervisor::new(&[[0.0; 2]; 4], config).unwrap_err();
-    /// assert_eq!(error.to_string(), "run_up_m_s = 0, allowed: 0.001 to 100");
-    /// ```
     pub fn new(places_m: &[[R; 2]; N], config: SupervisorConfig<R>) -> Result<Self, ConfigError> {
         config.check()?;
         let along = [0, 1].map(|axis| rows(&places_m.map(|place: [R; 2]| place[axis])));
@@ -126,13 +118,6 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     }
 
     /// Its configuration.
-    ///
-    /// ```
-    /// use omni_core::{Supervisor, SupervisorConfig};
-    /// let supervisor = Supervisor::new(&[[0.0; 2]; 4], SupervisorConfig::reach(1e-3_f64))?;
-    /// assert_eq!(supervisor.config().ladder.gentle, 1);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn config(&self) -> &SupervisorConfig<R> {
         &self.config
@@ -141,15 +126,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     /// The target of a period, by how the vehicle moved in the last one. [`super::Traction::command`] goes before it.
     ///
     /// ```
-    /// # use omni_core::{BodyTwist, CarriedWheel, Kinematics, Linkage, Supervisor, SupervisorConfig, SupervisorState};
-    /// # use omni_core::{TorqueLimit, Traction, TractionConfig, TractionState, TractionWheel, WheelLayout};
-    /// # let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
-    /// # let limit = TorqueLimit::constant(2.0)?;
-    /// # let wheels = places.map(|place_m| TractionWheel { limit, inertia_kg_m2: 0.002, carrier: [1.0, 0.0], place_m });
-    /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.1] }))?;
-    /// # let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1_f64)?)?;
-    /// # let traction = Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, 1e-3))?;
-    /// # let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+    /// use omni_core::{BodyTwist, SupervisorState, TractionState};
+    /// # let traction = omni_core::examples::traction()?;
+    /// # let supervisor = omni_core::examples::supervisor()?;
     /// let (mut state, mut memory) = (TractionState::new(), SupervisorState::new());
     /// traction.command(&mut state, &BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO });
     /// let target = supervisor.step(&mut memory, &state);

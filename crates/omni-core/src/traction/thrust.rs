@@ -61,10 +61,6 @@ constant_enum!(TractionLoops {
 
 impl TractionLoops {
     /// The number that stands for it in tables, 0 to 2 in the order above.
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionLoops::Traction.number(), 1);
-    /// ```
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8

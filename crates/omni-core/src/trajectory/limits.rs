@@ -64,15 +64,6 @@ pub struct PathLimits<R, const N: usize> {
 
 impl<R: Real, const N: usize> PathLimits<R, N> {
     /// These limits and no others.
-    ///
-    /// ```
-    /// use omni_core::{MotionLimits, PathLimits, PlanarInertia, TorqueLimit};
-    /// let motion = MotionLimits { velocity: 1.0_f32, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
-    /// let body = PlanarInertia { mass_kg: 7.0, yaw_kg_m2: 0.1, centre_m: [0.0; 2] };
-    /// let limits = PathLimits::new(motion, motion, body, [20.0; 3], [TorqueLimit::constant(1.0)?; 3]);
-    /// assert_eq!((limits.fastest.vx_m_s, limits.share), (f32::INFINITY, 0.9));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     #[must_use]
     pub fn new(
         linear: MotionLimits<R>,

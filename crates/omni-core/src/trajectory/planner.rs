@@ -51,17 +51,6 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     ///
     /// # Errors
     /// The limit that is out of its range, by its name in [`PathLimits`].
-    ///
-    /// ```
-    /// use omni_core::{Kinematics, MotionLimits, PathLimits, PlanarInertia, TorqueLimit, TrajectoryPlanner, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
-    /// let motion = MotionLimits { velocity: 1.0, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
-    /// let body = PlanarInertia { mass_kg: -7.0, yaw_kg_m2: 0.1, centre_m: [0.0; 2] };
-    /// let limits = PathLimits::new(motion, motion, body, [20.0; 3], [TorqueLimit::constant(1.0)?; 3]);
-    /// let error = TrajectoryPlanner::new(&kinematics, limits).unwrap_err();
-    /// assert_eq!((error.parameter, error.value), ("mass_kg", -7.0));
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
     pub fn new(kinematics: &Kinematics<R, N>, limits: PathLimits<R, N>) -> Result<Self, ConfigError> {
         limits.check()?;
         let kinematics = *kinematics;
@@ -152,14 +141,10 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     /// Actuator velocities \[rad/s\] of a vehicle that is where a sample says, and moves so.
     ///
     /// ```
-    /// # use omni_core::{Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment, PlanarInertia, TorqueLimit};
-    /// # use omni_core::{TrajectoryPlanner, Waypoint, WheelLayout};
-    /// # let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.5, 0.4, 0.1)?)?;
-    /// # let motion = MotionLimits { velocity: 0.5, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
-    /// # let body = PlanarInertia { mass_kg: 20.0, yaw_kg_m2: 1.0, centre_m: [0.0; 2] };
-    /// # let limits = PathLimits::new(motion, motion, body, [25.0; 4], [TorqueLimit::constant(3.0)?; 4]);
-    /// let planner = TrajectoryPlanner::new(&kinematics, limits)?; // 0.5 m/s, 1 m/s^2, 20 kg, four wheels of 0.1 m
+    /// use omni_core::{PathPiece, PathSegment, Waypoint};
+    /// # let planner = omni_core::examples::planner()?;
     /// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
+    /// // 0.5 m/s, 1 m/s^2, 20 kg, four wheels of 0.1 m.
     /// let ahead = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(2.0, 0.0)], &mut segments, &mut pieces)?;
     /// let halfway = ahead.at(0.5 * ahead.duration_s());
     /// assert!((planner.velocities(&halfway).rad_s[0] - 5.0).abs() < 1e-9);
@@ -174,14 +159,10 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     /// friction takes is not in them.
     ///
     /// ```
-    /// # use omni_core::{Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment, PlanarInertia, TorqueLimit};
-    /// # use omni_core::{TrajectoryPlanner, Waypoint, WheelLayout};
-    /// # let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.5, 0.4, 0.1)?)?;
-    /// # let motion = MotionLimits { velocity: 0.5, acceleration: 1.0, deceleration: 1.0, jerk: 10.0 };
-    /// # let body = PlanarInertia { mass_kg: 20.0, yaw_kg_m2: 1.0, centre_m: [0.0; 2] };
-    /// # let limits = PathLimits::new(motion, motion, body, [25.0; 4], [TorqueLimit::constant(3.0)?; 4]);
-    /// let planner = TrajectoryPlanner::new(&kinematics, limits)?; // 0.5 m/s, 1 m/s^2, 20 kg, four wheels of 0.1 m
+    /// use omni_core::{PathPiece, PathSegment, Waypoint};
+    /// # let planner = omni_core::examples::planner()?;
     /// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
+    /// // 0.5 m/s, 1 m/s^2, 20 kg, four wheels of 0.1 m.
     /// let ahead = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(2.0, 0.0)], &mut segments, &mut pieces)?;
     /// let speeding_up = ahead.at(0.3); // the jerk of 10 m/s^3 is behind
     /// assert!((planner.torques(&speeding_up).n_m[0] - 20.0 * 1.0 / 4.0 * 0.1).abs() < 1e-9);

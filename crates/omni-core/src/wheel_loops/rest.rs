@@ -22,10 +22,8 @@ use crate::{Real, WheelVelocities};
 ///
 /// ```
 /// use omni_core::{ControlState, Rest, WheelController, WheelVelocities};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.25), limits, coordination };
+/// # let mut config = omni_core::examples::loops(0.5, 2.0, 2.0)?;
+/// config.pid.period_s = 0.25;
 /// let mut rest = Rest::default();
 /// rest.bleed_s = 1.0;
 /// let wheels = WheelController::new(config)?.with_rest(rest)?;

@@ -34,10 +34,8 @@ pub struct WheelControlConfig<R, const N: usize> {
 ///
 /// ```
 /// use omni_core::{ControlState, WheelController};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.0, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.25), limits, coordination };
+/// # let mut config = omni_core::examples::loops(0.0, 2.0, 2.0)?;
+/// config.pid.period_s = 0.25;
 /// let wheels = WheelController::new(config)?;
 /// let mut state = ControlState::default();
 /// for _ in 0..2 {
@@ -84,12 +82,6 @@ impl<R: Real, const N: usize> Default for ControlState<R, N> {
 
 impl<R: Real, const N: usize> ControlState<R, N> {
     /// A fresh start, for a `static` too.
-    ///
-    /// ```
-    /// use omni_core::ControlState;
-    /// static STATE: ControlState<f32, 7> = ControlState::new();
-    /// assert_eq!((STATE, STATE.integral_n_m), (ControlState::default(), [0.0; 7]));
-    /// ```
     #[must_use]
     pub const fn new() -> Self {
         let zero = [R::ZERO; N];
@@ -120,10 +112,8 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 ///
 /// ```
 /// use omni_core::{ControlState, WheelController};
-/// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
-/// # let gains = PidGains { kp_n_m_s_rad: 0.5, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.0 };
-/// # let (limits, coordination) = ([TorqueLimit::constant(2.0)?; 2], Coordination::independent());
-/// # let config = WheelControlConfig { pid: PidConfig::new(gains, 0.125), limits, coordination };
+/// # let mut config = omni_core::examples::loops(0.5, 2.0, 2.0)?;
+/// config.pid.period_s = 0.125;
 /// let wheels = WheelController::new(config)?;
 /// let sample = wheels.step(&mut ControlState::default(), &[2.0, 8.0].into(), &[0.0, 0.0].into());
 /// assert_eq!((sample.p_n_m[0], sample.i_n_m[0]), (0.5 * 2.0, 2.0 * 0.125 * 2.0));
@@ -185,12 +175,6 @@ pub struct WheelSample<R, const N: usize> {
 impl<R: Real, const N: usize> WheelSample<R, N> {
     /// At rest, to be written to by [`WheelController::step_into`](crate::WheelController::step_into): all zero but the
     /// common factor, which is 1.
-    ///
-    /// ```
-    /// use omni_core::WheelSample;
-    /// let sample = WheelSample::<f32, 3>::zero();
-    /// assert_eq!((sample.applied.n_m, sample.active, sample.common_factor), ([0.0; 3], [false; 3], 1.0));
-    /// ```
     #[must_use]
     pub const fn zero() -> Self {
         let zero = [R::ZERO; N];
