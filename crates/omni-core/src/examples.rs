@@ -1,4 +1,4 @@
-//! What examples of this documentation begin with. Not part of the interface: it may change at any time.
+//! The set-up that examples of this documentation share. Not part of the interface: it may change at any time.
 
 use crate::{
     AxisLimits, CarriedWheel, ConfigError, Coordination, DcMotorConfig, Drive, DriveConfig, Expectation,

@@ -1,4 +1,4 @@
-//! Facts of constructors and getters that their documentation states without an example.
+//! Tests of what the documentation of constructors and getters states without an example.
 
 use crate::{
     AntiWindup, BodyTwist, ConfigError, Controller, ControllerPolicy, Drive, DriveConfig, DriveMode,
