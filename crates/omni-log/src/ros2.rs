@@ -454,7 +454,7 @@ mod tests {
     #[test]
     fn a_vehicle_state_comes_back_as_it_was() {
         let wheel = |first| {
-            let mut signals = [f64::NAN; LOGGED_SIGNALS];
+            let mut signals = [0.5; LOGGED_SIGNALS];
             signals[0] = first;
             WheelState {
                 name: "front".into(),

@@ -56,7 +56,7 @@ pub struct Waypoint<R> {
     /// Fastest on the way here \[m/s\], above 0 and up to 1000; none is as fast as limits let it. Without effect on the first.
     pub speed_m_s: Option<R>,
     /// When the vehicle is there \[s\] from the start, above 0 and up to 100000, later than the time of the waypoint before; none is as soon as
-    /// limits let it. Without effect on the first, which is at 0.
+    /// limits let it. At that waypoint the vehicle is no faster than the mean before and after it. Without effect on the first, which is at 0.
     pub time_s: Option<R>,
 }
 

@@ -61,7 +61,9 @@ pub(super) fn schedule<R: Real>(
         };
         let run = &mut segments[start..=last];
         let asked = time_s - start_s;
-        if !slowed(run, asked) {
+        // Times are rounded by their size, and so is what lies between two of them.
+        let rounding = R::of(16.0) * R::default_epsilon() * time_s;
+        if !slowed(run, asked, rounding) {
             let sooner = "a later time: the limits do not permit this one";
             return Err(ConfigError::new("waypoint.time_s", time_s.as_f64(), sooner).at(last + 1));
         }
@@ -154,16 +156,16 @@ fn lower<R: Real>(run: &mut [PathSegment<R>], i: usize, side: usize, speed: R) {
 }
 
 /// Holds a run back until it takes `asked` \[s\]; says whether it can be so quick. Its outer ends keep their speeds.
-fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R) -> bool {
+fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R, rounding: R) -> bool {
     let least = run
         .iter()
         .fold(R::ZERO, |sum, s| sum + s.time_at(s.allowed.velocity, s.ends));
-    if least > asked * (R::ONE + R::of(16.0) * R::default_epsilon()) {
+    if least > asked + rounding {
         return false;
     }
     if let Some(last) = run.last_mut().filter(|last| last.waits()) {
         // There as soon as may be, and then wait.
-        last.duration_s = asked - least;
+        last.duration_s = if asked > least { asked - least } else { R::ZERO };
         return true;
     }
     // Where the vehicle moves at all, its turns on the spot take the time they take.
