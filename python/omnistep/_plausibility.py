@@ -42,6 +42,7 @@ AXES_READ = (
     (np.diag([1e-3, 1e-3, 1]), 0.0, "x and y {of} look like millimetres"),
     (np.diag([1e-2, 1e-2, 1]), 0.0, "x and y {of} look like centimetres"),
     (np.diag([0.0254, 0.0254, 1]), 0.0, "x and y {of} look like inches"),
+    (np.diag([0.3048, 0.3048, 1]), 0.0, "x and y {of} look like feet"),
 )
 
 

@@ -18,17 +18,20 @@ Integers = NDArray[np.int64]
 #: Wheels and a measured pose are compared over parts of a drive of this time [s] and way [m] or more, if there are so
 #: many of them. What wheels turn is summed over this time [s].
 OVER_S, MOVES_M, FEWEST, STEP_S = 0.5, 0.05, 10, 0.02
-#: Poses that are closer in time than this [s] bend by their noise; a part is so many times the noise or more.
-CLOSE_S, NOISY = 0.05, 6.0
+#: Poses bend by their noise where they are closer in time [s], or wheels roll less [m], than this; a part is so many
+#: times the noise or more.
+CLOSE_S, IDLE_M, NOISY = 0.05, 0.002, 6.0
 #: Beyond this turn from one pose to the next, poses do not say by how much a vehicle turned [rad].
 BLIND = 2.0
 #: Readings within so much of the best one are as likely. What is apart by less than `DISAGREE` but more than the second
 #: is said only where a reading fits.
-ALSO, SLIGHT = 0.01, 0.04
+ALSO, SLIGHT = 0.01, 0.07
 #: A pose stands in a part of which it moves less than this; it is said of so many parts in sequence, or more.
 STANDS, STANDING = 0.1, 10
-#: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll.
+#: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll, and
+#: what 95 % of its steps are at most.
 JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
+AXES = ("x", "y", "the heading")
 #: Clocks are tried so much late, and early [s].
 LATE_S = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 
@@ -55,6 +58,9 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     every = sorted([*likely, *exact])
     best = every[0][0]
     if best > FITS * before:
+        stuck = [name for name, constant in zip(AXES, _constant(seen.poses), strict=True) if constant]
+        if stuck:
+            return [*doubts, f"{said}; {' and '.join(stuck)} of the pose does not change"]
         return [*doubts, f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
     readings = [reading for apart, reading in every if apart < best + ALSO][:3]
     return [*doubts, f"{said}; {', or '.join(readings)}, then {100 * best:.0f} %"]
@@ -81,11 +87,8 @@ class _Seen:
         self.turned = np.diff(turned, axis=0, prepend=turned[:1])
         self.poses, self.path = pose[self.rows], self._path(np.eye(len(self.names)))
         unknown = np.cumsum(~np.isfinite(measured_rad_s).all(axis=1))[self.rows + 1]
-        #: Noise of the pose by how much it bends from sample to sample.
-        self.sigma = np.zeros(3)
-        if len(self.rows) > 2 and np.median(np.diff(self.rows)) * period_s < CLOSE_S:
-            self.sigma = _noise(self.poses)
         self.odometry = self.path[np.searchsorted(self.nodes, self.rows)]
+        self.sigma = self._sigma()
         #: Samples at which parts begin and end, (P, 2).
         self.ends = self._parts()
         begin, end = self.ends.T
@@ -104,6 +107,16 @@ class _Seen:
         steps = (twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * (heading - 0.5 * twist[:, 2]))
         at = np.cumsum(steps)
         return np.column_stack([at.real, at.imag, heading])
+
+    def _sigma(self) -> Floats:
+        """Noise of the pose by how much it bends from sample to sample."""
+        bends = np.diff(self.poses, n=2, axis=0)
+        rolls = np.abs(np.diff(self.odometry * self.scaled, axis=0)).max(axis=1, initial=0.0)
+        idle = np.maximum(rolls[1:], rolls[:-1]) < IDLE_M
+        if idle.sum() >= FEWEST:
+            return _noise(bends[idle])
+        close = len(bends) > 0 and np.median(np.diff(self.rows)) * self.period_s < CLOSE_S
+        return _noise(bends) if close else np.zeros(3)
 
     def _parts(self) -> Integers:
         """Cut between samples where either has moved by enough."""
@@ -160,11 +173,14 @@ class _Seen:
 
     def jumps(self) -> list[str]:
         """Report a pose that jumps now and then; the parts over jumps are left out."""
+        if not len(self.ends):
+            return []
         steps, rolled = (np.abs(np.diff(each, axis=0)) for each in (self.poses, self.odometry))
         moved, rolls = np.hypot(*steps[:, :2].T), np.hypot(*rolled[:, :2].T)
         noise = 2.0 * NOISY * self.sigma
-        jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * rolls
-        jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * rolled[:, 2]
+        usual, usually = np.percentile(moved, 95), np.percentile(steps[:, 2], 95)
+        jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * np.maximum(rolls, usual)
+        jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * np.maximum(rolled[:, 2], usually)
         count = int(jumps.sum())
         if not 0 < count <= min(max(MOST_JUMPS, len(jumps) // 1000), np.count_nonzero(moved > 0.0) // 10):
             return []
@@ -182,18 +198,16 @@ class _Seen:
         still = np.flatnonzero(np.diff(np.concatenate([[False], way < STANDS * rolled, [False]]).astype(int)))
         doubts, stood = [], np.zeros(len(way), dtype=bool)
         for first, after in still.reshape(-1, 2):
-            begin, end = int(self.ends[first, 0]), int(self.ends[after - 1, 1])
-            poses = self.poses[begin : end + 1]
-            # Noise bends from sample to sample as much as it spreads.
-            if after - first < STANDING or (np.ptp(poses, axis=0) > 2.0 * NOISY * _noise(poses) + 1e-3).any():
+            # It may begin to stand within the first part, and end in the last one.
+            begin, end = int(self.ends[first, 1]), int(self.ends[after - 1, 0])
+            if after - first < STANDING or not _constant(self.poses[begin : end + 1]).all():
                 continue
-            stood[first:after] = True
-            if len(doubts) < 1:
-                since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
-                when = "" if stood.all() else f" from {since:.1f} to {until:.1f} s"
-                doubts.append(f"the pose does not move{when} while the wheels do")
+            stood[max(first - 1, 0) : after + 1] = True
+            since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
+            when = "" if stood.all() else f" from {since:.1f} to {until:.1f} s"
+            doubts.append(f"the pose does not move{when} while the wheels do")
         self.ends = self.ends[~stood]
-        return doubts
+        return doubts[:1]
 
     def adjusted(self, rolled: Floats, way: Floats) -> list[tuple[float, str]]:
         """What readings leave that may be wrong by a little: scale, heading, place of the marker, clock."""
@@ -239,10 +253,14 @@ class _Seen:
         return found
 
 
-def _noise(poses: Floats) -> Floats:
-    """Noise of poses at equal times, by how much they bend."""
-    bends = np.abs(np.diff(poses, n=2, axis=0))
-    return np.median(bends, axis=0) / 0.6745 / 6**0.5 if len(bends) else np.zeros(3)
+def _noise(bends: Floats) -> Floats:
+    """Noise of readings of which these are second differences."""
+    return np.asarray(np.median(np.abs(bends), axis=0) / 0.6745 / 6**0.5) if len(bends) else np.zeros(bends.shape[1])
+
+
+def _constant(poses: Floats) -> Flags:
+    """Which columns only vary as noise does, which bends from sample to sample as much as it spreads."""
+    return np.asarray(np.ptp(poses, axis=0) < 2.0 * NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)
 
 
 def _orders(wheels: int) -> list[list[int]]:

@@ -313,9 +313,12 @@ def _doubtful(
     if "gyro_rad_s" in columns:
         doubts += _followed.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
     if "pose" in log_map.signals:
-        ends = np.round((read["pose"][2].time_ns - starts_ns) / _period_ns(log_map.scenario)).astype(np.int64) - 1
-        sampled = np.unique(ends[(ends >= 0) & (ends < len(measured))])
-        pose = np.column_stack([columns[f"pose_{name}"] for name in _PLACE])
+        period_ns = _period_ns(log_map.scenario)
+        rows = np.round((read["pose"][2].time_ns - starts_ns) / period_ns).astype(np.int64) - 1
+        sampled = np.unique(rows[(rows >= 0) & (rows < len(measured))])
+        # Headings in degrees read as rad would lose whole turns in the log's column.
+        ends = starts_ns + period_ns * np.arange(1, len(measured) + 1, dtype=np.int64)
+        pose = np.column_stack([channel.at(ends) for channel in read["pose"]])
         doubts += _pose_doubts.of_pose(vehicle, measured, log_map.scenario.period_s, pose, sampled)
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
