@@ -16,8 +16,6 @@ Floats = NDArray[np.float64]
 DISAGREE = 0.2
 #: Two rates are of the same thing where they correlate so.
 ALIKE = 0.7
-#: A rate this many times another one is in other units: degrees are 57.3 times radians.
-OTHER_UNIT = 5.0
 #: What turns less than this on the average says nothing [rad/s, m/s].
 STILL = 0.02
 #: Wheels are compared by what they turn in this time [s]: a count more or less is then none to speak of.
@@ -26,6 +24,8 @@ OVER_S = 0.2
 MOTOR, BEYOND = ("wheels", "references", "torques", "commanded_torques"), 0.05
 #: A step of a counter this many times the usual ones is a jump; up to so many, or one in a thousand, are single ones.
 JUMP, MOST_JUMPS = 20.0, 10
+#: A counter that goes round goes on within so many usual steps of those beside.
+ROUND = 4.0
 #: A reading fits that leaves so much of what is apart.
 FITS = 0.4
 #: Axes of a pose or a command as combinations of what was read, and by how much its heading is off [rad].
@@ -70,18 +70,6 @@ def of_parts(vehicle: Vehicle, turned: Floats) -> list[str]:
     ]
 
 
-def of_yaw(turning_rad_s: Floats, gyro_rad_s: Floats) -> list[str]:
-    """Report a gyro that contradicts the wheels' yaw rate, both (T,)."""
-    slope = _slope(turning_rad_s, gyro_rad_s)
-    if slope is None or 1.0 / OTHER_UNIT < slope < OTHER_UNIT:
-        return []
-    if slope < 0.0:
-        return ["the gyro has the opposite sign of the wheels: counter-clockwise must be positive"]
-    return [
-        f"the gyro reads {slope:.3g} times the yaw rate from the wheels: rad/s and deg/s differ by a factor of 57.3"
-    ]
-
-
 def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float) -> list[str]:
     """Report signals, by table and name, of which too many of the known rows are beyond what motors can do."""
     beyond: dict[str, list[str]] = {}
@@ -120,10 +108,12 @@ def of_counter(name: str, time_s: Floats, counts: Floats, most_per_s: float) -> 
         ]
     size, first = float(np.median(np.abs(steps[jumps]))), int(jumps[0])
     bits = round(float(np.log2(size + usual)))
-    round_ = np.abs(np.abs(steps[jumps]) - 2.0**bits) <= most[jumps] + usual
+    # A counter that goes round goes on as fast as before, and never is as far as 2^bits from where it was.
+    beside = np.array([np.median(steps[max(k - 3, 0) : k + 4]) for k in jumps])
+    round_ = np.abs(np.abs(steps[jumps] - beside) - 2.0**bits) <= ROUND * usual + 2.0
     again = "once" if len(jumps) == 1 else f"and {len(jumps) - 1} times more"
     said = f"{name} jumps by {steps[first]:.0f} counts at {time_s[first + 1]:.3f} s, {again}"
-    if bits >= 7 and round_.mean() > 0.9:
+    if bits >= 7 and round_.mean() > 0.9 and np.ptp(counts) < 2.0**bits:
         return [f"{said}: a counter of {bits} bits goes round, wrap_bits = {bits}"]
     if len(jumps) <= max(MOST_JUMPS, len(steps) // 1000):
         return [f"{said}: the counter began again; import the log in pieces"]
@@ -135,15 +125,3 @@ def of_steps(median_s: float) -> list[str]:
     if CLOSEST_S <= median_s <= FARTHEST_S:
         return []
     return [f"samples are {median_s:.3g} s apart: check the unit of time"]
-
-
-def _slope(of: Floats, what: Floats) -> float | None:
-    """Ratio of the second to the first, where they are correlated."""
-    known = np.isfinite(of) & np.isfinite(what)
-    if known.sum() < 10:
-        return None
-    x, y = of[known] - np.mean(of[known]), what[known] - np.mean(what[known])
-    sizes = np.sqrt(np.mean(x**2)), np.sqrt(np.mean(y**2))
-    if sizes[0] < STILL or sizes[1] == 0.0 or abs(np.mean(x * y)) < ALIKE * sizes[0] * sizes[1]:
-        return None
-    return float(np.mean(x * y) / np.mean(x**2))

@@ -20,7 +20,7 @@ Integers = NDArray[np.int64]
 OVER_S, MOVES_M, FEWEST, STEP_S = 0.5, 0.05, 10, 0.02
 #: Poses bend by their noise where they are closer in time [s], or wheels roll less [m], than this; a part is so many
 #: times the noise or more.
-CLOSE_S, IDLE_M, NOISY = 0.05, 0.002, 6.0
+CLOSE_S, IDLE_M, NOISY = 0.05, 0.002, 10.0
 #: Beyond this turn from one pose to the next, poses do not say by how much a vehicle turned [rad].
 BLIND = 2.0
 #: Readings within so much of the best one are as likely. What is apart by less than `DISAGREE` but more than the second
@@ -31,9 +31,12 @@ STANDS, STANDING = 0.1, 10
 #: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll, and
 #: what 95 % of its steps are at most.
 JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
+#: A vehicle moves all about that moves by so much each way [m, m, rad].
+ABOUT = (0.3, 0.3, 1.0)
 AXES = ("x", "y", "the heading")
-#: Clocks are tried so much late, and early [s].
-LATE_S = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
+#: Clocks are tried so much late, and early [s]; of a pose that agrees so much is none to speak of.
+AGREE_S = (0.0, 0.05, -0.05, 0.1, -0.1)
+LATE_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 
 
 def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers) -> list[str]:
@@ -46,8 +49,12 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     doubts = [*seen.jumps(), *seen.stands()]
     if len(seen.ends) < FEWEST:
         return doubts + seen.blind()
-    rolled, way = seen.rolled(), seen.way(np.eye(3))
-    before = seen.apart(rolled, way)
+    way = seen.way(np.eye(3))
+    before, seen.late_s = min((seen.apart(seen.rolled(late_s=late), way), late) for late in AGREE_S)
+    if before > DISAGREE:
+        seen.late_s = 0.0
+        before = seen.apart(seen.rolled(), way)
+    rolled = seen.rolled()
     likely, exact = seen.adjusted(rolled, way), seen.exchanged(rolled, way)
     if before < DISAGREE:
         # Little ones are said only where one reading explains them all.
@@ -58,9 +65,8 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     every = sorted([*likely, *exact])
     best = every[0][0]
     if best > FITS * before:
-        stuck = [name for name, constant in zip(AXES, _constant(seen.poses), strict=True) if constant]
-        if stuck:
-            return [*doubts, f"{said}; {' and '.join(stuck)} of the pose does not change"]
+        if stuck := seen.stuck():
+            return [*doubts, f"{said}; {stuck} of the pose does not change"]
         return [*doubts, f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
     readings = [reading for apart, reading in every if apart < best + ALSO][:3]
     return [*doubts, f"{said}; {', or '.join(readings)}, then {100 * best:.0f} %"]
@@ -72,7 +78,7 @@ class _Seen:
     def __init__(
         self, vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers
     ) -> None:
-        self.names, self.period_s, layout = list(vehicle.wheel_names), period_s, vehicle.layout
+        self.names, self.period_s, self.late_s, layout = list(vehicle.wheel_names), period_s, 0.0, vehicle.layout
         self.lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in layout.wheels]))
         self.scaled = np.array([1.0, 1.0, self.lever])
         self.back = np.asarray(Kinematics(layout=layout).forward_matrix)
@@ -137,10 +143,10 @@ class _Seen:
         way = (end[:, 0] - begin[:, 0] + 1j * (end[:, 1] - begin[:, 1])) * np.exp(-1j * (begin[:, 2] + 0.5 * turn))
         return np.column_stack([way.real, way.imag, self.lever * turn])
 
-    def rolled(self, read: Floats | None = None, late_s: float = 0.0) -> Floats:
+    def rolled(self, read: Floats | None = None, late_s: float | None = None) -> Floats:
         """Ways of the parts by the wheels, so read, so much before the pose's."""
         path = self.path if read is None else self._path(read)
-        at = self.rows[self.ends.T] - late_s / self.period_s
+        at = self.rows[self.ends.T] - (self.late_s if late_s is None else late_s) / self.period_s
         begin, end = (
             np.stack([np.interp(each, self.nodes, column, np.nan, np.nan) for column in path.T], axis=1) for each in at
         )
@@ -177,7 +183,7 @@ class _Seen:
             return []
         steps, rolled = (np.abs(np.diff(each, axis=0)) for each in (self.poses, self.odometry))
         moved, rolls = np.hypot(*steps[:, :2].T), np.hypot(*rolled[:, :2].T)
-        noise = 2.0 * NOISY * self.sigma
+        noise = NOISY * self.sigma
         usual, usually = np.percentile(moved, 95), np.percentile(steps[:, 2], 95)
         jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * np.maximum(rolls, usual)
         jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * np.maximum(rolled[:, 2], usually)
@@ -208,6 +214,11 @@ class _Seen:
             doubts.append(f"the pose does not move{when} while the wheels do")
         self.ends = self.ends[~stood]
         return doubts[:1]
+
+    def stuck(self) -> str:
+        """The columns of the pose that do not change while the vehicle moves all about by its wheels."""
+        about = (np.ptp(self.odometry, axis=0) > ABOUT).all()
+        return " and ".join(name for name, constant in zip(AXES, _constant(self.poses), strict=True) if constant and about)
 
     def adjusted(self, rolled: Floats, way: Floats) -> list[tuple[float, str]]:
         """What readings leave that may be wrong by a little: scale, heading, place of the marker, clock."""
@@ -260,7 +271,7 @@ def _noise(bends: Floats) -> Floats:
 
 def _constant(poses: Floats) -> Flags:
     """Which columns only vary as noise does, which bends from sample to sample as much as it spreads."""
-    return np.asarray(np.ptp(poses, axis=0) < 2.0 * NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)
+    return np.asarray(np.ptp(poses, axis=0) < NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)
 
 
 def _orders(wheels: int) -> list[list[int]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from omnistep import _followed, _plausibility, _pose_doubts
+from omnistep import _followed, _gyro_doubts, _plausibility, _pose_doubts
 from omnistep._log_map import LogMap, read_map
 from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
@@ -311,7 +311,7 @@ def _doubtful(
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
     if "gyro_rad_s" in columns:
-        doubts += _followed.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
+        doubts += _gyro_doubts.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
     if "pose" in log_map.signals:
         period_ns = _period_ns(log_map.scenario)
         rows = np.round((read["pose"][2].time_ns - starts_ns) / period_ns).astype(np.int64) - 1
