@@ -87,6 +87,8 @@ def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats, period_s
         return []
     if not follows.moving.any():
         return follows.stands(names, 0.0)
+    if one_way := _one_way(follows, "the command"):
+        return [one_way]
     doubts, likely = follows.clocks("the command"), _axes(vehicle, follows)
     wheels = [] if likely else [each.said(names) for each in follows.otherwise()]
     if wheels == ["all wheels look reversed"]:
@@ -110,7 +112,7 @@ def of_duty(vehicle: Vehicle, measured_rad_s: Floats, duty: Floats, period_s: fl
     names, follows = vehicle.wheel_names, _follows(measured_rad_s, duty, period_s)
     if follows is None:
         return doubts
-    if one_way := _one_way(follows):
+    if one_way := _one_way(follows, "the duty cycles"):
         return [*doubts, one_way]
     doubts += [*follows.undriven(names), *follows.clocks("the duty cycles")]
     if wheels := follows.otherwise() if follows.moving.any() else []:
@@ -153,18 +155,18 @@ def _axes(vehicle: Vehicle, follows: _Follows) -> list[str]:
     return [said for score, said in scores if score < best + ALSO][:MOST]
 
 
-def _one_way(follows: _Follows) -> str:
-    """Report duty cycles, or wheels, without direction, while the others have one."""
+def _one_way(follows: _Follows, what: str) -> str:
+    """Report what is commanded, or wheels, without direction, while the other has one."""
     ways = [
         [float(np.mean(each < -SLOW * most)), float(np.mean(each > SLOW * most))]
         for each in (follows.lagged, follows.turned)
         for most in [max(float(np.abs(each).max()), STILL)]
     ]
-    (duty_back, duty_on), (wheels_back, wheels_on) = ways
-    if duty_back == 0.0 < duty_on and min(wheels_back, wheels_on) > BEYOND:
-        return "no duty cycle is negative, but wheels turn both ways: the duty cycles lack their direction"
-    if wheels_back == 0.0 < wheels_on and min(duty_back, duty_on) > BEYOND:
-        return "no wheel turns backwards, but duty cycles have both signs: the wheels lack their direction"
+    (told_back, told_on), (back, on) = ways
+    if told_back == 0.0 < told_on and min(back, on) > BEYOND:
+        return f"{what} turn no wheel backwards, but wheels turn both ways: a direction, or offset, is lacking"
+    if back == 0.0 < on and min(told_back, told_on) > BEYOND:
+        return f"no wheel turns backwards, but {what} would turn some: the wheels lack their direction"
     return ""
 
 
@@ -226,6 +228,7 @@ class _Follows:
         sums = driving.sum(axis=0)
         usual = turning.sum(axis=0)[sums > DRIVEN * sums.max()] / max(float(sums.max()), 1e-300)
         dead: dict[str, list[str]] = {}
+        all_driven = int((driven.sum(axis=0) >= STANDING).sum())
         for k, name in enumerate(names):
             parts = np.flatnonzero(driven[:, k])
             still = turning[parts, k] <= STANDS * float(usual.max()) * driving[parts, k]
@@ -237,7 +240,7 @@ class _Follows:
             dead.setdefault("" if still.all() else f" from {since:.1f} to {until:.1f} s", []).append(name)
         return [
             f"all wheels stand{when} while they are driven"
-            if len(each) == len(names)
+            if len(each) == all_driven > 1
             else f"wheel {' and '.join(each)} stand{'s' * (len(each) == 1)}{when} while driven"
             for when, each in dead.items()
         ]
@@ -302,7 +305,7 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
     differ = best[1] not in LATE and best[0] > SURELY and 1.0 - best[0] ** 2 < UNLIKE * (1.0 - usual[0] ** 2)
     _, late, lagged = best if differ else usual
     of, what, at = together(turned, lagged, late)
-    return _Follows(of, what, _alike(of, what, moving), moving, late if differ else 0, OVER_S * at)
+    return _Follows(of, what, _alike(of, what, moving), moving, late if differ else 0, np.asarray(OVER_S * at))
 
 
 def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:

@@ -5,7 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._followed import ALSO, CLOCKS, GAIN, LEFT, MOST, OVER_S, SURELY, UNLIKE, Reading, parts, readings, together
+from omnistep._followed import (
+    ALSO,
+    CLOCKS,
+    GAIN,
+    LEFT,
+    MOST,
+    OVER_S,
+    SURELY,
+    UNLIKE,
+    Reading,
+    parts,
+    readings,
+    together,
+)
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._plausibility import ALIKE, DISAGREE, STILL
 
@@ -46,9 +59,9 @@ def of_gyro(vehicle: Vehicle, measured_rad_s: Floats, gyro_rad_s: Floats, period
     if abs(yaw.alike) > ALIKE or np.std(turned @ back[2]) < TURNS or by_turn < TURNS_PART * size:
         return doubts
     angle = float(np.corrcoef(turned @ back[2], np.gradient(seen[:, 0]))[0, 1]) if np.std(seen) > 0.0 else 0.0
-    what = "it looks like an angle" if abs(angle) > SURELY else "it is constant" if np.std(seen) < 1e-9 else (
-        f"they correlate by {yaw.alike:.2f}: another axis, an angle, or wheels that do not turn what they read"
-    )
+    what = f"they correlate by {yaw.alike:.2f}: another axis, an angle, or wheels that do not turn what they read"
+    if np.ptp(seen) == 0.0 or abs(angle) > SURELY:
+        what = "it is constant" if np.ptp(seen) == 0.0 else "it looks like an angle"
     return [*doubts, f"the gyro does not follow the yaw rate from the wheels: {what}"]
 
 
@@ -73,7 +86,7 @@ class _Yaw:
 
     def doubts(self) -> list[str]:
         """Report clock, sign and factor, where both are of the same motion."""
-        if abs(self.alike) < ALIKE or np.std(self.what) < STILL:
+        if abs(self.alike) < ALIKE or max(np.std(self.of), np.std(self.what)) < STILL:
             return []
         doubts = []
         if self.differ:

@@ -169,7 +169,7 @@ class _Seen:
 
     def blind(self) -> list[str]:
         """Report that poses are too far apart in heading to compare wheels with them."""
-        if len(self.unseen) < FEWEST:
+        if len(self.unseen) < FEWEST // 2:
             return []
         most = np.degrees(np.median(self.far[self.far > BLIND]))
         return [
@@ -188,7 +188,8 @@ class _Seen:
         jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * np.maximum(rolls, usual)
         jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * np.maximum(rolled[:, 2], usually)
         count = int(jumps.sum())
-        if not 0 < count <= min(max(MOST_JUMPS, len(jumps) // 1000), np.count_nonzero(moved > 0.0) // 10):
+        most = min(max(MOST_JUMPS, len(jumps) // 1000), int(np.count_nonzero(moved > 0.0)) // 10)
+        if not 0 < count <= most:
             return []
         before = np.concatenate([[0], np.cumsum(jumps)])
         begin, end = self.ends.T
@@ -216,9 +217,9 @@ class _Seen:
         return doubts[:1]
 
     def stuck(self) -> str:
-        """The columns of the pose that do not change while the vehicle moves all about by its wheels."""
-        about = (np.ptp(self.odometry, axis=0) > ABOUT).all()
-        return " and ".join(name for name, constant in zip(AXES, _constant(self.poses), strict=True) if constant and about)
+        """Name the columns of the pose that do not change while the vehicle moves all about by its wheels."""
+        constant = _constant(self.poses) & (np.ptp(self.odometry, axis=0) > ABOUT).all()
+        return " and ".join(np.array(AXES)[constant])
 
     def adjusted(self, rolled: Floats, way: Floats) -> list[tuple[float, str]]:
         """What readings leave that may be wrong by a little: scale, heading, place of the marker, clock."""

@@ -326,7 +326,8 @@ def _doubtful(
     if "duty" in log_map.signals:
         duty = np.column_stack([columns[f"commanded_duty_{name}"] for name in vehicle.wheel_names])
         doubts += _followed.of_duty(vehicle, measured, duty, log_map.scenario.period_s)
-    return tuple(doubts)
+    # Command and duty cycles may say the same of a wheel.
+    return tuple(dict.fromkeys(doubts))
 
 
 def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
