@@ -1,4 +1,4 @@
-"""Plausibility checks of what wheels turn against what is commanded: sign, order, axes, size, clocks, dead wheels."""
+"""Plausibility checks of what wheels turn against what is commanded: sign, order, axes, size, clocks."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Integers = NDArray[np.int64]
 OVER_S = 0.1
 #: Wheels follow what is commanded later: a first-order lag of one of these [s], and so many parts.
 LAGS_S, LATE = (0.0, 0.1, 0.2, 0.4, 0.8), range(-1, 4)
-#: Clocks that differ are tried up to so many parts, with so many parts left; they do if what is unlike becomes this part
-#: of it, or less.
+#: Clocks are tried up to so many parts late and early, with so many parts left; they differ if what is unlike becomes
+#: this part of it.
 CLOCKS, LEFT, UNLIKE = 20, 30, 0.5
 #: A wheel is driven by this part of what drives the others, of duty cycles by so much; it stands if it turns less than
 #: the third, in so many parts in sequence.

@@ -28,7 +28,7 @@ BLIND = 2.0
 ALSO, SLIGHT = 0.01, 0.07
 #: A pose stands in a part of which it moves less than this; it is said of so many parts in sequence, or more.
 STANDS, STANDING = 0.1, 10
-#: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll, and
+#: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll and
 #: what 95 % of its steps are at most.
 JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
 #: A vehicle moves all about that moves by so much each way [m, m, rad].
@@ -42,8 +42,8 @@ LATE_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers) -> list[str]:
     """Report wheels, (T, N), that move the vehicle otherwise than a measured pose, and which reading would fit.
 
-    The pose, (T, 3), is that at the ends of the rows; ``sampled`` are the rows nearest to its samples. Both are compared
-    as ways over parts of the drive, less what the noise of the pose makes.
+    The pose, (T, 3), is that at the ends of the rows; ``sampled`` are the rows nearest to its samples. Ways over parts
+    of the drive are compared, less what the noise of the pose makes.
     """
     seen = _Seen(vehicle, measured_rad_s, period_s, pose, sampled)
     doubts = [*seen.jumps(), *seen.stands()]
@@ -82,17 +82,18 @@ class _Seen:
         self.lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in layout.wheels]))
         self.scaled = np.array([1.0, 1.0, self.lever])
         self.back = np.asarray(Kinematics(layout=layout).forward_matrix)
-        pose, known = pose.copy(), np.isfinite(pose).all(axis=1)
+        pose, known = pose.copy(), np.asarray(np.isfinite(pose).all(axis=1))
+        there = np.asarray(np.isfinite(measured_rad_s))
         pose[known, 2] = np.unwrap(pose[known, 2])
         # A row's pose is at the end of its period: what wheels turn from the next row on leads to the next pose.
         last, step = len(pose) - 2, max(1, round(STEP_S / period_s))
         rows = sampled[(sampled <= last) & known[np.minimum(sampled, last)]]
         self.rows = rows[np.unique(rows // step, return_index=True)[1]]
         self.nodes = np.unique(np.concatenate([np.arange(0, last + 1, step), self.rows]))
-        turned = np.cumsum(np.nan_to_num(measured_rad_s), axis=0)[self.nodes + 1] * period_s
+        turned = np.cumsum(np.where(there, measured_rad_s, 0.0), axis=0)[self.nodes + 1] * period_s
         self.turned = np.diff(turned, axis=0, prepend=turned[:1])
         self.poses, self.path = pose[self.rows], self._path(np.eye(len(self.names)))
-        unknown = np.cumsum(~np.isfinite(measured_rad_s).all(axis=1))[self.rows + 1]
+        unknown = np.cumsum(~there.all(axis=1))[self.rows + 1]
         self.odometry = self.path[np.searchsorted(self.nodes, self.rows)]
         self.sigma = self._sigma()
         #: Samples at which parts begin and end, (P, 2).
@@ -201,6 +202,8 @@ class _Seen:
 
     def stands(self) -> list[str]:
         """Report a pose that stands while wheels roll; those parts are left out."""
+        if not len(self.ends):
+            return []
         rolled, way = (np.linalg.norm(each, axis=1) for each in (self.rolled(), self.way(np.eye(3))))
         still = np.flatnonzero(np.diff(np.concatenate([[False], way < STANDS * rolled, [False]]).astype(int)))
         doubts, stood = [], np.zeros(len(way), dtype=bool)
