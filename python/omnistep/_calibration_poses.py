@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from omnistep import _plausibility
+from omnistep import _plausibility, _pose_doubts
 from omnistep._calibration_drives import GAP_S, STANDS, STANDS_OVER_S, end_of, thinned
 from omnistep._calibration_drives import whole_positions as whole
 from omnistep._calibration_runs import CalibrationRun
@@ -128,7 +128,7 @@ class Recording:
         doubts = _plausibility.of_parts(vehicle, np.concatenate([piece.parts for piece in self.pieces]))
         if refuted:
             poses = self.at(np.arange(len(self.log.measured)), 0.0)
-            doubts += _plausibility.of_pose(vehicle, self.log.measured, self.period_s, poses, 1.0 / self.period_s)
+            doubts += _pose_doubts.of_pose(vehicle, self.log.measured, self.period_s, poses, self.known)
         if self.jumps_s:
             more = f", and {len(self.jumps_s) - 1} times more" if len(self.jumps_s) > 1 else ""
             doubts.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{more}: pieces begin anew there")

@@ -1,4 +1,4 @@
-"""Plausibility checks of what wheels turn against what is commanded and what a gyro reads: sign, order, size."""
+"""Plausibility checks of what wheels turn against what is commanded: sign, order, axes, size, clocks."""
 
 from __future__ import annotations
 
@@ -9,14 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import ALIKE, STILL, of_yaw
+from omnistep._plausibility import ALIKE, AXES_READ, DISAGREE, FITS, STILL
 
 Floats = NDArray[np.float64]
 
-#: Signals are compared by their means over this time [s].
+Flags = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+#: Signals are compared by their means over parts of this time [s].
 OVER_S = 0.1
-#: Wheels follow what is commanded later: a first-order lag of one of these [s].
-LAGS_S = (0.0, 0.1, 0.2, 0.4, 0.8)
+#: Wheels follow what is commanded later: a first-order lag of one of these [s], and so many parts.
+LAGS_S, LATE = (0.0, 0.1, 0.2, 0.4, 0.8), range(-1, 4)
+#: Clocks are tried up to so many parts late and early, with so many parts left; they differ if what is unlike becomes
+#: this part of it.
+CLOCKS, LEFT, UNLIKE = 20, 30, 0.5
+#: A wheel is driven by this part of what drives the others, of duty cycles by so much; it stands if it turns less than
+#: the third, in so many parts in sequence.
+DRIVEN, DRIVEN_DUTY, STANDS, STANDING = 0.3, 0.2, 0.05, 30
+#: One wheel turns so many times what the others do.
+ONE_OTHER = 1.6
 #: A reading has to correlate by so much more for it to be said.
 GAIN = 0.3
 #: Of a wheel that is read as another one, which also moves with the first one.
@@ -70,18 +81,23 @@ def readings(wheels: int) -> tuple[Reading, ...]:
 
 def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats, period_s: float) -> list[str]:
     """Report wheels, (T, N) every period, that contradict the commanded twists, (T, 3)."""
-    commanded = np.full_like(measured_rad_s, np.nan)
-    known = np.isfinite(asked).all(axis=1)
-    commanded[known] = np.asarray(Kinematics(layout=vehicle.layout).inverse(asked[known])).reshape(
-        -1, commanded.shape[1]
-    )
-    follows = _follows(measured_rad_s, commanded, period_s)
+    commanded = asked @ np.asarray(Kinematics(layout=vehicle.layout).inverse_matrix).T
+    names, follows = vehicle.wheel_names, _follows(measured_rad_s, commanded, period_s)
     if follows is None:
         return []
-    doubts = follows.otherwise(vehicle.wheel_names, "the command")
-    if doubts == ["the wheels do not follow the command: all wheels look reversed"]:
-        return ["all wheels turn opposite to the command: x must be forward, y left, and a turn to the left positive"]
-    return doubts or _sizes(follows, "what is commanded", 1.0 / OTHER_UNIT)
+    if not follows.moving.any():
+        return follows.stands(names, 0.0)
+    if one_way := _one_way(follows, "the command"):
+        return [one_way]
+    doubts, likely = follows.clocks("the command"), _axes(vehicle, follows)
+    wheels = [] if likely else [each.said(names) for each in follows.otherwise()]
+    if wheels == ["all wheels look reversed"]:
+        opposite = "all wheels turn opposite to the command: x must be forward, y left, and a turn to the left positive"
+        return [*doubts, opposite]
+    if likely or wheels:
+        return [*doubts, f"the wheels do not follow the command: {', or '.join([*likely, *wheels])}"]
+    doubts += follows.stands(names, 0.0) or follows.one_other(names)
+    return doubts + follows.sizes("what is commanded", 1.0 / OTHER_UNIT)
 
 
 def of_duty(vehicle: Vehicle, measured_rad_s: Floats, duty: Floats, period_s: float) -> list[str]:
@@ -93,68 +109,93 @@ def of_duty(vehicle: Vehicle, measured_rad_s: Floats, duty: Floats, period_s: fl
         full = next((each for each in FULL if 2.0 < most <= 1.001 * each), None)
         hint = "check scale" if full is None else f"of a PWM of {full:g} scale is {1.0 / full:.3g}"
         doubts.append(f"duty cycles reach {most:.4g}, allowed: -1 to 1: {hint}")
-    follows = _follows(measured_rad_s, duty, period_s)
+    names, follows = vehicle.wheel_names, _follows(measured_rad_s, duty, period_s)
     if follows is None:
         return doubts
-    otherwise = follows.otherwise(vehicle.wheel_names, "the duty cycles")
+    if one_way := _one_way(follows, "the duty cycles"):
+        return [*doubts, one_way]
+    doubts += [*follows.undriven(names), *follows.clocks("the duty cycles")]
+    if wheels := follows.otherwise() if follows.moving.any() else []:
+        likely = ", or ".join(each.said(names) for each in wheels)
+        return [*doubts, f"the wheels do not follow the duty cycles: {likely}"]
+    doubts += follows.stands(names, DRIVEN_DUTY) or follows.one_other(names)
     no_load = vehicle.no_load_rad_s
-    if not doubts and not otherwise and no_load:
-        follows.gain /= no_load
-        otherwise = _sizes(follows, "what these duty cycles give without load", LITTLE)
-    return doubts + otherwise
+    if not doubts and no_load and follows.moving.any():
+        doubts = follows.sizes("what these duty cycles give without load", LITTLE, no_load)
+    return doubts
 
 
-def of_gyro(vehicle: Vehicle, measured_rad_s: Floats, gyro_rad_s: Floats, period_s: float) -> list[str]:
-    """Report wheels, (T, N) every period, that turn the vehicle otherwise than a gyro reads, (T,)."""
-    turning = np.full(len(measured_rad_s), np.nan)
-    known = np.isfinite(measured_rad_s).all(axis=1)
-    if known.any():
-        turning[known] = np.asarray(Kinematics(layout=vehicle.layout).forward(measured_rad_s[known]))[:, 2]
-    doubts = of_yaw(turning, gyro_rad_s)
-    likely = _turning(vehicle, measured_rad_s, gyro_rad_s, period_s)
-    if not likely:
-        return doubts
-    said = doubts[0] if doubts else "the wheels do not turn the vehicle as the gyro reads: "
-    return [f"{said}{', or ' if doubts else ''}{', or '.join(likely)}"]
-
-
-def _turning(vehicle: Vehicle, measured_rad_s: Floats, gyro_rad_s: Floats, period_s: float) -> list[str]:
-    """The readings of the wheels with which they turn the vehicle as a gyro reads."""
-    wheels = vehicle.wheel_names
-    both = _parts(np.column_stack([measured_rad_s, gyro_rad_s]), period_s)
-    turned, seen = both[:, :-1], both[:, -1]
-    if len(both) < 10 or np.std(seen) < STILL:
-        return []
+def _axes(vehicle: Vehicle, follows: _Follows) -> list[str]:
+    """The readings of the command's axes, and then of the wheels, with which consistent wheels follow the command."""
     kinematics = Kinematics(layout=vehicle.layout)
-    back = np.asarray(kinematics.forward_matrix)[2]
+    back = np.asarray(kinematics.forward_matrix)
+    lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in vehicle.layout.wheels]))
 
-    def alike(read: Floats) -> float:
-        left = np.asarray(kinematics.residual(read)) if len(wheels) > 3 else np.zeros(1)
-        fits = float(np.sqrt(np.mean(left**2))) < 0.2 * float(np.sqrt(np.mean(read**2)))
-        yaw = read @ back
-        if not fits or np.std(yaw) == 0.0 or not 0.5 < np.std(seen) / np.std(yaw) < 2.0:
-            return 0.0
-        return float(np.corrcoef(yaw, seen)[0, 1])
+    def apart(turned: Floats, axes: Floats) -> float:
+        left = np.asarray(kinematics.residual(turned)) if turned.shape[1] > 3 else np.zeros(1)
+        if np.mean(left**2) > DISAGREE**2 * np.mean(turned**2):
+            return np.inf
+        of, what = (each * [1.0, 1.0, lever] for each in (turned @ back.T, follows.lagged @ back.T @ axes.T))
+        gain = np.clip((of * what).sum() / max(float((what**2).sum()), 1e-300), 1.0 / OTHER_UNIT, OTHER_UNIT)
+        return float(np.sqrt(np.mean((of - gain * what) ** 2) / np.mean(of**2)))
 
-    own = float(np.corrcoef(turned @ back, seen)[0, 1]) if np.std(turned @ back) > 0.0 else 0.0
-    if own > ALIKE:
+    before = apart(follows.turned, np.eye(3))
+    if not DISAGREE < before < np.inf:
         return []
-    scores = [(alike(turned[:, each.order] * each.signs), each) for each in readings(len(wheels))]
-    best = max(score for score, _ in scores)
-    if best < max(SURELY, own + GAIN):
+    scores = [
+        (apart(follows.turned, axes), said.format(of="of the command", turn="wz of the command"))
+        for axes, heading, said in AXES_READ
+        if not heading
+    ]
+    best = min(scores)[0]
+    if best > FITS * before:
         return []
-    return [each.said(wheels) for score, each in scores if score > best - ALSO][:MOST]
+    for each in readings(len(vehicle.wheel_names)):
+        scores.append((apart(follows.turned[:, each.order] * each.signs, np.eye(3)), each.said(vehicle.wheel_names)))
+    return [said for score, said in scores if score < best + ALSO][:MOST]
+
+
+def _one_way(follows: _Follows, what: str) -> str:
+    """Report what is commanded, or wheels, without direction, while the other has one."""
+    ways = [
+        [float(np.mean(each < -SLOW * most)), float(np.mean(each > SLOW * most))]
+        for each in (follows.lagged, follows.turned)
+        for most in [max(float(np.abs(each).max()), STILL)]
+    ]
+    (told_back, told_on), (back, on) = ways
+    if told_back == 0.0 < told_on and min(back, on) > BEYOND:
+        return f"{what} turn no wheel backwards, but wheels turn both ways: a direction, or offset, is lacking"
+    if back == 0.0 < on and min(told_back, told_on) > BEYOND:
+        return f"no wheel turns backwards, but {what} would turn some: the wheels lack their direction"
+    return ""
 
 
 @dataclass
 class _Follows:
-    """Correlations of what each wheel turns, a row, with what is commanded of each, a column; the size of the first."""
+    """How wheels follow what is commanded, in parts of the time.
 
+    Attributes:
+        turned, lagged: what wheels turn, and what is commanded with the lag with which they follow it best, (P, N).
+        alike: correlations of the first, a row, with the second, a column.
+        moving: the wheels that turn and are commanded.
+        late: by how many parts wheels follow beyond what motors do; negative if before they are commanded.
+        times: when the parts begin [s].
+    """
+
+    turned: Floats
+    lagged: Floats
     alike: Floats
-    moving: NDArray[np.bool_]
-    gain: float
+    moving: Flags
+    late: int
+    times: Floats
 
-    def otherwise(self, names: list[str], what: str) -> list[str]:
+    @property
+    def gains(self) -> Floats:
+        """How many times what is commanded of it each wheel turns."""
+        squares = (self.lagged**2).sum(axis=0)
+        return np.asarray((self.turned * self.lagged).sum(axis=0) / np.maximum(squares, 1e-300))
+
+    def otherwise(self) -> list[Reading]:
         """The readings with which wheels that do not follow what is commanded would."""
         rows, own = np.arange(len(self.alike)), np.diag(self.alike)
         found: list[tuple[float, Reading]] = []
@@ -169,52 +210,124 @@ class _Follows:
         best = max((score for score, _ in found), default=0.0)
         if best < own[self.moving].mean() + GAIN / 4:
             return []
-        likely = [each.said(names) for score, each in found if score > best - ALSO][:MOST]
-        return [f"the wheels do not follow {what}: {', or '.join(likely)}"]
+        return [each for score, each in found if score > best - ALSO][:MOST]
+
+    def clocks(self, what: str) -> list[str]:
+        """Report wheels that move long after they are commanded, or before."""
+        if not self.late:
+            return []
+        by = f"{abs(self.late) * OVER_S:g} s"
+        if self.late > 0:
+            return [f"the wheels follow {what} {by} late: their clocks may differ"]
+        return [f"the wheels move {by} before {what}: their clocks differ"]
+
+    def stands(self, names: list[str], least: float) -> list[str]:
+        """Report wheels that stand while they are driven, by more than the least."""
+        driving, turning = np.abs(self.lagged), np.abs(self.turned)
+        driven = driving > max(least, DRIVEN * float(np.percentile(driving, 95)), 1e-300)
+        sums = driving.sum(axis=0)
+        usual = turning.sum(axis=0)[sums > DRIVEN * sums.max()] / max(float(sums.max()), 1e-300)
+        dead: dict[str, list[str]] = {}
+        all_driven = int((driven.sum(axis=0) >= STANDING).sum())
+        for k, name in enumerate(names):
+            parts = np.flatnonzero(driven[:, k])
+            still = turning[parts, k] <= STANDS * float(usual.max()) * driving[parts, k]
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int))).reshape(-1, 2)
+            first, after = max(edges, key=lambda each: each[1] - each[0], default=(0, 0))
+            if after - first < STANDING:
+                continue
+            since, until = self.times[parts[first]], self.times[parts[after - 1]] + OVER_S
+            dead.setdefault("" if still.all() else f" from {since:.1f} to {until:.1f} s", []).append(name)
+        return [
+            f"all wheels stand{when} while they are driven"
+            if len(each) == all_driven > 1
+            else f"wheel {' and '.join(each)} stand{'s' * (len(each) == 1)}{when} while driven"
+            for when, each in dead.items()
+        ]
+
+    def undriven(self, names: list[str]) -> list[str]:
+        """Report wheels that turn while nothing is commanded of them, ever."""
+        driving, turning = (np.sqrt(np.mean(each**2, axis=0)) for each in (self.lagged, self.turned))
+        never = (driving < 1e-3 * driving.max()) & (turning > DRIVEN * turning.max())
+        return [f"the duty cycle of wheel {names[k]} is always 0 while it turns" for k in np.flatnonzero(never)]
+
+    def one_other(self, names: list[str]) -> list[str]:
+        """Report a wheel that turns more, or less, than the others for what is commanded."""
+        sizes = np.sqrt(np.mean(self.lagged**2, axis=0))
+        sure = np.flatnonzero(self.moving & (np.diag(self.alike) > ALIKE) & (sizes > DRIVEN * sizes.max()))
+        if len(sure) < 3:
+            return []
+        gains = self.gains[sure]
+        times = [float(gain / np.median(np.delete(gains, k))) for k, gain in enumerate(gains)]
+        k = int(np.argmax(np.abs(np.log(times))))
+        if 1.0 / ONE_OTHER < times[k] < ONE_OTHER:
+            return []
+        return [
+            f"wheel {names[sure[k]]} turns {times[k]:.2g} times as far as the others for what drives it: check its"
+            " counts_per_turn, gear and scale"
+        ]
+
+    def sizes(self, what: str, least: float, full: float = 1.0) -> list[str]:
+        """Report wheels that turn far more, or less, than is commanded, of which 1 is so much."""
+        of, to = self.turned[:, self.moving], full * self.lagged[:, self.moving]
+        gain = float((of * to).sum() / max(float((to**2).sum()), 1e-300))
+        if np.diag(self.alike)[self.moving].mean() < ALIKE or least < gain < OTHER_UNIT:
+            return []
+        return [
+            f"the wheels turn {gain:.3g} times {what}: check the unit (read as rad/s, rad/min is 60 times too much,"
+            " rpm 9.55 times, turns a second are 6.28 times too little), counts_per_turn, and scale"
+        ]
 
 
 def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Follows | None:
-    """How wheels follow what is commanded, with the lag with which they do best."""
-    wheels = measured_rad_s.shape[1]
-    both = _parts(np.column_stack([measured_rad_s, commanded]), period_s)
-    turned, commanded = both[:, :wheels], both[:, wheels:]
-    if len(both) < 10:
+    """How wheels follow what is commanded, with the lag and the clocks with which they do best."""
+    turned, commanded = parts(measured_rad_s, period_s), parts(commanded, period_s)
+    unknown = np.isnan(commanded)
+    known = np.isfinite(turned).all(axis=1) & ~unknown.any(axis=1)
+    if known.sum() < 10:
         return None
-    sizes = [np.sqrt(np.mean(each**2, axis=0)) for each in (turned, commanded)]
+    sizes = [np.sqrt(np.mean(each[known] ** 2, axis=0)) for each in (turned, commanded)]
     moving = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
-    if not moving.any():
-        return None
-    found: list[tuple[float, Floats, Floats]] = []
+    found: list[tuple[float, int, Floats]] = []
     for lag in LAGS_S:
         # A bridge at zero brakes its motor, or leaves it open, so that the wheel goes on.
         for coasts in (False, True):
-            lagged = _lagged(commanded, np.exp(-OVER_S / lag) if lag else 0.0, coasts)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                alike = np.nan_to_num(np.corrcoef(turned.T, lagged.T)[:wheels, wheels:])
-            alike[~moving], alike[:, ~moving] = 0.0, 0.0
-            found.append((float(np.abs(alike).max(axis=1)[moving].mean()), alike, lagged))
-    _, alike, lagged = max(found, key=lambda each: each[0])
-    of, what = turned[:, moving], lagged[:, moving]
-    gain = float((of * what).sum() / max(float((what**2).sum()), 1e-300))
-    return _Follows(alike, moving, gain if np.diag(alike)[moving].mean() > ALIKE else 1.0)
+            lagged = _lagged(np.nan_to_num(commanded), np.exp(-OVER_S / lag) if lag else 0.0, coasts)
+            lagged[unknown] = np.nan
+            for late in range(-CLOCKS, CLOCKS + 1) if moving.any() else (0,):
+                of, what, _ = together(turned, lagged, late)
+                if late and len(of) < max(LEFT, known.sum() // 2):
+                    continue
+                score = float(np.abs(_alike(of, what, moving)).max(axis=1)[moving].mean()) if moving.any() else 0.0
+                found.append((score, late, lagged))
+    usual = max((each for each in found if each[1] in LATE), key=lambda each: each[0])
+    best = max(found, key=lambda each: each[0])
+    differ = best[1] not in LATE and best[0] > SURELY and 1.0 - best[0] ** 2 < UNLIKE * (1.0 - usual[0] ** 2)
+    _, late, lagged = best if differ else usual
+    of, what, at = together(turned, lagged, late)
+    return _Follows(of, what, _alike(of, what, moving), moving, late if differ else 0, np.asarray(OVER_S * at))
 
 
-def _sizes(follows: _Follows, what: str, least: float) -> list[str]:
-    """Report wheels that turn far more, or less, than is commanded."""
-    if np.diag(follows.alike)[follows.moving].mean() < ALIKE or least < follows.gain < OTHER_UNIT:
-        return []
-    return [
-        f"the wheels turn {follows.gain:.3g} times {what}: check the unit (read as rad/s, rad/min is 60 times too much,"
-        " rpm 9.55 times, turns a second are 6.28 times too little), counts_per_turn, and scale"
-    ]
+def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
+    """Correlations of columns with columns, 0 where one does not move."""
+    of, what = of - of.mean(axis=0), what - what.mean(axis=0)
+    sizes = np.sqrt(np.outer((of**2).sum(axis=0), (what**2).sum(axis=0)))
+    return np.asarray(np.where(np.outer(moving, moving) & (sizes > 0.0), of.T @ what / np.maximum(sizes, 1e-300), 0.0))
 
 
-def _parts(columns: Floats, period_s: float) -> Floats:
-    """Means of columns over parts of the time, where all are known."""
+def parts(columns: Floats, period_s: float) -> Floats:
+    """Means of columns over parts of the time, NaN where one is unknown."""
     rows = max(1, round(OVER_S / period_s))
     whole = len(columns) // rows
-    parts = columns[: whole * rows].reshape(whole, rows, columns.shape[1]).mean(axis=1)
-    return np.asarray(parts[np.isfinite(parts).all(axis=1)])
+    return np.asarray(columns[: whole * rows].reshape(whole, rows, columns.shape[1]).mean(axis=1))
+
+
+def together(of: Floats, what: Floats, late: int) -> tuple[Floats, Floats, Integers]:
+    """Parts of two signals, of which the first is so much late, where both are known; and which these are of it."""
+    count = max(len(of) - abs(late), 0)
+    first, second = of[max(late, 0) :][:count], what[max(-late, 0) :][:count]
+    known = np.flatnonzero(np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1))
+    return first[known], second[known], known + max(late, 0)
 
 
 def _lagged(commanded: Floats, keep: float, coasts: bool) -> Floats:

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import _plausibility
+from omnistep import _gyro_doubts, _plausibility
 from omnistep._estimates import Floats, scipy_part
 from omnistep._measurement_noise import Noise
 from omnistep._stretches import SMOOTH_S, Integers, Stretches, integral, smooth
@@ -162,7 +162,7 @@ class Motion:
         log, vehicle = self.stretches.log, self.masses.vehicle
         doubts = _plausibility.of_wheels(vehicle, log.measured, log.period_s)
         if log.yaw_rate is not None:
-            doubts += _plausibility.of_yaw(log.measured @ self.masses.back[2], log.yaw_rate)
+            doubts += _gyro_doubts.of_yaw(log.measured @ self.masses.back[2], log.yaw_rate, log.period_s)
         return [f"{log.name}: {doubt}" for doubt in doubts]
 
     def clusters(self) -> Integers:

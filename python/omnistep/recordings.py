@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from omnistep import _followed, _plausibility
+from omnistep import _followed, _gyro_doubts, _plausibility, _pose_doubts
 from omnistep._log_map import LogMap, read_map
 from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
@@ -200,7 +200,7 @@ def import_log(
         scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
         signals = _signals(log_map, read, columns)
         period_s = log_map.scenario.period_s
-        doubts = _doubtful(log_map, read, columns, signals)
+        doubts = _doubtful(log_map, read, columns, signals, starts_ns)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts, skipped)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     if "duty" in log_map.signals and (zero := log_map.signals["duty"].zero):
@@ -294,6 +294,7 @@ def _doubtful(
     read: Mapping[str, list[Channel]],
     columns: Mapping[str, Floats],
     signals: Sequence[ImportedSignal],
+    starts_ns: int,
 ) -> tuple[str, ...]:
     vehicle = log_map.scenario.vehicle
     measured = np.column_stack([columns[f"wheel_{name}_measured_rad_s"] for name in vehicle.wheel_names])
@@ -310,18 +311,23 @@ def _doubtful(
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)
     if "gyro_rad_s" in columns:
-        doubts += _followed.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
+        doubts += _gyro_doubts.of_gyro(vehicle, measured, columns["gyro_rad_s"], log_map.scenario.period_s)
     if "pose" in log_map.signals:
-        pose = np.column_stack([columns[f"pose_{name}"] for name in _PLACE])
-        slowest = min(each.rate_hz for each in signals if each.signal == "pose")
-        doubts += _plausibility.of_pose(vehicle, measured, log_map.scenario.period_s, pose, slowest)
+        period_ns = _period_ns(log_map.scenario)
+        rows = np.round((read["pose"][2].time_ns - starts_ns) / period_ns).astype(np.int64) - 1
+        sampled = np.unique(rows[(rows >= 0) & (rows < len(measured))])
+        # Headings in degrees read as rad would lose whole turns in the log's column.
+        ends = starts_ns + period_ns * np.arange(1, len(measured) + 1, dtype=np.int64)
+        pose = np.column_stack([channel.at(ends) for channel in read["pose"]])
+        doubts += _pose_doubts.of_pose(vehicle, measured, log_map.scenario.period_s, pose, sampled)
     if "command" in log_map.signals:
         asked = np.column_stack([columns[f"asked_{axis}"] for axis in AXES])
         doubts += _followed.of_command(vehicle, measured, asked, log_map.scenario.period_s)
     if "duty" in log_map.signals:
         duty = np.column_stack([columns[f"commanded_duty_{name}"] for name in vehicle.wheel_names])
         doubts += _followed.of_duty(vehicle, measured, duty, log_map.scenario.period_s)
-    return tuple(doubts)
+    # Command and duty cycles may say the same of a wheel.
+    return tuple(dict.fromkeys(doubts))
 
 
 def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:

@@ -238,23 +238,28 @@ PARTS = [(0.25, 0, 0)] * 400 + [(0, 0.25, 0)] * 400 + [(0, 0, 0.6)] * 500 + [(0.
 
 
 def imported_with_pose(
-    tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1), marker=(0, 0), late=0, noise=0.0
-):
+    tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1), marker=(0, 0), late=0, noise=0.0,
+    read=None, speed=1.0, hz=100, before=0.0,
+):  # fmt: skip
     """The doubts of a drive ahead, aside, on the spot and round a bend, in whole counts, with the pose."""
     kinematics = omnistep.Kinematics(layout=omnistep.Vehicle("mecanum4").layout)
-    turned = np.cumsum(kinematics.inverse(PARTS) * 0.01, axis=0)
-    at, poses = np.zeros(3), []
-    for twist in PARTS:
+    # It stands before: so that a heading, or where it is, is not 0.
+    twists = speed * np.array(PARTS if speed == 1.0 else PARTS * 3)
+    turned = np.cumsum(kinematics.inverse(twists) * 0.01, axis=0)
+    at, poses = np.array([0.0, 0.0, before]), []
+    for twist in twists:
         at = np.asarray(omnistep.moved_by(at, 0.01 * np.array(twist)))
         cos, sin = np.cos(at[2]), np.sin(at[2])
         off = [cos * marker[0] - sin * marker[1], sin * marker[0] + cos * marker[1], 0.0]
         poses.append((at + off) * signs)
     poses = [poses[0]] * late + poses[: len(poses) - late]
     poses = np.array(poses) + noise * np.random.default_rng(0).normal(size=(len(poses), 3))
-    table = {"t": 0.01 * np.arange(1, len(PARTS) + 1)}
+    poses = poses if read is None else read(poses)
+    poses[np.arange(len(poses)) % (100 // hz) != 0] = np.nan
+    table = {"t": 0.01 * np.arange(1, len(twists) + 1)}
     table |= dict(zip("abcd", np.floor(turned.T * 210 / (2 * np.pi)), strict=True))
     table |= dict(zip("xyh", np.array(poses).T, strict=True))
-    rows = [",".join(table), *(",".join(repr(float(c[k])) for c in table.values()) for k in range(len(PARTS)))]
+    rows = [",".join(table), *(",".join(repr(float(c[k])) for c in table.values()) for k in range(len(twists)))]
     (tmp_path / "pose.csv").write_text("\n".join(rows))
     listed = ", ".join(f'"{name}"' for name in wheels)
     keys = POSE_MAP.replace('["a", "b", "c", "d"]', f"[{listed}]").replace(
@@ -292,6 +297,74 @@ def test_a_pose_in_the_log_finds_what_the_map_has_wrong(tmp_path, change, said):
     (line,) = doubts
     # What is left is a count more or less in half a second, 1 in 50 to 100.
     assert said in line and line.endswith(("then 1 %", "then 2 %")), line
+
+
+def frozen(poses):
+    poses[2000:] = poses[2000]
+    return poses
+
+
+def jumped(poses):
+    poses[2000:] += [0.5, 0.3, 0.0]
+    return poses
+
+
+def compass(poses):
+    return np.column_stack([poses[:, :2], 0.5 * np.pi - poses[:, 2]])
+
+
+SLOW = {"speed": 0.2}
+MILLIMETRE = {"noise": 1e-3, "before": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        # At 0.05 m/s half a second is 25 mm: parts are as long as they have to be.
+        (SLOW, None),
+        ({**SLOW, "pose": "yxh"}, "x and y of the pose look exchanged"),
+        ({**SLOW, "signs": (1, 1, -1)}, "the heading of the pose looks reversed"),
+        ({**SLOW, "wheels": "abdc"}, "read as front_left, front_right, rear_right, rear_left"),
+        ({**SLOW, "read": lambda poses: poses + np.array([0, 0, 0.5 * np.pi])}, "heading looks -90.1 degrees off"),
+        ({**SLOW, "late": 100}, "the pose looks 1 s late"),
+        ({**SLOW, "read": frozen}, "the pose does not move from 21.5 to 5"),
+        ({**SLOW, "read": jumped}, "the pose jumps by 0.58 m and 0 degrees at 20.0"),
+        # Every reading has its noise: that of a pose in centimetres is 100 times as much.
+        (MILLIMETRE, None),
+        ({**MILLIMETRE, "signs": (100, 100, 1)}, "x and y of the pose look like centimetres"),
+        ({**MILLIMETRE, "signs": (1 / 0.0254, 1 / 0.0254, 1)}, "x and y of the pose look like inches"),
+        ({**MILLIMETRE, "signs": (1, -1, -1)}, "y of the pose and the heading of the pose look reversed"),
+        ({**MILLIMETRE, "signs": (1, 1, 180 / np.pi)}, "the heading of the pose looks like degrees"),
+        ({**MILLIMETRE, "read": compass}, "the heading of the pose looks like a compass's"),
+        # A sample a second: parts begin and end at samples.
+        ({"hz": 1}, None),
+        ({"hz": 1, "late": 10}, None),
+        ({"hz": 2, "pose": "yxh"}, "x and y of the pose look exchanged"),
+        ({"signs": (0, 0, 0)}, "the pose does not move while the wheels do"),
+        ({"signs": (0, 0, 0), "noise": 1e-3}, "the pose does not move while the wheels do"),
+        # It turns on the spot, too.
+        ({"signs": (1, 1, 0)}, "the heading of the pose does not change"),
+        # Wheels in deg/s turn the vehicle round and round in each part.
+        ({"counts": 210 / 57.3}, "the vehicle moves 0.0174 times what the wheels say"),
+        ({"counts": 210 / 57.3, "hz": 1}, "degrees from one pose to the next, too far to compare them"),
+    ],
+)
+def test_slow_robots_and_slow_poses_are_compared_too(tmp_path, change, said):
+    doubts = [line for line in imported_with_pose(tmp_path, **change) if "pose" in line]
+    if said is None:
+        assert doubts == []
+        return
+    assert len(doubts) == 1 + (change == {"signs": (1, 1, 0)})
+    assert said in doubts[-1] and len(doubts[-1]) < 300, doubts
+
+
+@pytest.mark.parametrize("at", range(600, 2700, 300))
+def test_a_counter_that_began_again_is_none_that_goes_round(at):
+    time = 0.01 * np.arange(3000)
+    counts = np.floor(2000 * np.sin(0.7 * time) + 1500 * np.sin(0.23 * time + 1))
+    counts[at:] -= counts[at]
+    (line,) = _plausibility.of_counter("w", time, counts, 7600.0) or [""]
+    assert "goes round" not in line
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,286 @@
+"""Plausibility checks of a measured pose against what wheels turn: axes, units, order and signs, clocks, jumps."""
+
+from __future__ import annotations
+
+from itertools import combinations, permutations
+from math import hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnistep._omnistep import Kinematics, Vehicle
+from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+#: Wheels and a measured pose are compared over parts of a drive of this time [s] and way [m] or more, if there are so
+#: many of them. What wheels turn is summed over this time [s].
+OVER_S, MOVES_M, FEWEST, STEP_S = 0.5, 0.05, 10, 0.02
+#: Poses bend by their noise where they are closer in time [s], or wheels roll less [m], than this; a part is so many
+#: times the noise or more.
+CLOSE_S, IDLE_M, NOISY = 0.05, 0.002, 10.0
+#: Beyond this turn from one pose to the next, poses do not say by how much a vehicle turned [rad].
+BLIND = 2.0
+#: Readings within so much of the best one are as likely. What is apart by less than `DISAGREE` but more than the second
+#: is said only where a reading fits.
+ALSO, SLIGHT = 0.01, 0.07
+#: A pose stands in a part of which it moves less than this; it is said of so many parts in sequence, or more.
+STANDS, STANDING = 0.1, 10
+#: A pose jumps that moves from one sample to the next by more than this [m, rad] and so many times what wheels roll and
+#: what 95 % of its steps are at most.
+JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
+#: A vehicle moves all about that moves by so much each way [m, m, rad].
+ABOUT = (0.3, 0.3, 1.0)
+AXES = ("x", "y", "the heading")
+#: Clocks are tried so much late, and early [s]; of a pose that agrees so much is none to speak of.
+AGREE_S = (0.0, 0.05, -0.05, 0.1, -0.1)
+LATE_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
+
+
+def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers) -> list[str]:
+    """Report wheels, (T, N), that move the vehicle otherwise than a measured pose, and which reading would fit.
+
+    The pose, (T, 3), is that at the ends of the rows; ``sampled`` are the rows nearest to its samples. Ways over parts
+    of the drive are compared, less what the noise of the pose makes.
+    """
+    seen = _Seen(vehicle, measured_rad_s, period_s, pose, sampled)
+    doubts = [*seen.jumps(), *seen.stands()]
+    if len(seen.ends) < FEWEST:
+        return doubts + seen.blind()
+    way = seen.way(np.eye(3))
+    before, seen.late_s = min((seen.apart(seen.rolled(late_s=late), way), late) for late in AGREE_S)
+    if before > DISAGREE:
+        seen.late_s = 0.0
+        before = seen.apart(seen.rolled(), way)
+    rolled = seen.rolled()
+    likely, exact = seen.adjusted(rolled, way), seen.exchanged(rolled, way)
+    if before < DISAGREE:
+        # Little ones are said only where one reading explains them all.
+        likely, exact = likely if before > SLIGHT else [], []
+        if not likely or min(likely)[0] > FITS * before:
+            return doubts
+    said = f"the wheels move the vehicle otherwise than the pose: {100 * before:.0f} % apart"
+    every = sorted([*likely, *exact])
+    best = every[0][0]
+    if best > FITS * before:
+        if stuck := seen.stuck():
+            return [*doubts, f"{said}; {stuck} of the pose does not change"]
+        return [*doubts, f"{said}; check the order and signs of the wheels, units, and the axes of the pose"]
+    readings = [reading for apart, reading in every if apart < best + ALSO][:3]
+    return [*doubts, f"{said}; {', or '.join(readings)}, then {100 * best:.0f} %"]
+
+
+class _Seen:
+    """Parts of a drive by wheels and by pose, and the readings of them that are tried."""
+
+    def __init__(
+        self, vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers
+    ) -> None:
+        self.names, self.period_s, self.late_s, layout = list(vehicle.wheel_names), period_s, 0.0, vehicle.layout
+        self.lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in layout.wheels]))
+        self.scaled = np.array([1.0, 1.0, self.lever])
+        self.back = np.asarray(Kinematics(layout=layout).forward_matrix)
+        pose, known = pose.copy(), np.asarray(np.isfinite(pose).all(axis=1))
+        there = np.asarray(np.isfinite(measured_rad_s))
+        pose[known, 2] = np.unwrap(pose[known, 2])
+        # A row's pose is at the end of its period: what wheels turn from the next row on leads to the next pose.
+        last, step = len(pose) - 2, max(1, round(STEP_S / period_s))
+        rows = sampled[(sampled <= last) & known[np.minimum(sampled, last)]]
+        self.rows = rows[np.unique(rows // step, return_index=True)[1]]
+        self.nodes = np.unique(np.concatenate([np.arange(0, last + 1, step), self.rows]))
+        turned = np.cumsum(np.where(there, measured_rad_s, 0.0), axis=0)[self.nodes + 1] * period_s
+        self.turned = np.diff(turned, axis=0, prepend=turned[:1])
+        self.poses, self.path = pose[self.rows], self._path(np.eye(len(self.names)))
+        unknown = np.cumsum(~there.all(axis=1))[self.rows + 1]
+        self.odometry = self.path[np.searchsorted(self.nodes, self.rows)]
+        self.sigma = self._sigma()
+        #: Samples at which parts begin and end, (P, 2).
+        self.ends = self._parts()
+        begin, end = self.ends.T
+        self.ends = self.ends[unknown[begin] == unknown[end]]
+        # Slow poses do not say by how much it turned from one to the next.
+        self.far = np.abs(np.diff(self.odometry[:, 2], prepend=self.odometry[:1, 2]))
+        blind = np.cumsum(self.far > BLIND)
+        begin, end = self.ends.T
+        self.unseen = self.ends[blind[begin] != blind[end]]
+        self.ends = self.ends[blind[begin] == blind[end]]
+
+    def _path(self, read: Floats) -> Floats:
+        """Odometry at the nodes, of wheels whose readings are these combinations of what was read."""
+        twist = self.turned @ read.T @ self.back.T
+        heading = np.cumsum(twist[:, 2])
+        steps = (twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * (heading - 0.5 * twist[:, 2]))
+        at = np.cumsum(steps)
+        return np.column_stack([at.real, at.imag, heading])
+
+    def _sigma(self) -> Floats:
+        """Noise of the pose by how much it bends from sample to sample."""
+        bends = np.diff(self.poses, n=2, axis=0)
+        rolls = np.abs(np.diff(self.odometry * self.scaled, axis=0)).max(axis=1, initial=0.0)
+        idle = np.maximum(rolls[1:], rolls[:-1]) < IDLE_M
+        if idle.sum() >= FEWEST:
+            return _noise(bends[idle])
+        close = len(bends) > 0 and np.median(np.diff(self.rows)) * self.period_s < CLOSE_S
+        return _noise(bends) if close else np.zeros(3)
+
+    def _parts(self) -> Integers:
+        """Cut between samples where either has moved by enough."""
+        least = max(MOVES_M, NOISY * float(np.linalg.norm(self.sigma * self.scaled)))
+        tracks = np.column_stack([self.odometry * self.scaled, self.poses * self.scaled]).tolist()
+        rows, ends = self.rows.tolist(), [0]
+        over = round(OVER_S / self.period_s)
+        for at, (x, y, turn, u, v, heading) in enumerate(tracks):
+            a, b, c, d, e, f = tracks[ends[-1]]
+            moved = max(hypot(x - a, y - b, turn - c), hypot(u - d, v - e, heading - f))
+            if rows[at] - rows[ends[-1]] >= over and moved > least:
+                ends.append(at)
+        return np.column_stack([ends[:-1], ends[1:]]).astype(np.int64).reshape(-1, 2)
+
+    def _ways(self, begin: Floats, end: Floats) -> Floats:
+        """Ways from one pose to another, ahead and left as half-way between their headings; turns at the wheels [m]."""
+        turn = end[:, 2] - begin[:, 2]
+        way = (end[:, 0] - begin[:, 0] + 1j * (end[:, 1] - begin[:, 1])) * np.exp(-1j * (begin[:, 2] + 0.5 * turn))
+        return np.column_stack([way.real, way.imag, self.lever * turn])
+
+    def rolled(self, read: Floats | None = None, late_s: float | None = None) -> Floats:
+        """Ways of the parts by the wheels, so read, so much before the pose's."""
+        path = self.path if read is None else self._path(read)
+        at = self.rows[self.ends.T] - (self.late_s if late_s is None else late_s) / self.period_s
+        begin, end = (
+            np.stack([np.interp(each, self.nodes, column, np.nan, np.nan) for column in path.T], axis=1) for each in at
+        )
+        return self._ways(begin, end)
+
+    def way(self, axes: Floats, heading: float = 0.0) -> Floats:
+        """Ways of the parts by the pose, whose axes are these combinations of what was read, and heading is off."""
+        begin, end = (self.poses[each] @ axes.T + [0.0, 0.0, heading] for each in self.ends.T)
+        return self._ways(begin, end)
+
+    def apart(self, of: Floats, what: Floats, axes: Floats | None = None) -> float:
+        """How far two kinds of ways are apart, as a part of the second, beyond noise of a pose with these axes."""
+        there = np.isfinite(of).all(axis=1)
+        if there.sum() < FEWEST:
+            return np.inf
+        sigma = self.sigma if axes is None else np.abs(axes) @ self.sigma
+        noise = float(np.mean(2.0 * (sigma * self.scaled) ** 2))
+        square = max(float(np.mean((of - what)[there] ** 2)) - noise, 0.0)
+        return float(np.sqrt(square / max(float(np.mean(what[there] ** 2)), 1e-300)))
+
+    def blind(self) -> list[str]:
+        """Report that poses are too far apart in heading to compare wheels with them."""
+        if len(self.unseen) < FEWEST // 2:
+            return []
+        most = np.degrees(np.median(self.far[self.far > BLIND]))
+        return [
+            f"the wheels turn the vehicle by {most:.0f} degrees from one pose to the next, too far to compare them:"
+            " check the wheels' unit, counts_per_turn and gear"
+        ]
+
+    def jumps(self) -> list[str]:
+        """Report a pose that jumps now and then; the parts over jumps are left out."""
+        if not len(self.ends):
+            return []
+        steps, rolled = (np.abs(np.diff(each, axis=0)) for each in (self.poses, self.odometry))
+        moved, rolls = np.hypot(*steps[:, :2].T), np.hypot(*rolled[:, :2].T)
+        noise = NOISY * self.sigma
+        usual, usually = np.percentile(moved, 95), np.percentile(steps[:, 2], 95)
+        jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * np.maximum(rolls, usual)
+        jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * np.maximum(rolled[:, 2], usually)
+        count = int(jumps.sum())
+        most = min(max(MOST_JUMPS, len(jumps) // 1000), int(np.count_nonzero(moved > 0.0)) // 10)
+        if not 0 < count <= most:
+            return []
+        before = np.concatenate([[0], np.cumsum(jumps)])
+        begin, end = self.ends.T
+        self.ends = self.ends[before[begin] == before[end]]
+        first = (self.rows[int(np.argmax(jumps)) + 1] + 1) * self.period_s
+        more = f", and {count - 1} times more" if count > 1 else ""
+        by = f"{moved[jumps][0]:.2f} m and {np.degrees(steps[jumps][0, 2]):.0f} degrees"
+        return [f"the pose jumps by {by} at {first:.2f} s{more}: import the log in pieces"]
+
+    def stands(self) -> list[str]:
+        """Report a pose that stands while wheels roll; those parts are left out."""
+        if not len(self.ends):
+            return []
+        rolled, way = (np.linalg.norm(each, axis=1) for each in (self.rolled(), self.way(np.eye(3))))
+        still = np.flatnonzero(np.diff(np.concatenate([[False], way < STANDS * rolled, [False]]).astype(int)))
+        doubts, stood = [], np.zeros(len(way), dtype=bool)
+        for first, after in still.reshape(-1, 2):
+            # It may begin to stand within the first part, and end in the last one.
+            begin, end = int(self.ends[first, 1]), int(self.ends[after - 1, 0])
+            if after - first < STANDING or not _constant(self.poses[begin : end + 1]).all():
+                continue
+            stood[max(first - 1, 0) : after + 1] = True
+            since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
+            when = "" if stood.all() else f" from {since:.1f} to {until:.1f} s"
+            doubts.append(f"the pose does not move{when} while the wheels do")
+        self.ends = self.ends[~stood]
+        return doubts[:1]
+
+    def stuck(self) -> str:
+        """Name the columns of the pose that do not change while the vehicle moves all about by its wheels."""
+        constant = _constant(self.poses) & (np.ptp(self.odometry, axis=0) > ABOUT).all()
+        return " and ".join(np.array(AXES)[constant])
+
+    def adjusted(self, rolled: Floats, way: Floats) -> list[tuple[float, str]]:
+        """What readings leave that may be wrong by a little: scale, heading, place of the marker, clock."""
+        found: list[tuple[float, str]] = []
+        for columns in (slice(0, 3), slice(2, 3)):
+            square = float((rolled[:, columns] ** 2).sum())
+            scale = float((rolled * way)[:, columns].sum()) / max(square, 1e-300)
+            said = f"the vehicle moves {scale:.3g} times what the wheels say: counts a turn, gear, radius, units"
+            found.append((self.apart(self.rolled(scale * np.eye(len(self.names))), way), said))
+        found = [min(found)]
+        turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (way[:, 0] + 1j * way[:, 1])).sum()))
+        ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
+        said = f"the pose's heading looks {np.degrees(turn):.1f} degrees off the vehicle's"
+        found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said))
+        # A marker beside the vehicle's middle moves aside as it turns.
+        turns = 2.0 * np.sin(0.5 * way[:, 2] / self.lever)
+        place = [float((off * turns).sum() / max((turns**2).sum(), 1e-300))
+                 for off in (way[:, 1] - rolled[:, 1], rolled[:, 0] - way[:, 0])]  # fmt: skip
+        moved = rolled + np.column_stack([-place[1] * turns, place[0] * turns, 0.0 * turns])
+        said = f"the pose looks taken {place[0]:.2f} m ahead and {place[1]:.2f} m left of the vehicle's middle"
+        found.append((self.apart(moved, way), said))
+        for part in LATE_S:
+            for late_s, said in ((part, "late"), (-part, "early")):
+                found.append((self.apart(self.rolled(late_s=late_s), way), f"the pose looks {part:g} s {said}"))
+        return found
+
+    def exchanged(self, rolled: Floats, way: Floats) -> list[tuple[float, str]]:
+        """What readings leave that are right or wrong: order and signs of the wheels, axes and units of the pose."""
+        found: list[tuple[float, str]] = []
+        wheels = np.eye(len(self.names))
+        for order in _orders(len(self.names)):
+            said = f"the wheels look read as {', '.join(self.names[k] for k in order)}"
+            found.append((self.apart(self.rolled(wheels[order]), way), said))
+        for count in (1, 2):
+            for some in combinations(range(len(self.names)), count):
+                signs = np.where(np.isin(np.arange(len(self.names)), some), -1.0, 1.0)
+                said = f"wheel {' and '.join(self.names[k] for k in some)} look{'s' * (count == 1)} reversed"
+                found.append((self.apart(self.rolled(np.diag(signs)), way), said))
+        found.append((self.apart(self.rolled(-wheels), way), "all wheels look reversed"))
+        for axes, heading, said in AXES_READ:
+            words = said.format(of="of the pose", turn="the heading of the pose")
+            found.append((self.apart(rolled, self.way(axes, heading), axes), words))
+        return found
+
+
+def _noise(bends: Floats) -> Floats:
+    """Noise of readings of which these are second differences."""
+    return np.asarray(np.median(np.abs(bends), axis=0) / 0.6745 / 6**0.5) if len(bends) else np.zeros(bends.shape[1])
+
+
+def _constant(poses: Floats) -> Flags:
+    """Which columns only vary as noise does, which bends from sample to sample as much as it spreads."""
+    return np.asarray(np.ptp(poses, axis=0) < NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)
+
+
+def _orders(wheels: int) -> list[list[int]]:
+    """Other orders of wheels: of up to four all, of more those of two exchanged."""
+    if wheels <= 4:
+        return [list(order) for order in permutations(range(wheels))][1:]
+    pairs = combinations(range(wheels), 2)
+    return [[b if k == a else a if k == b else k for k in range(wheels)] for a, b in pairs]
