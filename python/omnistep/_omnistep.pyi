@@ -2797,7 +2797,7 @@ class Sample:
         """Centre of the axle in the world [m], z."""
     @property
     def torque_n_m(self) -> _Floats:
-        """Torque that acted on the actuator [N.m], averaged over the period: the applied one, unless actuators lack something."""
+        """Torque that acted on the actuator [N.m], averaged over the period."""
     @property
     def contact_x_m(self) -> _Floats:
         """Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air."""

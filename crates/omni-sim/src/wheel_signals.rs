@@ -63,7 +63,7 @@ macro_rules! for_each_wheel_signal {
                 y_m: trace = |wheel| wheel.centre_m[1];
                 /// Centre of the axle in the world [m], z.
                 z_m: trace = |wheel| wheel.centre_m[2];
-                /// Torque that acted on the actuator [N.m], averaged over the period: the applied one, unless actuators lack something.
+                /// Torque that acted on the actuator [N.m], averaged over the period.
                 torque_n_m: log = |wheel| wheel.torque_n_m;
                 /// Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air.
                 contact_x_m: trace = |wheel| wheel.contact_m[0];
