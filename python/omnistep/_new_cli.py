@@ -2,7 +2,7 @@
 
 import argparse
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from omnistep.errors import ConfigError
 #: Share of the motors' top speeds that may be commanded, as of mecanum4.
 _COMMANDED = 0.4
 #: Usage, which the compiled command does not know.
-USAGE = "omnistep new vehicle NAME --from-urdf ROBOT.urdf [--wheels mecanum|omni] [--radius M]"
+USAGE = "omnistep new vehicle NAME --from-urdf ROBOT.urdf [--wheels mecanum|omni] [--radius M] [--not-wheel NAME]"
 
 
 def is_wanted(arguments: list[str]) -> bool:
@@ -45,15 +45,22 @@ def new(arguments: list[str]) -> int:
     parser.add_argument(
         "--radius", type=float, metavar="M", help="radius of all wheels [m]; their cylinders' or spheres' if left out"
     )
+    parser.add_argument(
+        "--not-wheel",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a link or a joint that is no wheel, though it is round and turns; repeatable",
+    )
     given = parser.parse_args(arguments)
 
     def make() -> None:
-        print(_write(given.name, given.from_urdf, given.wheels, given.radius))
+        print(_write(given.name, given.from_urdf, given.wheels, given.radius, given.not_wheel))
 
     return made(make, None)
 
 
-def _write(name: str, urdf: Path, kind: str | None, radius_m: float | None) -> str:
+def _write(name: str, urdf: Path, kind: str | None, radius_m: float | None, not_wheels: Collection[str]) -> str:
     """Write the vehicle file, and return what is said of it."""
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,40}", name):
         raise ConfigError(f"new {shown(name)}: name: \"{shown(name)}\", allowed: 1 to 40 letters, digits, '_' or '-'")
@@ -65,7 +72,8 @@ def _write(name: str, urdf: Path, kind: str | None, radius_m: float | None) -> s
         kept = "the file exists and was not changed; use another name, or move it away first"
         raise ConfigError(f"{out}: {kept}", file=str(out))
     robot = read_urdf(urdf)
-    text, vehicle = _vehicle(name, robot, vehicle_tables(robot, kind=kind, radius_m=radius_m))
+    tables = vehicle_tables(robot, kind=kind, radius_m=radius_m, not_wheels=not_wheels)
+    text, vehicle = _vehicle(name, robot, tables)
     with replaced(out, [urdf]) as aside:
         aside.write_text(text, encoding="utf-8")
     keys = vehicle.to_dict()

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from omnistep._rigid_masses import Mass
+from omnistep._urdf_contradictions import note_contradictions
 from omnistep._urdf_tree import Joint, Robot, shown
-from omnistep._urdf_wheels import Wheel, check_mass, find_wheels, turns
+from omnistep._urdf_wheels import Wheel, check_mass, find_wheels, leave_out, noted, turns
 from omnistep.errors import ConfigError
 
 #: Of a hinge without damping: a dry plain bearing, as of chugo7.
@@ -34,29 +35,33 @@ class Table(NamedTuple):
     notes: dict[str, str]
 
 
-def vehicle_tables(robot: Robot, *, kind: str | None, radius_m: float | None) -> list[Table]:
+def vehicle_tables(
+    robot: Robot, *, kind: str | None, radius_m: float | None, not_wheels: Collection[str] = ()
+) -> list[Table]:
     """Describe a robot as bodies, hinges, couplings, motor, rollers and wheels.
 
     Args:
         robot: the robot.
         kind: of its wheels, ``mecanum`` or ``omni``; None decides by their axles.
         radius_m: radius of all wheels; None takes it from their shapes.
+        not_wheels: links or joints that are no wheels.
 
     Raises:
         ConfigError: it is no vehicle on omni or mecanum wheels.
     """
-    wheels = find_wheels(robot, radius_m)
+    wheels, others = find_wheels(robot, radius_m, not_wheels)
     ground_m = min(wheel.low_m for wheel in wheels)
     hinges = _hinges(robot, wheels)
     owner = _owners(robot, wheels, hinges)
     bodies = _names(robot, [robot.root, *(hinge.child for hinge in hinges)])
-    tables = [_body(robot, link, name, owner, wheels, ground_m) for link, name in bodies.items()]
+    tables = [_body(robot, link, name, owner, wheels, others, ground_m) for link, name in bodies.items()]
     names = _names(robot, [hinge.name for hinge in hinges])
     for hinge in hinges:
         ends = bodies[owner[hinge.parent]], bodies[hinge.child]
         tables.append(_hinge(robot, hinge, names[hinge.name], ends, ground_m))
     tables += _couplings(robot, hinges, names)
     angles, notes = _roller_angles(robot, wheels, kind)
+    note_contradictions(robot, wheels, parallel=any(angles))
     tables += [_motor(wheels, sum(table.keys.get("mass_kg", 0.0) for table in tables)), _rollers(wheels, angles)]
     short = _short_names(robot, [wheel.name for wheel in wheels])
     for wheel, angle in zip(wheels, angles, strict=True):
@@ -107,7 +112,15 @@ def _short_names(robot: Robot, names: list[str]) -> dict[str, str]:
     return _names(robot, names)
 
 
-def _body(robot: Robot, link: str, name: str, owner: dict[str, str], wheels: list[Wheel], ground_m: float) -> Table:
+def _body(
+    robot: Robot,
+    link: str,
+    name: str,
+    owner: dict[str, str],
+    wheels: list[Wheel],
+    others: list[Joint],
+    ground_m: float,
+) -> Table:
     """Return a body: all that is fixed to a link, as one mass."""
     own = [each for each, body in owner.items() if body == link]
     mass = Mass.joined(robot.links[each].mass.moved(robot.places[each]) for each in own)
@@ -116,10 +129,15 @@ def _body(robot: Robot, link: str, name: str, owner: dict[str, str], wheels: lis
     held = [
         joint.name for joint in robot.joints if joint.kind != "fixed" and joint.child in own and joint.child != link
     ]
+    for part in (joint.child for joint in others if joint.child in own):
+        noted(notes, "mass_kg", f"with {shown(part)}, which touches the ground, but is not named as the wheels are")
     if held:
-        notes["mass_kg"] = f"joints held at 0: {held[0]}{f' and {len(held) - 1} more' if len(held) > 1 else ''}"
+        held_note = f"joints held at 0: {held[0]}{f' and {len(held) - 1} more' if len(held) > 1 else ''}"
+        noted(notes, "mass_kg", held_note)
     box_m = _box(mass, [wheel for wheel in wheels if owner[wheel.joint.parent] == link] or wheels, notes)
     com_m = mass.com_m - [0.0, 0.0, ground_m]
+    if com_m[2] <= 0.0:
+        notes["com_m"] = "not above the ground: are the places and the inertial right?"
     return Table("[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "box_m": box_m}, notes)
 
 
@@ -205,7 +223,8 @@ def _roller_angles(robot: Robot, wheels: list[Wheel], kind: str | None) -> tuple
         x, y = (wheel.middle_m - middle_m)[:2] @ np.array([forward, [-forward[1], forward[0]]]).T
         if min(abs(x), abs(y)) < 0.1 * wheel.radius_m:
             what = f'{robot.file}: mecanum wheel "{shown(wheel.name)}" is in the middle'
-            raise ConfigError(f"{what}, allowed: a left and a right one in front and rear", file=robot.file)
+            allowed = f"a left and a right one in front and rear{leave_out(wheel.name)}"
+            raise ConfigError(f"{what}, allowed: {allowed}", file=robot.file)
         angles.append(math.copysign(math.pi / 4, -x * y))
     note = "an O seen from below, an X from above"
     if kind is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ _CASTER = re.compile(r"caster|castor", re.IGNORECASE)
 _LEVEL = 0.1
 #: Radii [m]: no wheel with rollers is larger, and in a file in millimetres all are.
 RADII_M = (0.001, 2.0)
+#: Radii of wheels that are sold [m]: others are of a file in inches, decimetres or the like.
+_USUAL_RADII_M = (0.01, 0.5)
 #: Masses of a body or a wheel [kg] that a vehicle file takes.
 _MASSES_KG = (0.001, 10000.0)
 #: Farthest from the origin, in radii: what a file with radii in metres and places in millimetres exceeds.
@@ -57,20 +60,25 @@ class Wheel(NamedTuple):
         return float(self.middle_m[2]) - self.radius_m
 
 
-def find_wheels(robot: Robot, radius_m: float | None) -> list[Wheel]:
-    """Find the wheels of a robot.
+def find_wheels(
+    robot: Robot, radius_m: float | None, not_wheels: Collection[str] = ()
+) -> tuple[list[Wheel], list[Joint]]:
+    """Find the wheels of a robot, and the joints of round parts on the ground that are not named as its wheels are.
 
     Args:
         robot: the robot.
         radius_m: radius of all wheels; None takes it from their shapes.
+        not_wheels: links or joints that are no wheels.
 
     Raises:
         ConfigError: there are none, or one has no radius, no mass, or is off the ground.
     """
-    joints = [joint for joint in _outermost(robot) if _is_wheel(robot, joint)]
-    wheels = _standing(robot, [_wheel(robot, joint, radius_m) for joint in joints])
+    joints = [joint for joint in _left(robot, not_wheels) if _is_wheel(robot, joint)]
+    wheels, others = _standing(robot, [_wheel(robot, joint, radius_m) for joint in joints])
     for wheel in wheels:
         _check(robot, wheel)
+        if radius_m is None and not _USUAL_RADII_M[0] <= wheel.radius_m <= _USUAL_RADII_M[1]:
+            noted(wheel.notes, "radius_m", "wheels of 0.01 to 0.5 m are usual: is the URDF in metres?")
     if not wheels:
         fixed = sum(joint.kind == "fixed" and bool(_NAMES.search(joint.child)) for joint in robot.joints)
         also = f" ({fixed} fixed ones are named so)" if fixed else ""
@@ -80,11 +88,23 @@ def find_wheels(robot: Robot, radius_m: float | None) -> list[Wheel]:
             file=robot.file,
         )
     if not 3 <= len(wheels) <= 8:
-        names = ", ".join(shown(wheel.name) for wheel in wheels[:8])
-        raise ConfigError(
-            f"{robot.file}: {len(wheels)} wheels ({names}), allowed: 3 to 8 omni or mecanum wheels", file=robot.file
-        )
-    return wheels
+        names = ", ".join(shown(wheel.name) for wheel in wheels[:4]) + (", ..." if len(wheels) > 4 else "")
+        also = "; --not-wheel NAME leaves one out" if len(wheels) > 8 else ""
+        if others:
+            also = f"; not named as wheels: {', '.join(shown(joint.child) for joint in others[:2])}"
+        what = f"{robot.file}: {len(wheels)} wheels ({names})"
+        raise ConfigError(f"{what}, allowed: 3 to 8 omni or mecanum wheels{also}", file=robot.file)
+    return wheels, others
+
+
+def noted(notes: dict[str, str], key: str, note: str) -> None:
+    """Add a note to those on a key."""
+    notes[key] = f"{notes[key]}; {note}" if key in notes else note
+
+
+def leave_out(name: str) -> str:
+    """Return the words with which a refusal names the option for a part that is no wheel."""
+    return f"; --not-wheel {shown(name)} leaves it out"
 
 
 def turns(joint: Joint) -> bool:
@@ -105,21 +125,33 @@ def _outermost(robot: Robot) -> list[Joint]:
     return [joint for joint in found.values() if joint.parent in reached]
 
 
+def _left(robot: Robot, not_wheels: Collection[str]) -> list[Joint]:
+    """Return the outermost joints that look like wheels without those that are none."""
+    joints = [joint for joint in _outermost(robot) if _looks(robot, joint)]
+    known = {name for joint in joints for name in (joint.name, joint.child)}
+    for name in not_wheels:
+        if name not in known:
+            allowed = ", ".join(shown(joint.child) for joint in joints[:4]) + (", ..." if len(joints) > 4 else "")
+            raise ConfigError(
+                f"--not-wheel {shown(name)}: {robot.file} has no such wheel, allowed: {allowed or 'none'}",
+                key="not-wheel",
+            )
+    return [joint for joint in joints if not {joint.name, joint.child} & set(not_wheels)]
+
+
 def _looks(robot: Robot, joint: Joint) -> bool:
     return bool(_NAMES.search(joint.name) or _NAMES.search(joint.child) or _about_axle(robot, joint))
 
 
 def _is_wheel(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint looks like a wheel, and is not under a swivel of a caster."""
-    if not _looks(robot, joint):
-        return False
+    """Whether what looks like a wheel is not under a swivel of a caster."""
     for above in robot.above(joint.parent):
         if above.kind != "fixed" and abs(robot.axis(above)[2]) > 0.7:
             if _CASTER.search(above.name + above.child):
                 return False
             what = f'wheel "{shown(joint.child)}" is steered by "{shown(above.name)}"'
             allowed = "omni or mecanum wheels on axles that do not turn about the vertical"
-            raise ConfigError(f"{robot.file}: {what}, allowed: {allowed}", file=robot.file)
+            raise ConfigError(f"{robot.file}: {what}, allowed: {allowed}{leave_out(joint.child)}", file=robot.file)
     return True
 
 
@@ -206,24 +238,31 @@ def _radius(robot: Robot, joint: Joint, shape: Round | None, notes: dict[str, st
     return shape.radius_m
 
 
-def _standing(robot: Robot, wheels: list[Wheel]) -> list[Wheel]:
-    """Return the wheels that stand on the ground; other round parts that turn are none."""
+def _standing(robot: Robot, wheels: list[Wheel]) -> tuple[list[Wheel], list[Joint]]:
+    """Return the wheels that stand on the ground, and the joints of other round parts on it.
+
+    Where some are named wheels, what is named otherwise is none: a support ball, a brush, a drum.
+    """
     if not wheels:
-        return []
+        return [], []
     named = [wheel for wheel in wheels if _NAMES.search(wheel.joint.name + wheel.name)]
     ground_m = min(wheel.low_m for wheel in named or wheels)
-    found = []
+    found, others = [], []
     for wheel in wheels:
         off_m = wheel.low_m - ground_m
         is_named = any(wheel is each for each in named)
         if is_named and off_m > _HIGH_WHEEL * wheel.radius_m:
             what = f'{robot.file}: wheel "{shown(wheel.name)}" is {off_m:.3f} m above the lowest'
-            raise ConfigError(
-                f"{what}, allowed: {_HIGH_WHEEL * wheel.radius_m:.3f}, all on one ground", file=robot.file
-            )
+            allowed = f"{_HIGH_WHEEL * wheel.radius_m:.3f}, all on one ground"
+            raise ConfigError(f"{what}, allowed: {allowed}{leave_out(wheel.name)}", file=robot.file)
         if not is_named and abs(off_m) > _HIGH_PART * wheel.radius_m:
             continue
+        if named and not is_named:
+            others.append(wheel.joint)
+            continue
+        if not named:
+            noted(wheel.notes, "name", "a round part that touches the ground; if it is no wheel, use --not-wheel")
         if abs(off_m) > 1e-4:
-            wheel.notes["position_m"] = f"it stands on the ground, not {1000 * off_m:.1f} mm above it"
+            noted(wheel.notes, "position_m", f"it stands on the ground, not {1000 * off_m:.1f} mm above it")
         found.append(wheel)
-    return found
+    return found, others

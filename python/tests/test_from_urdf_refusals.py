@@ -132,15 +132,17 @@ STEERED = (
                 'link="base"/><child link="fl', 'link="fork"/><child link="fl'
             ),
             'wheel "fl_wheel" is steered by "steer", allowed: omni or mecanum wheels '
-            "on axles that do not turn about the vertical",
+            "on axles that do not turn about the vertical; --not-wheel fl_wheel leaves it out",
         ),
         (
             lambda robots: robots.four(robots.BODY).replace("0.2 0.15 0.05", "0.2 0.15 0.08"),
-            'wheel "fl_wheel" is 0.030 m above the lowest, allowed: 0.013, all on one ground',
+            'wheel "fl_wheel" is 0.030 m above the lowest, allowed: 0.013, all on one ground; '
+            "--not-wheel fl_wheel leaves it out",
         ),
         (
             lambda robots: robots.four(robots.BODY, *middle(robots)),
-            'mecanum wheel "ml_wheel" is in the middle, allowed: a left and a right one in front and rear',
+            'mecanum wheel "ml_wheel" is in the middle, allowed: a left and a right one in front and rear; '
+            "--not-wheel ml_wheel leaves it out",
         ),
         (
             lambda robots: robots.ridgeback().replace('lower="-0.08726"', 'lower="0.01"'),
@@ -162,6 +164,14 @@ def test_a_wrong_urdf_gets_one_line(urdf, said, robots, here, monkeypatch, capsy
     [
         (["--radius", "50"], "--radius 50, allowed: 0.001 to 2, in m"),
         (["--radius", "nan"], "--radius nan, allowed: 0.001 to 2, in m"),
+        (
+            ["--not-wheel", "lidar"],
+            "--not-wheel lidar: robot.urdf has no such wheel, allowed: fl_wheel, fr_wheel, rl_wheel, rr_wheel",
+        ),
+        (
+            ["--not-wheel", "fl_wheel", "--not-wheel", "rr"],
+            "robot.urdf: 2 wheels (fr_wheel, rl_wheel), allowed: 3 to 8 omni or mecanum wheels",
+        ),
         (["--wheels", "omni"], "robot.urdf: --wheels omni: the axles are all parallel, allowed: mecanum"),
     ],
 )

@@ -75,7 +75,6 @@ impl Vehicle {
     pub fn derived_gains(&self, period_s: f64) -> Result<DerivedGains, Error> {
         let (rows, _) = self.actuators()?;
         let inertia = self.largest_inertia(&rows);
-        let stall = self.motor.peak_torque_n_m();
         let free_wheel = self
             .wheel
             .iter()
@@ -84,7 +83,7 @@ impl Vehicle {
         let time_constant_s = [
             SHORTEST_S,
             PERIODS * period_s,
-            inertia * self.full_speed_rad_s(&rows).unwrap_or(0.0) / (STALL_TORQUES * stall),
+            self.of_motors_s(inertia, &rows),
             period_s * inertia / (SHARE_OF_A_FREE_WHEEL * free_wheel),
         ]
         .into_iter()
@@ -107,6 +106,17 @@ impl Vehicle {
             inertia_kg_m2: inertia,
             time_constant_s,
         })
+    }
+
+    /// The shortest time constant that the motors are strong enough for, where loops move this inertia \[s\].
+    pub(crate) fn motors_time_constant_s(&self, inertia_kg_m2: f64) -> Result<f64, Error> {
+        Ok(self.of_motors_s(inertia_kg_m2, &self.actuators()?.0))
+    }
+
+    /// The same, `rows` being the actuators' velocities per unit of twist; 0 where nothing limits the speed.
+    fn of_motors_s(&self, inertia_kg_m2: f64, rows: &[[f64; 3]]) -> f64 {
+        let full_rad_s = self.full_speed_rad_s(rows).unwrap_or(0.0);
+        inertia_kg_m2 * full_rad_s / (STALL_TORQUES * self.motor.peak_torque_n_m())
     }
 
     /// The largest inertia that a loop moves, `rows` being the actuators' velocities per unit of twist.

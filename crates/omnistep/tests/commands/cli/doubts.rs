@@ -131,14 +131,14 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         &[("stall_torque_n_m = 2.0", "stall_torque_n_m = 0.2")],
     );
     let (warnings, _) = checked(path, &["--step", "0.05"]);
-    // Gains for ten times the torque are none for these motors.
-    let [gains, step] = &warnings[..] else {
+    // Gains for ten times the torque are none for these motors, and no others are fast.
+    let [kp, ki, motor, step] = &warnings[..] else {
         panic!("{warnings:?}")
     };
-    assert!(
-        gains.starts_with("gains: kp_n_m_s_rad = 0.3 is 11.4 times"),
-        "{gains}"
-    );
+    assert!(kp.starts_with("gains: kp_n_m_s_rad = 0.3 is 11.4 times"), "{kp}");
+    assert!(ki.starts_with("gains: ki_n_m_rad = 2 is "), "{ki}");
+    let weak = "motor.stall_torque_n_m = 0.2: no gains move 20.000 kg with a time constant below 1.";
+    assert!(motor.starts_with(weak), "{motor}");
     assert!(
         step.contains("impossible at 0.3 m/s with the motor's 0.2 N.m"),
         "{step}"
