@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from omnistep._calibration_runs import CalibrationRun, read_runs
 from omnistep._command_line import made
 from omnistep._omnistep import Vehicle, vehicles
 from omnistep._output_files import check_output, check_picture, replaced, write_text
@@ -65,7 +66,7 @@ def identify(arguments: list[str]) -> int:
                 result.simulation.plot().savefig(aside, dpi=110)
         return result.table(), Changes(result.vehicle, identified_halves(result.vehicle, result.estimates))
 
-    return _write(found, given.vehicle, given.out, inputs)
+    return _write(found, given.vehicle, given.out, lambda: inputs)
 
 
 def calibrate(arguments: list[str]) -> int:
@@ -81,16 +82,23 @@ def calibrate(arguments: list[str]) -> int:
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
     given = parser.parse_args(arguments)
 
+    runs: list[CalibrationRun] = []
+    noise: dict[str, float] = {}
+
+    def inputs() -> list[Path]:
+        read, stated = read_runs(given.runs)
+        runs.extend(read)
+        noise.update(stated)
+        return [given.runs, Path(given.vehicle), *(run.log for run in read if isinstance(run.log, Path))]
+
     def found(drawn: Vehicle) -> tuple[str, Changes]:
-        from omnistep._calibration_runs import read_runs
         from omnistep.calibration import calibrate
 
-        runs, noise = read_runs(given.runs)
         result = calibrate(runs, vehicle=drawn, **noise)
         halves = calibrated_halves(drawn, (*result.common, *result.estimates))
         return result.table(), Changes(result.vehicle, halves)
 
-    return _write(found, given.vehicle, given.out, [given.runs, Path(given.vehicle)])
+    return _write(found, given.vehicle, given.out, inputs)
 
 
 def _known(text: str) -> tuple[str, float]:
@@ -101,12 +109,16 @@ def _known(text: str) -> tuple[str, float]:
         raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
-def _write(found: Callable[[Vehicle], tuple[str, Changes]], name: str, out: Path | None, inputs: list[Path]) -> int:
-    """Print the estimates, and write the vehicle file with them."""
+def _write(
+    found: Callable[[Vehicle], tuple[str, Changes]], name: str, out: Path | None, inputs: Callable[[], list[Path]]
+) -> int:
+    """Print the estimates, and write the vehicle file with them; never in place of one of the inputs."""
 
     def make() -> None:
+        # Looked up before the search, which may take minutes.
+        reads = inputs()
         if out is not None:
-            check_output(out, inputs, text=True)
+            check_output(out, reads, text=True)
             tomlkit()
         drawn = Vehicle(name)
         # Read before the search: it takes a while, and the file may change.
@@ -120,6 +132,6 @@ def _write(found: Callable[[Vehicle], tuple[str, Changes]], name: str, out: Path
         print(table)
         for note in notes:
             print(f"{out}: {note}", file=sys.stderr)
-        write_text(out, new, inputs)
+        write_text(out, new, reads)
 
     return made(make, out)
