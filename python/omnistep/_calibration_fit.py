@@ -35,6 +35,8 @@ CLEARLY = 4.0
 DELAY_S = 0.02
 #: Slip that is expected of a piece of a recording, as a part of its length.
 SLIP = 0.01
+#: Why a single wheel has no interval that follows from what all have in common.
+ALIKE = "as all wheels are"
 #: A smaller deviation is none, in units of ``SCALE``.
 LEAST = 1e-6
 #: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
@@ -46,6 +48,8 @@ class Found:
     """The parameters that fit best, in units of what a drawing may be wrong by, and what is known of them."""
 
     u: Floats
+    #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
+    told: Floats
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
@@ -187,18 +191,37 @@ class Problem:
         Better is what makes the measurements more probable (MacKay, "Bayesian interpolation", 1992): each further
         number must pay for itself.
         """
-        common, single = self._fit(single=False), self._fit(single=True)
-        return (single if single.evidence > common.evidence else common), single
+        common, single = (self._fit(single=each, held=self.held) for each in (False, True))
+        found = single if single.evidence > common.evidence else common
+        found.told = self._told(found, single=found is single)
+        return found, single
 
-    def _fit(self, *, single: bool) -> Found:
+    def _told(self, found: Found, *, single: bool) -> Floats:
+        """The parameters with the file's value of everything that the runs do not tell.
+
+        First goes what all wheels have in common, and the others are found without it. Then go directions that are not
+        told, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
+        """
+        deviations = np.array([_deviation(row, found) for row in np.linalg.pinv(self.common)])
+        held = self.held | (deviations >= DETERMINED)
+        if held.all() and not single and not self.extra:
+            return np.zeros_like(found.u)
+        again = found if (held == self.held).all() else self._fit(single=single, held=held)
+        variances, directions = np.linalg.eigh(again.covariance)
+        # By the number that differs most: all wheels together may be told better than each.
+        largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(directions).max(axis=0)
+        lost = directions[:, largest >= DETERMINED]
+        return np.asarray(again.u - lost @ (lost.T @ again.u))
+
+    def _fit(self, *, single: bool, held: Any) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
 
         The prior of a wheel is the drawing with what all wheels have in common, with a standard deviation of ``SCALE``
         where single wheels may differ. What the runs do not determine keeps that value and that deviation.
         """
         count, own = len(self.start) - self.extra, np.eye(len(self.start))
-        held, common = self.common[:, self.held], self.common[:, ~self.held]
-        own = own - held @ np.linalg.pinv(held)
+        kept, common = self.common[:, held], self.common[:, ~held]
+        own = own - kept @ np.linalg.pinv(kept)
         moves = np.hstack([common, own if single else own[:, count:]])
         wide = np.full(common.shape[1], COMMON)
         far = [PLATE_FAR[:3] if kind == "plate" else PLATE_FAR[3:] for kind, _ in self.at]
@@ -240,6 +263,7 @@ class Problem:
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         return Found(
             u=moves @ z,
+            told=moves @ z,
             covariance=moves @ covariance @ moves.T,
             scatter=moves @ self._scatter(weighted, slopes, covariance) @ moves.T,
             freedom=float(max(1.0, known)),
@@ -330,7 +354,7 @@ class Problem:
         for k, (name, row) in enumerate(zip(names, np.eye(len(self.start))[:wheels], strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
             each = self._estimate(name, unit, self.start[k], self.scale[k], row, found, single)
-            given.append(replace(each, low=None, high=None, note="as all wheels are") if alike else each)
+            given.append(replace(each, low=None, high=None, note=each.note or ALIKE) if alike else each)
         return tuple(given)
 
     def plates(self, found: Found) -> tuple[Estimate, ...]:
@@ -347,23 +371,29 @@ class Problem:
     def _estimate(
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
-        value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
-        variances = (float(row @ each @ row) for each in (known.covariance, known.scatter))
-        deviation = float(np.sqrt(max(0.0, *variances)))
+        value, middle = float(start + scale * (row @ found.told)), float(start + scale * (row @ known.u))
+        deviation = _deviation(row, known)
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
         half = (
             float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
         )
+        held = not determined and abs(row @ found.told) < LEAST
+        follows = "only together with others" if found is known else ALIKE
         return Estimate(
             name=name,
             unit=unit,
-            value=float(start) if deviation <= LEAST else value,
+            value=float(start) if held else value,
             low=min(value, middle - half) if determined else None,
             high=max(value, middle + half) if determined else None,
             before=float(start),
-            note="" if determined else "these runs do not tell it",
+            note="" if determined else "these runs do not tell it" if held else follows,
         )
+
+
+def _deviation(row: Floats, found: Found) -> float:
+    """Standard deviation of a combination of the parameters, in units of what a drawing may be wrong by."""
+    return float(np.sqrt(max(0.0, *(float(row @ each @ row) for each in (found.covariance, found.scatter)))))
 
 
 def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:

@@ -165,7 +165,7 @@ def calibrate(
     problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
     drives = problem.drives
     wrong = _wrong(drives, found, problem.stated)
-    places, turns, parts_places, parts_turns, _ = problem.groups(found.u)
+    places, turns, parts_places, parts_turns, _ = problem.groups(found.told)
     refuted = wrong or _refuted(found.sd, problem.stated)
     common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
     if refuted:
@@ -180,7 +180,7 @@ def calibrate(
             *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
             *_far((*common, *parts)),
         ),
-        vehicle=problem.vehicle(found.u),
+        vehicle=problem.vehicle(found.told),
         position_rms_m=_rms([*places, *parts_places]),
         yaw_rms_rad=_rms([*turns, *parts_turns]),
         plates=plates,
@@ -232,10 +232,10 @@ def _misfit(found: Found) -> tuple[int, float] | None:
 
 
 def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
-    plate = problem.plate(recording, found.u)
+    plate = problem.plate(recording, found.told)
     before, after = (
         recording.path_error_m(Kinematics(layout=layout), plate)
-        for layout in (problem.drawn.layout, problem.layout(found.u))
+        for layout in (problem.drawn.layout, problem.layout(found.told))
     )
     return PathError(
         run=recording.where,
@@ -292,7 +292,7 @@ def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) ->
         doubts += [f"{recording.where}: {doubt}" for doubt in recording.doubts(vehicle, refuted)]
     if not ends:
         return doubts
-    kinematics = Kinematics(layout=problem.layout(found.u))
+    kinematics = Kinematics(layout=problem.layout(found.told))
     errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
         (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),

@@ -491,3 +491,44 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
         with pytest.raises(omnistep.ConfigError) as refused:
             read_runs(tmp_path / "runs.toml")
         assert "runs.toml" in str(refused.value) and message in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_what_the_runs_do_not_tell_keeps_the_files_value():
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(6)
+    real = drawn.replace({f"wheel.{k}.radius_m": 1.02 * 0.076 for k in range(4)})
+    lines = [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]
+    told = {"one distance on a curve": 0, "straight lines": 1, "a gyro and a tape": 2, "all of it": 3}
+    for what, common in told.items():
+        runs = []
+        for parts in [[(0.3, 0.1, 0.3, 8)]] if common == 0 else lines if common == 1 else DRIVES:
+            log, (x, y, yaw) = drive(real, parts, rng)
+            far = float(np.hypot(x, y))
+            if common == 0:
+                runs.append(omnistep.CalibrationRun(log=log, distance_m=0.6 * far))
+            elif common == 1:
+                runs.append(omnistep.CalibrationRun(log=log, distance_m=far))
+            elif common == 2:
+                # A tape and the heading tell distances and turns, not where ahead is.
+                more = {"distance_m": far} if far > 0.5 else {}
+                runs.append(omnistep.CalibrationRun(log=log, end_yaw_rad=yaw, **more))
+            else:
+                runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+        found = omnistep.calibrate(runs, vehicle=drawn)
+        assert sum(each.determined for each in found.common) == common, what
+        for each in (*found.common, *found.estimates):
+            # Exactly: nothing of it was estimated.
+            assert each.held == (each.note == "these runs do not tell it"), (what, each)
+            assert each.determined or each.held or each.note in ("as all wheels are", "only together with others")
+        for each in found.common:
+            assert each.determined or each.value == each.before, (what, each)
+        if common:
+            # Four lines of 1.5 m to 2 mm: a part in 1500; three times that.
+            assert found["all.radius"].value == pytest.approx(1.02, abs=2e-3), what
+        if common < 2:
+            # Nothing of a lever is told, of any wheel.
+            assert found.vehicle["wheel.0.position_m"] == drawn["wheel.0.position_m"], what
+        if common == 0:
+            assert found.vehicle["wheel.3.radius_m"] == drawn["wheel.3.radius_m"]
+        # A table says "held" of what is held alone.
+        for line, each in zip(found.table().splitlines()[1:], (*found.common, *found.estimates), strict=False):
+            assert line.startswith(each.name) and ("held: " in line) == each.held, line
