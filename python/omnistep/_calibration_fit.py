@@ -75,6 +75,8 @@ class Problem:
     ) -> None:
         self.drawn, self.drives = vehicle, drives
         self.wheels = vehicle.layout.wheels
+        #: Of the parameters of wheels.
+        self.names = [f"{wheel}.{kind}" for wheel in vehicle.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
         lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in self.wheels]))
         start, scale, common = [], [], []
         for wheel in self.wheels:
@@ -323,6 +325,20 @@ class Problem:
         inside[: len(z) - self.extra] *= FARTHEST / most
         return inside
 
+    def far(self, found: Found) -> list[str]:
+        """What ends as far from the file as is searched."""
+        said = []
+        common = np.linalg.pinv(self.common)
+        names = ("all.radius", "all.lever", "all.turn_rad")
+        rows = [(*each, common[k]) for k, each in enumerate(zip(names, (1.0, 1.0, 0.0), [SCALE] * 3, strict=True))]
+        single = np.eye(len(self.start))[: 3 * len(self.wheels)]
+        rows += zip(self.names, self.start, self.scale, single, strict=False)
+        for name, start, scale, row in rows:
+            value = start + scale * float(row @ found.u)
+            if abs(value - start) > 0.99 * FARTHEST * scale:
+                said.append(f"{name} is {value:.4g} after {start:.4g} in the file, as far as is searched")
+        return said
+
     def vehicle(self, u: Floats) -> Vehicle:
         keys: dict[str, Any] = {}
         for k, (wheel, numbers) in enumerate(zip(self.wheels, self.of_wheels(u), strict=True)):
@@ -350,8 +366,7 @@ class Problem:
         wheels = 3 * len(self.wheels)
         # Pieces are few for so many numbers: such intervals held the truth in 85 to 97 %.
         alike = bool(self.held.any()) and found is not single
-        names = [f"{wheel}.{kind}" for wheel in self.drawn.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
-        for k, (name, row) in enumerate(zip(names, np.eye(len(self.start))[:wheels], strict=True)):
+        for k, (name, row) in enumerate(zip(self.names, np.eye(len(self.start))[:wheels], strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
             each = self._estimate(name, unit, self.start[k], self.scale[k], row, found, single)
             given.append(replace(each, low=None, high=None, note=each.note or ALIKE) if alike else each)

@@ -26,6 +26,8 @@ MEMBER = 0.25
 REFUTED = 3.0
 #: Why an estimate has no interval then.
 NONE_GIVEN = "none"
+#: What to do where a number ended at a bound.
+CHECK = "check units, signs and names in the log, and the vehicle file"
 #: The variances of independent errors count for this many degrees of freedom beside those of groups.
 INDEPENDENT = 8.0
 
@@ -336,10 +338,7 @@ def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
         for bound in (parameter.lower, parameter.upper):
             if found.free[k] and bound != 0.0 and abs(found.x[k] - bound) < 1e-6 * parameter.scale:
                 of = f"{bound:.4g} {parameter.unit}".rstrip()
-                said.append(
-                    f"{parameter.name} ended at the bound of its range, {of}, which distorts the others; check units,"
-                    " signs and names in the log, and the vehicle file"
-                )
+                said.append(f"{parameter.name} ended at the bound of its range, {of}")
     return tuple(said)
 
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from omnistep import _plausibility
 from omnistep._calibration_drives import Drive, name_of, part_of
-from omnistep._calibration_fit import ENOUGH, FARTHEST, NEEDED_BY, SCALE, Found, Problem, recordings_of
+from omnistep._calibration_fit import ENOUGH, NEEDED_BY, Found, Problem, recordings_of
 from omnistep._calibration_poses import Piece, Recording
 from omnistep._calibration_runs import CalibrationRun, check, number
-from omnistep._estimates import Estimate, Floats, refutes, scipy_part, table, withheld
+from omnistep._estimates import CHECK, Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
@@ -75,6 +75,8 @@ class Calibration:
         plates: of recorded poses where the marker plate is on the vehicle, ``NAME.plate_x_m``, ``NAME.plate_y_m`` and
             ``NAME.plate_yaw_rad``, and how late they are, ``NAME.delay_s``. NAME is the log's, or ``plate`` of the run.
         paths: of recorded poses how far odometry is off the path.
+        doubted: why the numbers are none to be used: what is left of the errors refutes what was stated, or a number
+            ended as far from the file as is searched. Empty where nothing of that is the case.
         position_rms_m: residual of the measured positions, root mean square [m]; NaN where none was measured.
         yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
     """
@@ -87,6 +89,7 @@ class Calibration:
     yaw_rms_rad: float
     plates: tuple[Estimate, ...] = ()
     paths: tuple[PathError, ...] = ()
+    doubted: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         every = (*self.common, *self.estimates, *self.plates)
@@ -171,6 +174,7 @@ def calibrate(
     if refuted:
         common, parts, plates = withheld(common), withheld(parts), withheld(plates)
     recordings = recordings_of(drives)
+    far = problem.far(found)
     return Calibration(
         common=common,
         estimates=parts,
@@ -178,13 +182,14 @@ def calibrate(
             *left_out,
             *_doubtful(drawn, problem, found, refuted),
             *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
-            *_far((*common, *parts)),
+            *(f"{each}; {CHECK}" for each in far),
         ),
         vehicle=problem.vehicle(found.told),
         position_rms_m=_rms([*places, *parts_places]),
         yaw_rms_rad=_rms([*turns, *parts_turns]),
         plates=plates,
         paths=tuple(_path(problem, found, recording) for recording in recordings),
+        doubted=next((reason.split(";")[0] for reason in (refuted, *far) if reason), ""),
     )
 
 
@@ -268,18 +273,6 @@ def _wrong(drives: Sequence[Drive | Piece], found: Found, stated: Floats) -> str
     if isinstance(drives[worst], Piece):
         remedy = f"nor do {100 * LEFT_OUT:.0f} % of the pieces, which are left out; look at the log there"
     return f"{drives[worst].where} does not fit the others, which fit {times:.1f} times as well without it; {remedy}"
-
-
-def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
-    """Say what ends where the search does."""
-    most = 0.99 * FARTHEST * SCALE
-    far = [each for each in parts if abs(each.value - each.before) > most * (each.before or 1.0)]
-    return tuple(
-        f"{each.name} is {each.value:.4g} {each.unit}".rstrip()
-        + f" after {each.before:.4g} in the file, as far as is searched: check units, signs and names in the log, and"
-        " the vehicle file"
-        for each in far
-    )
 
 
 def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) -> list[str]:

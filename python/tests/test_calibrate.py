@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import omnistep
+from omnistep import _identify_cli
 from omnistep._calibration_runs import read_runs
 from omnistep._estimates import Parameter, at_bounds, fit
 from omnistep._wheel_logs import read
@@ -532,3 +533,57 @@ def test_what_the_runs_do_not_tell_keeps_the_files_value():
         # A table says "held" of what is held alone.
         for line, each in zip(found.table().splitlines()[1:], (*found.common, *found.estimates), strict=False):
             assert line.startswith(each.name) and ("held: " in line) == each.held, line
+
+
+def test_refuted_results_are_no_file_unless_it_is_asked_for(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(7)
+    columns = ["time_s", *(f"wheel_{name}_position_rad" for name in drawn.wheel_names)]
+    written = []
+    for k, parts in enumerate(DRIVES):
+        log, end = drive(drawn, parts, rng)
+        rows = np.stack([log[key] for key in columns], axis=1)
+        np.savetxt(f"{k}.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.6f")
+        written.append(end)
+
+    def command(scale, *more, off_m=0.0):
+        lines = [
+            f'[[run]]\nlog = "{k}.csv"\nend_x_m = {scale * x + off_m * (k == 3)}\nend_y_m = {scale * y}\n'
+            f"end_yaw_rad = {yaw}\n"
+            for k, (x, y, yaw) in enumerate(written)
+        ]
+        (tmp_path / "runs.toml").write_text("".join(lines))
+        (tmp_path / "found.toml").unlink(missing_ok=True)
+        code = _identify_cli.calibrate(["runs.toml", "--vehicle", "mecanum4", "-o", "found.toml", *more])
+        return code, *capsys.readouterr(), (tmp_path / "found.toml").exists()
+
+    code, _, wrong, there = command(1.0)
+    assert (code, wrong, there) == (0, "", True)
+    # An end that is 0.4 m off; ends in units of which the wheels would have to be half as large.
+    for given, reason in [
+        ((1.0, 0.4), "error: found.toml: not written: run[3] (3.csv) does not fit the others, which fit "),
+        ((0.5, 0.0), "error: found.toml: not written: "),
+    ]:
+        code, said, wrong, there = command(given[0], off_m=given[1])
+        assert (code, there) == (1, False), wrong
+        assert "all.radius" in said and wrong.startswith(reason) and wrong.count("\n") == 1, wrong
+        assert wrong.endswith("; --write-doubtful writes it all the same\n")
+        code, _, wrong, there = command(given[0], "--write-doubtful", off_m=given[1])
+        assert (code, there) == (0, True) and wrong.startswith("found.toml: doubtful: "), wrong
+    assert "as far as is searched; check units" in said
+
+
+def test_what_ends_where_the_search_does_is_doubted():
+    drawn, rng = omnistep.Vehicle("omni3"), np.random.default_rng(8)
+    # A quarter of the way that the wheels turned: no residual refutes two lines, but no wheel is so small.
+    runs = []
+    for parts in [[(0.3, 0, 0, 5)], [(0, 0.3, 0, 5)]]:
+        log, (x, y, _) = drive(drawn, parts, rng)
+        runs.append(omnistep.CalibrationRun(log=log, distance_m=0.25 * float(np.hypot(x, y))))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    # 45 % below the drawing is as far as is searched.
+    assert found.doubted.endswith("in the file, as far as is searched")
+    assert found["all.radius"].value == pytest.approx(0.55, abs=0.01)
+    ends = [drive(drawn, parts, rng) for parts in DRIVES]
+    fine = [omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw) for log, (x, y, yaw) in ends]
+    assert omnistep.calibrate(fine, vehicle=drawn).doubted == ""
