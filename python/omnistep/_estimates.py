@@ -243,6 +243,8 @@ def shifts(
 
     Only numbers that change by more than a quarter of their interval are listed.
     """
+    if not found.free.any():
+        return {}
     x = found.x.copy()
     x[held] += part * (x[held] or parameters[held].scale)
     change = residual(x) - found.residual

@@ -32,6 +32,8 @@ POSE_OVER_S, MOVES_M = 0.5, 0.05
 #: A reading fits that leaves so much of what is apart; others within so much of it are as likely. What is apart by less
 #: than `DISAGREE` but more than this is said only where a reading fits.
 FITS, ALSO, SLIGHT = 0.4, 0.01, 0.04
+#: A pose that moves by less than this part of what the wheels move the vehicle is none of it.
+STAYS = 1e-4
 
 
 def of_wheels(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> list[str]:
@@ -83,6 +85,8 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     rolled, way = seen.rolled(np.eye(len(vehicle.wheel_names))), seen.way(np.eye(3))
     if len(way) < 10:
         return []
+    if np.mean(way**2) < STAYS**2 * np.mean(rolled**2):
+        return ["the pose stays where it is while the wheels move the vehicle"]
     before = seen.apart(rolled, way)
     likely, exact = seen.readings()
     if before < DISAGREE:
@@ -123,7 +127,7 @@ class _Seen:
         bends = np.diff(pose, n=2, axis=0)
         sigma = [np.median(np.abs(each[np.isfinite(each)])) / 0.6745 / 6**0.5 if np.isfinite(each).any() else 0.0
                  for each in bends.T]  # fmt: skip
-        self.noise = float(np.mean(2.0 * (np.array(sigma) * self.scaled) ** 2))
+        self.sigma = np.array(sigma)
 
     def rolled(self, read: Floats) -> Floats:
         """Ways by the wheels, whose readings are these combinations of what was read; turns at the wheels [m]."""
@@ -138,12 +142,14 @@ class _Seen:
         way = way * np.exp(-1j * (begin[:, 2] + 0.5 * turn)) / np.sinc(0.5 * np.clip(turn, -np.pi, np.pi) / np.pi)
         return np.column_stack([way.real, way.imag, self.lever * turn])
 
-    def apart(self, of: Floats, what: Floats) -> float:
-        """How far two kinds of ways are apart, as a part of the second, beyond noise."""
+    def apart(self, of: Floats, what: Floats, axes: Floats | None = None) -> float:
+        """How far ways are apart from those by the pose, whose axes may be read otherwise: as a part, beyond noise."""
         there = np.isfinite(what).all(axis=1)
         if there.sum() < 10:
             return np.inf
-        square = max(float(np.mean((of - what)[there] ** 2)) - self.noise, 0.0)
+        sigma = self.sigma if axes is None else np.abs(axes) @ self.sigma
+        noise = float(np.mean(2.0 * (sigma * self.scaled) ** 2))
+        square = max(float(np.mean((of - what)[there] ** 2)) - noise, 0.0)
         return float(np.sqrt(square / max(float(np.mean(what[there] ** 2)), 1e-300)))
 
     def readings(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
@@ -179,7 +185,7 @@ class _Seen:
                 exact.append((self.apart(self.rolled(np.diag(signs)), way), said))
         exact.append((self.apart(-rolled, way), "all wheels look reversed"))
         for axes, said in AXES_READ:
-            exact.append((self.apart(rolled, self.way(axes)), said))
+            exact.append((self.apart(rolled, self.way(axes), axes), said))
         return found, exact
 
 
@@ -192,6 +198,7 @@ AXES_READ = (
     (np.diag([1.0, 1, np.pi / 180]), "the heading of the pose looks like degrees"),
     (np.diag([1.0, 1, 180 / np.pi]), "the heading of the pose looks converted from degrees twice"),
     (np.diag([1e-3, 1e-3, 1]), "x and y of the pose look like millimetres"),
+    (np.diag([1e-3, 1e-3, np.pi / 180]), "x and y of the pose look like millimetres and its heading like degrees"),
 )
 
 
