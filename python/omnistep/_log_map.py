@@ -292,6 +292,8 @@ def _numbers(file: str, key: str, given: Any, count: int) -> tuple[float, ...]:
 def _names(file: str, key: str, given: Any, counts: Sequence[int], what: str) -> tuple[str, ...]:
     if not isinstance(given, list) or not all(isinstance(name, str) and name for name in given):
         _refuse(file, key, f"{given!r}, allowed: a list of names")
+    if twice := next((name for number, name in enumerate(given) if name in given[:number]), None):
+        _refuse(file, key, f"{twice!r} twice, allowed: each name once")
     if given and len(given) not in counts:
         allowed = " or ".join(str(count) for count in counts)
         _refuse(file, key, f"{len(given)} names, allowed: {allowed}{', ' if what else ''}{what}")
