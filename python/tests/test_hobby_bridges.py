@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _identify_cli
+from omnistep import _identify_cli, identification
 from omnistep._measurement_noise import implied_rad_s, shown_rad_s
 from omnistep._wheel_logs import read
 
@@ -165,13 +165,13 @@ def test_refuted_results_are_no_file_unless_it_is_asked_for(logs, tmp_path, caps
     assert omnistep.Vehicle("found.toml")["motor.stall_torque_n_m"] != 1.0
 
 
-def test_a_number_at_a_bound_of_its_range_is_doubted(logs):
-    # With a mass that is 17 times too large the motor would have 27 N.m; 20 are as far as is searched.
-    heavy = KNOWN | {"mass_kg": 400.0}
-    result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), known=heavy, zero_duty="brake", progress=False)
-    (line,) = [line for line in result.cannot_tell if line.startswith("stall_torque_n_m ended at the bound")]
-    assert line.startswith("stall_torque_n_m ended at the bound of its range, 20 N.m, which distorts the others")
-    assert result.doubted
+def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
+    # What is at a bound `test_calibrate.py` asserts; a search that ends there takes minutes.
+    ended = "delay_s ended at the bound of its range, -0.01 s"
+    monkeypatch.setattr(identification, "at_bounds", lambda *_: (ended,))
+    result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    assert result.doubted == ended and all(each.note != "none" for each in result.estimates)
+    assert any(line.startswith(f"{ended}, which distorts the others; check units") for line in result.cannot_tell)
 
 
 def test_a_log_that_tells_nothing_leaves_the_file_and_is_doubted(logs):
