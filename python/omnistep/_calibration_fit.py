@@ -24,7 +24,7 @@ COMMON = 4.0
 ENOUGH, LEAST_M = 3.0, 1e-6
 #: From so many runs on their own scatter says how far the numbers may be off.
 MANY = 15
-#: Errors of ends that were measured with a tape, if nothing else is stated; of poses likewise.
+#: Errors of ends that were measured with a tape, beside slip, if nothing else is stated; of poses likewise.
 POSITION_M, YAW_RAD = 0.002, 0.005
 #: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
 #: such units. A plate may look anywhere; without ends measured by hand its yaw is the rotation of the whole vehicle.
@@ -33,7 +33,7 @@ PLATE, PLATE_FAR = (0.05, 0.05, 0.05, 0.05), (10.0, 10.0, 1000.0, 2.0)
 CLEARLY = 4.0
 #: Poses are differentiated over this time on both sides [s], for their noise.
 DELAY_S = 0.02
-#: Slip that is expected of a piece of a recording, as a part of its length.
+#: Slip that is expected of a run or of a piece of a recording, as a part of its way.
 SLIP = 0.01
 #: Why a single wheel has no interval that follows from what all have in common.
 ALIKE = "as all wheels are"
@@ -61,8 +61,9 @@ class Found:
     #: What is left of the ends, in squares of these, and its degrees of freedom.
     ends_left: float
     ends_freedom: float
-    #: Of each run by how much less is left without it, and how many numbers it has.
-    left_out: list[tuple[float, int]]
+    #: Of each run by how much less is left without it, how many numbers it has, and how many times as well the others
+    #: fit without it: in places or in turns, whichever is more.
+    left_out: list[tuple[float, int, float]]
     #: Logarithm of how probable the measurements are under this model; larger is better.
     evidence: float
 
@@ -76,7 +77,9 @@ class Problem:
         self.drawn, self.drives = vehicle, drives
         self.wheels = vehicle.layout.wheels
         #: Of the parameters of wheels.
-        self.names = [f"{wheel}.{kind}" for wheel in vehicle.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
+        self.names = [
+            f"{wheel}.{kind}" for wheel in vehicle.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")
+        ]
         lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in self.wheels]))
         start, scale, common = [], [], []
         for wheel in self.wheels:
@@ -103,14 +106,17 @@ class Problem:
         self.extra = len(start) - len(common)
         self.start, self.scale = np.array(start), np.array(scale)
         self.common = np.vstack([common, np.zeros((self.extra, 3))])
-        piece_m = float(np.mean([each.piece_m for each in recordings_of(drives)] or [0.0]))
+        radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in self.wheels]))
+        ends_m = [radius * drive.way_rad for drive in drives if isinstance(drive, Drive)]
+        pieces_m = [recording.piece_m for recording in recordings_of(drives)]
+        #: Of ends that were measured on the spot, without slip: what was stated, or what a tape leaves.
+        self.tape = np.array([position_sd or POSITION_M, yaw_sd or YAW_RAD])
         #: Of ends, and of pieces between recorded poses: what was stated, or what a tape and slip leave.
         self.stated = np.array(
             [
-                position_sd or POSITION_M,
-                yaw_sd or YAW_RAD,
-                position_sd or np.hypot(POSITION_M, SLIP * piece_m),
-                yaw_sd or np.hypot(YAW_RAD, SLIP * piece_m / lever),
+                stated or np.hypot(least, SLIP * float(np.mean(ways or [0.0])) / of)
+                for ways in (ends_m, pieces_m)
+                for stated, least, of in ((position_sd, POSITION_M, 1.0), (yaw_sd, YAW_RAD, lever))
             ]
         )
         if all(not drive.parts.any() for drive in drives):
@@ -120,6 +126,8 @@ class Problem:
         # The run of each number that was measured, in the order of the groups.
         groups = self._ends(np.zeros(len(self.start)))
         self.run_of = np.concatenate([np.repeat(np.arange(len(drives)), [len(e) for e in group]) for group in groups])
+        #: The group of each.
+        self.group_of = np.repeat(np.arange(len(groups)), [sum(len(e) for e in group) for group in groups])
 
     def _held(self) -> Any:
         """What recorded poses alone do not tell: radius, lever, turn.
@@ -272,7 +280,7 @@ class Problem:
             sd=sd,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
             ends_freedom=float(free[:-1].sum()),
-            left_out=[self._without(run, weighted, slopes, covariance) for run in range(len(self.drives))],
+            left_out=[self._without(run, weighted, slopes, covariance, free) for run in range(len(self.drives))],
             evidence=float(evidence),
         )
 
@@ -287,10 +295,20 @@ class Problem:
             moved.append(covariance @ slopes[rows].T @ left)
         return np.cov(np.array(moved).T, ddof=0) * (runs - 1)
 
-    def _without(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[float, int]:
-        """By how much less squares are left without a run, and how many numbers its end has."""
+    def _without(
+        self, run: int, weighted: Floats, slopes: Floats, covariance: Floats, free: Floats
+    ) -> tuple[float, int, float]:
+        """What is less without a run, see :class:`Found`."""
         rows, left = self._predicted(run, weighted, slopes, covariance)
-        return float(weighted[rows] @ left), len(rows)
+        less, times = weighted[rows] * left, 1.0
+        for k, freedom in enumerate(free[:-1]):
+            own = self.group_of[rows] == k
+            rest = freedom - own.sum()
+            if own.any() and rest >= ENOUGH:
+                whole = float((weighted[: len(self.group_of)][self.group_of == k] ** 2).sum())
+                others = max(whole - float(less[own].sum()), 1e-3 * whole)
+                times = max(times, float(np.sqrt(whole / freedom / (others / rest))))
+        return float(less.sum()), len(rows), times
 
     def _predicted(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Any, Floats]:
         """The rows of a run, and what they would be off by if the numbers were those of the others."""

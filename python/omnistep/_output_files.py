@@ -20,7 +20,7 @@ REFERENCES = (("terrain", "image"), ("command", "file"))
 
 
 def scenario_files(path: Path) -> tuple[Path, ...]:
-    """A scenario file, and the files that it names: its vehicle, its height map, its table of commands.
+    r"""A scenario file, and the files that it names: its vehicle, its height map, its table of commands.
 
     A file that cannot be read names none: whoever reads the scenario says why.
 

@@ -32,7 +32,10 @@ READS = {
     "import": (["drive.csv", "map.toml", "own.toml"], ".mcap"),
     "report": (["run.mcap"], ".html"),
     "strip": (["run.mcap"], ".png"),
-    "import by a scenario": (["drive.csv", "by_scenario.toml", "named.toml", "own.toml", "named.png", "named.csv"], ".mcap"),
+    "import by a scenario": (
+        ["drive.csv", "by_scenario.toml", "named.toml", "own.toml", "named.png", "named.csv"],
+        ".mcap",
+    ),
     "resimulate": (["run.mcap", "own_run.toml"], ".png"),
     "resimulate with hills": (["run.mcap", "hilly.toml", "chugo.toml", "named.png"], ".png"),
     "identify": (["drive.csv", "own.toml"], ".toml"),
