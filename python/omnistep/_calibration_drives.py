@@ -37,6 +37,11 @@ class Drive:
         self.parts = np.diff(self.positions[ends], axis=0)
 
     @property
+    def way_rad(self) -> float:
+        """How far the fastest actuator turned in all [rad]."""
+        return float(np.abs(self.parts).max(axis=1).sum())
+
+    @property
     def distance_m(self) -> float:
         """How far from its start it was measured to end [m]."""
         run = self.run

@@ -24,7 +24,7 @@ COMMON = 4.0
 ENOUGH, LEAST_M = 3.0, 1e-6
 #: From so many runs on their own scatter says how far the numbers may be off.
 MANY = 15
-#: Errors of ends that were measured with a tape, if nothing else is stated; of poses likewise.
+#: Errors of ends that were measured with a tape, beside slip, if nothing else is stated; of poses likewise.
 POSITION_M, YAW_RAD = 0.002, 0.005
 #: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
 #: such units. A plate may look anywhere; without ends measured by hand its yaw is the rotation of the whole vehicle.
@@ -33,8 +33,10 @@ PLATE, PLATE_FAR = (0.05, 0.05, 0.05, 0.05), (10.0, 10.0, 1000.0, 2.0)
 CLEARLY = 4.0
 #: Poses are differentiated over this time on both sides [s], for their noise.
 DELAY_S = 0.02
-#: Slip that is expected of a piece of a recording, as a part of its length.
+#: Slip that is expected of a run or of a piece of a recording, as a part of its way.
 SLIP = 0.01
+#: Why a single wheel has no interval that follows from what all have in common.
+ALIKE = "as all wheels are"
 #: A smaller deviation is none, in units of ``SCALE``.
 LEAST = 1e-6
 #: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
@@ -46,6 +48,8 @@ class Found:
     """The parameters that fit best, in units of what a drawing may be wrong by, and what is known of them."""
 
     u: Floats
+    #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
+    told: Floats
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
@@ -57,8 +61,9 @@ class Found:
     #: What is left of the ends, in squares of these, and its degrees of freedom.
     ends_left: float
     ends_freedom: float
-    #: Of each run by how much less is left without it, and how many numbers it has.
-    left_out: list[tuple[float, int]]
+    #: Of each run by how much less is left without it, how many numbers it has, and how many times as well the others
+    #: fit without it: in places or in turns, whichever is more.
+    left_out: list[tuple[float, int, float]]
     #: Logarithm of how probable the measurements are under this model; larger is better.
     evidence: float
 
@@ -71,6 +76,10 @@ class Problem:
     ) -> None:
         self.drawn, self.drives = vehicle, drives
         self.wheels = vehicle.layout.wheels
+        #: Of the parameters of wheels.
+        self.names = [
+            f"{wheel}.{kind}" for wheel in vehicle.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")
+        ]
         lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in self.wheels]))
         start, scale, common = [], [], []
         for wheel in self.wheels:
@@ -97,14 +106,17 @@ class Problem:
         self.extra = len(start) - len(common)
         self.start, self.scale = np.array(start), np.array(scale)
         self.common = np.vstack([common, np.zeros((self.extra, 3))])
-        piece_m = float(np.mean([each.piece_m for each in recordings_of(drives)] or [0.0]))
+        radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in self.wheels]))
+        ends_m = [radius * drive.way_rad for drive in drives if isinstance(drive, Drive)]
+        pieces_m = [recording.piece_m for recording in recordings_of(drives)]
+        #: Of ends that were measured on the spot, without slip: what was stated, or what a tape leaves.
+        self.tape = np.array([position_sd or POSITION_M, yaw_sd or YAW_RAD])
         #: Of ends, and of pieces between recorded poses: what was stated, or what a tape and slip leave.
         self.stated = np.array(
             [
-                position_sd or POSITION_M,
-                yaw_sd or YAW_RAD,
-                position_sd or np.hypot(POSITION_M, SLIP * piece_m),
-                yaw_sd or np.hypot(YAW_RAD, SLIP * piece_m / lever),
+                stated or np.hypot(least, SLIP * float(np.mean(ways or [0.0])) / of)
+                for ways in (ends_m, pieces_m)
+                for stated, least, of in ((position_sd, POSITION_M, 1.0), (yaw_sd, YAW_RAD, lever))
             ]
         )
         if all(not drive.parts.any() for drive in drives):
@@ -114,6 +126,8 @@ class Problem:
         # The run of each number that was measured, in the order of the groups.
         groups = self._ends(np.zeros(len(self.start)))
         self.run_of = np.concatenate([np.repeat(np.arange(len(drives)), [len(e) for e in group]) for group in groups])
+        #: The group of each.
+        self.group_of = np.repeat(np.arange(len(groups)), [sum(len(e) for e in group) for group in groups])
 
     def _held(self) -> Any:
         """What recorded poses alone do not tell: radius, lever, turn.
@@ -187,18 +201,37 @@ class Problem:
         Better is what makes the measurements more probable (MacKay, "Bayesian interpolation", 1992): each further
         number must pay for itself.
         """
-        common, single = self._fit(single=False), self._fit(single=True)
-        return (single if single.evidence > common.evidence else common), single
+        common, single = (self._fit(single=each, held=self.held) for each in (False, True))
+        found = single if single.evidence > common.evidence else common
+        found.told = self._told(found, single=found is single)
+        return found, single
 
-    def _fit(self, *, single: bool) -> Found:
+    def _told(self, found: Found, *, single: bool) -> Floats:
+        """The parameters with the file's value of everything that the runs do not tell.
+
+        First goes what all wheels have in common, and the others are found without it. Then go directions that are not
+        told, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
+        """
+        deviations = np.array([_deviation(row, found) for row in np.linalg.pinv(self.common)])
+        held = self.held | (deviations >= DETERMINED)
+        if held.all() and not single and not self.extra:
+            return np.zeros_like(found.u)
+        again = found if (held == self.held).all() else self._fit(single=single, held=held)
+        variances, directions = np.linalg.eigh(again.covariance)
+        # By the number that differs most: all wheels together may be told better than each.
+        largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(directions).max(axis=0)
+        lost = directions[:, largest >= DETERMINED]
+        return np.asarray(again.u - lost @ (lost.T @ again.u))
+
+    def _fit(self, *, single: bool, held: Any) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
 
         The prior of a wheel is the drawing with what all wheels have in common, with a standard deviation of ``SCALE``
         where single wheels may differ. What the runs do not determine keeps that value and that deviation.
         """
         count, own = len(self.start) - self.extra, np.eye(len(self.start))
-        held, common = self.common[:, self.held], self.common[:, ~self.held]
-        own = own - held @ np.linalg.pinv(held)
+        kept, common = self.common[:, held], self.common[:, ~held]
+        own = own - kept @ np.linalg.pinv(kept)
         moves = np.hstack([common, own if single else own[:, count:]])
         wide = np.full(common.shape[1], COMMON)
         far = [PLATE_FAR[:3] if kind == "plate" else PLATE_FAR[3:] for kind, _ in self.at]
@@ -240,13 +273,14 @@ class Problem:
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         return Found(
             u=moves @ z,
+            told=moves @ z,
             covariance=moves @ covariance @ moves.T,
             scatter=moves @ self._scatter(weighted, slopes, covariance) @ moves.T,
             freedom=float(max(1.0, known)),
             sd=sd,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
             ends_freedom=float(free[:-1].sum()),
-            left_out=[self._without(run, weighted, slopes, covariance) for run in range(len(self.drives))],
+            left_out=[self._without(run, weighted, slopes, covariance, free) for run in range(len(self.drives))],
             evidence=float(evidence),
         )
 
@@ -261,10 +295,20 @@ class Problem:
             moved.append(covariance @ slopes[rows].T @ left)
         return np.cov(np.array(moved).T, ddof=0) * (runs - 1)
 
-    def _without(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[float, int]:
-        """By how much less squares are left without a run, and how many numbers its end has."""
+    def _without(
+        self, run: int, weighted: Floats, slopes: Floats, covariance: Floats, free: Floats
+    ) -> tuple[float, int, float]:
+        """What is less without a run, see :class:`Found`."""
         rows, left = self._predicted(run, weighted, slopes, covariance)
-        return float(weighted[rows] @ left), len(rows)
+        less, times = weighted[rows] * left, 1.0
+        for k, freedom in enumerate(free[:-1]):
+            own = self.group_of[rows] == k
+            rest = freedom - own.sum()
+            if own.any() and rest >= ENOUGH:
+                whole = float((weighted[: len(self.group_of)][self.group_of == k] ** 2).sum())
+                others = max(whole - float(less[own].sum()), 1e-3 * whole)
+                times = max(times, float(np.sqrt(whole / freedom / (others / rest))))
+        return float(less.sum()), len(rows), times
 
     def _predicted(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Any, Floats]:
         """The rows of a run, and what they would be off by if the numbers were those of the others."""
@@ -299,6 +343,20 @@ class Problem:
         inside[: len(z) - self.extra] *= FARTHEST / most
         return inside
 
+    def far(self, found: Found) -> list[str]:
+        """What ends as far from the file as is searched."""
+        said = []
+        common = np.linalg.pinv(self.common)
+        names = ("all.radius", "all.lever", "all.turn_rad")
+        rows = [(*each, common[k]) for k, each in enumerate(zip(names, (1.0, 1.0, 0.0), [SCALE] * 3, strict=True))]
+        single = np.eye(len(self.start))[: 3 * len(self.wheels)]
+        rows += zip(self.names, self.start, self.scale, single, strict=False)
+        for name, start, scale, row in rows:
+            value = start + scale * float(row @ found.u)
+            if abs(value - start) > 0.99 * FARTHEST * scale:
+                said.append(f"{name} is {value:.4g} after {start:.4g} in the file, as far as is searched")
+        return said
+
     def vehicle(self, u: Floats) -> Vehicle:
         keys: dict[str, Any] = {}
         for k, (wheel, numbers) in enumerate(zip(self.wheels, self.of_wheels(u), strict=True)):
@@ -326,11 +384,10 @@ class Problem:
         wheels = 3 * len(self.wheels)
         # Pieces are few for so many numbers: such intervals held the truth in 85 to 97 %.
         alike = bool(self.held.any()) and found is not single
-        names = [f"{wheel}.{kind}" for wheel in self.drawn.wheel_names for kind in ("radius_m", "shift_m", "turn_rad")]
-        for k, (name, row) in enumerate(zip(names, np.eye(len(self.start))[:wheels], strict=True)):
+        for k, (name, row) in enumerate(zip(self.names, np.eye(len(self.start))[:wheels], strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
             each = self._estimate(name, unit, self.start[k], self.scale[k], row, found, single)
-            given.append(replace(each, low=None, high=None, note="as all wheels are") if alike else each)
+            given.append(replace(each, low=None, high=None, note=each.note or ALIKE) if alike else each)
         return tuple(given)
 
     def plates(self, found: Found) -> tuple[Estimate, ...]:
@@ -347,23 +404,29 @@ class Problem:
     def _estimate(
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
-        value, middle = (float(start + scale * (row @ each.u)) for each in (found, known))
-        variances = (float(row @ each @ row) for each in (known.covariance, known.scatter))
-        deviation = float(np.sqrt(max(0.0, *variances)))
+        value, middle = float(start + scale * (row @ found.told)), float(start + scale * (row @ known.u))
+        deviation = _deviation(row, known)
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
         half = (
             float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
         )
+        held = not determined and abs(row @ found.told) < LEAST
+        follows = "only together with others" if found is known else ALIKE
         return Estimate(
             name=name,
             unit=unit,
-            value=float(start) if deviation <= LEAST else value,
+            value=float(start) if held else value,
             low=min(value, middle - half) if determined else None,
             high=max(value, middle + half) if determined else None,
             before=float(start),
-            note="" if determined else "these runs do not tell it",
+            note="" if determined else "these runs do not tell it" if held else follows,
         )
+
+
+def _deviation(row: Floats, found: Found) -> float:
+    """Standard deviation of a combination of the parameters, in units of what a drawing may be wrong by."""
+    return float(np.sqrt(max(0.0, *(float(row @ each @ row) for each in (found.covariance, found.scatter)))))
 
 
 def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:

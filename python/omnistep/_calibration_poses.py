@@ -99,9 +99,10 @@ class Recording:
             for begin, end in self._cuts(stretch, way)
         ]
         if len(self.pieces) < FEWEST:
+            why = self._why_few(vehicle)
             raise ConfigError(
                 f"{where}: {len(self.pieces)} pieces of {PIECE_S:g} s with poses {self.span()}, allowed: {FEWEST} or"
-                " more",
+                f" more{''.join(f'; {each}' for each in why)}",
                 key="pose",
             )
 
@@ -133,6 +134,33 @@ class Recording:
             more = f", and {len(self.jumps_s) - 1} times more" if len(self.jumps_s) > 1 else ""
             doubts.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{more}: pieces begin anew there")
         return doubts
+
+    def _why_few(self, vehicle: Vehicle) -> list[str]:
+        """What is wrong with poses that give no pieces, as far as it is seen."""
+        assert self.log.pose is not None
+        raw = self.log.pose
+        known = np.flatnonzero(np.isfinite(raw).all(axis=1))
+        seen = raw[known]
+        # A pose that is the same to the last digit is the one before, written again.
+        new = known[np.r_[True, (np.diff(seen, axis=0) != 0.0).any(axis=1)]]
+        if len(new) < 2:
+            return ["the pose never changes"]
+        apart = float(np.median(np.diff(new)))
+        if apart * self.period_s > GAP_S + 0.5 * self.period_s:
+            return [f"poses are {apart * self.period_s:.2g} s apart, allowed: {GAP_S:g} s"]
+        seen[:, 2] = np.unwrap(seen[:, 2])
+        rows = np.arange(len(raw))
+        poses = np.stack([np.interp(rows, known, column, np.nan, np.nan) for column in seen.T], axis=1)
+        for begin, end in pairwise(known):
+            if end - begin > 2.0 * apart:
+                poses[begin + 1 : end] = np.nan
+        why = _pose_doubts.of_pose(vehicle, self.log.measured, self.period_s, poses, self.known)
+        if len(self.jumps_s) > 1:
+            why.append(f"the pose jumps {len(self.jumps_s)} times")
+        part = float(np.mean(np.isfinite(poses[:, 2])))
+        if part < 0.5:
+            why.append(f"poses are known in {100 * part:.0f} % of the log")
+        return why
 
     def path_error_m(self, kinematics: Kinematics, plate: Plate) -> float:
         """How far odometry is off the recorded path, root mean square [m]; it begins anew where a pose jumps."""

@@ -8,6 +8,10 @@ from pathlib import Path
 from omnistep.errors import OmnistepError, SimulationError
 
 
+class NotWritten(OmnistepError, RuntimeError):
+    """What was found is none to be used: no file was written."""
+
+
 def made(make: Callable[[], None], out: Path | None) -> int:
     """Make a file, if one is wanted; print its path, or the error in one line; return the exit code."""
     try:

@@ -26,6 +26,8 @@ MEMBER = 0.25
 REFUTED = 3.0
 #: Why an estimate has no interval then.
 NONE_GIVEN = "none"
+#: What to do where a number ended at a bound.
+CHECK = "check units, signs and names in the log, and the vehicle file"
 #: The variances of independent errors count for this many degrees of freedom beside those of groups.
 INDEPENDENT = 8.0
 
@@ -59,10 +61,10 @@ class Estimate:
         name: the parameter, its unit at the end.
         unit: the unit.
         value: the estimate, or the value that was held where the data do not determine it.
-        low: lower end of the 95 % interval; None of a parameter that was held.
+        low: lower end of the 95 % interval; None where the data do not determine it.
         high: upper end of it.
         before: the value of the vehicle file.
-        note: why it was held; empty where it was estimated.
+        note: why it has no interval; empty where it has one.
     """
 
     name: str
@@ -77,6 +79,11 @@ class Estimate:
     def determined(self) -> bool:
         """Whether the data determine it."""
         return self.low is not None
+
+    @property
+    def held(self) -> bool:
+        """Whether it keeps the file's value because the data do not determine it."""
+        return not self.determined and self.note != NONE_GIVEN and self.value == self.before
 
 
 @dataclass
@@ -236,6 +243,8 @@ def shifts(
 
     Only numbers that change by more than a quarter of their interval are listed.
     """
+    if not found.free.any():
+        return {}
     x = found.x.copy()
     x[held] += part * (x[held] or parameters[held].scale)
     change = residual(x) - found.residual
@@ -331,10 +340,7 @@ def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
         for bound in (parameter.lower, parameter.upper):
             if found.free[k] and bound != 0.0 and abs(found.x[k] - bound) < 1e-6 * parameter.scale:
                 of = f"{bound:.4g} {parameter.unit}".rstrip()
-                said.append(
-                    f"{parameter.name} ended at the bound of its range, {of}, which distorts the others; check units,"
-                    " signs and names in the log, and the vehicle file"
-                )
+                said.append(f"{parameter.name} ended at the bound of its range, {of}")
     return tuple(said)
 
 
@@ -342,9 +348,10 @@ def table(found: Sequence[Estimate]) -> str:
     """The estimates, one a line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        interval = f"{each.low:.5g} to {each.high:.5g}" if each.determined else f"held: {each.note}"
-        if each.note == NONE_GIVEN:
-            interval = NONE_GIVEN
+        # A known number, and one that follows from others, is not that of the file.
+        interval = f"held: {each.note}" if each.held else each.note
+        if each.determined:
+            interval = f"{each.low:.5g} to {each.high:.5g}"
         rows.append((each.name, f"{each.value:.5g}", interval, each.unit, f"{each.before:.5g}"))
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
     return "\n".join(

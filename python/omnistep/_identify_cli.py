@@ -3,9 +3,11 @@
 import argparse
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
-from omnistep._command_line import made
+from omnistep._calibration_runs import CalibrationRun, read_runs
+from omnistep._command_line import NotWritten, made
 from omnistep._omnistep import Vehicle, vehicles
 from omnistep._output_files import check_output, check_picture, replaced, write_text
 from omnistep._toml_files import read_toml
@@ -39,6 +41,7 @@ def identify(arguments: list[str]) -> int:
         help="what the bridges do at a duty cycle of 0; that of the log, or the better one, if left out",
     )
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results and gains")
+    _may_write_doubtful(parser)
     parser.add_argument(
         "--plot", type=Path, metavar="FIT.png", help="png, svg or pdf of the wheels' speeds, simulated with the results"
     )
@@ -46,7 +49,7 @@ def identify(arguments: list[str]) -> int:
     given = parser.parse_args(arguments)
     inputs = [*given.logs, *given.lifted, Path(given.vehicle)]
 
-    def found(drawn: Vehicle) -> tuple[str, Changes]:
+    def found(drawn: Vehicle) -> Answer:
         from omnistep.identification import identify
 
         if given.plot is not None:
@@ -63,9 +66,10 @@ def identify(arguments: list[str]) -> int:
         if given.plot is not None:
             with replaced(given.plot, inputs) as aside:
                 result.simulation.plot().savefig(aside, dpi=110)
-        return result.table(), Changes(result.vehicle, identified_halves(result.vehicle, result.estimates))
+        changes = Changes(result.vehicle, identified_halves(result.vehicle, result.estimates))
+        return Answer(result.table(), changes, result.doubted)
 
-    return _write(found, given.vehicle, given.out, inputs)
+    return _write(found, given, lambda: inputs)
 
 
 def calibrate(arguments: list[str]) -> int:
@@ -79,18 +83,26 @@ def calibrate(arguments: list[str]) -> int:
     )
     parser.add_argument("--vehicle", required=True, help="the vehicle as drawn: a .toml file or a built-in name")
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
+    _may_write_doubtful(parser)
     given = parser.parse_args(arguments)
 
-    def found(drawn: Vehicle) -> tuple[str, Changes]:
-        from omnistep._calibration_runs import read_runs
+    runs: list[CalibrationRun] = []
+    noise: dict[str, float] = {}
+
+    def inputs() -> list[Path]:
+        read, stated = read_runs(given.runs)
+        runs.extend(read)
+        noise.update(stated)
+        return [given.runs, Path(given.vehicle), *(run.log for run in read if isinstance(run.log, Path))]
+
+    def found(drawn: Vehicle) -> Answer:
         from omnistep.calibration import calibrate
 
-        runs, noise = read_runs(given.runs)
         result = calibrate(runs, vehicle=drawn, **noise)
         halves = calibrated_halves(drawn, (*result.common, *result.estimates))
-        return result.table(), Changes(result.vehicle, halves)
+        return Answer(result.table(), Changes(result.vehicle, halves), result.doubted)
 
-    return _write(found, given.vehicle, given.out, [given.runs, Path(given.vehicle)])
+    return _write(found, given, inputs)
 
 
 def _known(text: str) -> tuple[str, float]:
@@ -101,25 +113,48 @@ def _known(text: str) -> tuple[str, float]:
         raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
-def _write(found: Callable[[Vehicle], tuple[str, Changes]], name: str, out: Path | None, inputs: list[Path]) -> int:
-    """Print the estimates, and write the vehicle file with them."""
+def _may_write_doubtful(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--write-doubtful", action="store_true", help="write the file of -o also where the results are refuted"
+    )
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found: a table for the reader, the vehicle, and why it is none to be used, if it is."""
+
+    table: str
+    changes: Changes
+    doubted: str
+
+
+def _write(found: Callable[[Vehicle], Answer], given: argparse.Namespace, inputs: Callable[[], list[Path]]) -> int:
+    """Print the estimates, and write the vehicle file with them; never in place of one of the inputs."""
+    name, out = given.vehicle, given.out
 
     def make() -> None:
+        # Looked up before the search, which may take minutes.
+        reads = inputs()
         if out is not None:
-            check_output(out, inputs, text=True)
+            check_output(out, reads, text=True)
             tomlkit()
         drawn = Vehicle(name)
         # Read before the search: it takes a while, and the file may change.
         text = drawn.to_toml() if out is None or name in vehicles() else read_toml(Path(name))[0]
-        table, changes = found(drawn)
+        answer = found(drawn)
         if out is None:
-            print(table)
+            print(answer.table)
             return
-        new, notes = edited(text, drawn, changes)
+        if answer.doubted and not given.write_doubtful:
+            print(answer.table)
+            raise NotWritten(f"{out}: not written: {answer.doubted}; --write-doubtful writes it all the same")
+        new, notes = edited(text, drawn, answer.changes)
         Vehicle.from_toml(new)
-        print(table)
+        print(answer.table)
+        if answer.doubted:
+            print(f"{out}: doubtful: {answer.doubted}", file=sys.stderr)
         for note in notes:
             print(f"{out}: {note}", file=sys.stderr)
-        write_text(out, new, inputs)
+        write_text(out, new, reads)
 
     return made(make, out)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from omnistep._omnistep import Scenario, shortened
+from omnistep._output_files import named_files, scenario_files
 from omnistep._toml_files import read_toml, unknown_key
 from omnistep.errors import ConfigError
 
@@ -100,7 +101,7 @@ class LogMap:
     clock: str
     from_s: float | None
     until_s: float | None
-    #: The files of its vehicle and scenario, where they are not built in.
+    #: The files of its vehicle and scenario, and those that the scenario names, where they are not built in.
     files: tuple[Path, ...] = ()
     signals: dict[str, Signal] = field(default_factory=dict)
 
@@ -148,7 +149,10 @@ def read_map(path: str | PathLike[str]) -> LogMap:
         clock=_choice(file, "time.clock", time.get("clock", "header"), ("header", "received")),
         from_s=limits.get("from_s"),
         until_s=limits.get("until_s"),
-        files=tuple(path.parent / keys[key] for key in ("scenario", "vehicle") if str(keys.get(key)).endswith(".toml")),
+        files=(
+            *named_files({"vehicle": keys.get("vehicle")}, path.parent),
+            *(scenario_files(path.parent / base) if (base := keys.get("scenario", "")).endswith(".toml") else ()),
+        ),
     )
     for table, kind in KINDS.items():
         if table in keys:
@@ -288,6 +292,8 @@ def _numbers(file: str, key: str, given: Any, count: int) -> tuple[float, ...]:
 def _names(file: str, key: str, given: Any, counts: Sequence[int], what: str) -> tuple[str, ...]:
     if not isinstance(given, list) or not all(isinstance(name, str) and name for name in given):
         _refuse(file, key, f"{given!r}, allowed: a list of names")
+    if twice := next((name for number, name in enumerate(given) if name in given[:number]), None):
+        _refuse(file, key, f"{twice!r} twice, allowed: each name once")
     if given and len(given) not in counts:
         allowed = " or ".join(str(count) for count in counts)
         _refuse(file, key, f"{len(given)} names, allowed: {allowed}{', ' if what else ''}{what}")

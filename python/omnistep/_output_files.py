@@ -4,11 +4,49 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+from omnistep._omnistep import vehicles
+from omnistep._toml_files import read_toml
 from omnistep.errors import ConfigError
+
+#: The largest scenario file that is looked into: one with a picture inside has less.
+MOST_SCENARIO_BYTES = 16_000_000
+#: Where a scenario names other files than its vehicle.
+REFERENCES = (("terrain", "image"), ("command", "file"))
+
+
+def scenario_files(path: Path) -> tuple[Path, ...]:
+    r"""A scenario file, and the files that it names: its vehicle, its height map, its table of commands.
+
+    A file that cannot be read names none: whoever reads the scenario says why.
+
+    >>> import pathlib, tempfile
+    >>> from omnistep._output_files import scenario_files
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "yard.toml"
+    >>> _ = file.write_text('vehicle = "my.toml"\n[terrain]\nkind = "height_map"\nimage = "yard.png"\n')
+    >>> [each.name for each in scenario_files(file)]
+    ['yard.toml', 'my.toml', 'yard.png']
+    """
+    try:
+        _, keys = read_toml(path, MOST_SCENARIO_BYTES)
+    except ConfigError:
+        return (path,)
+    return (path, *named_files(keys, path.parent))
+
+
+def named_files(keys: Mapping[str, Any], folder: Path) -> tuple[Path, ...]:
+    """The files that the keys of a scenario name, by paths relative to a folder."""
+    named = [keys.get("vehicle")]
+    for table, key in REFERENCES:
+        of = keys.get(table)
+        named.append(of.get(key) if isinstance(of, Mapping) else None)
+    texts = [each for each in named if isinstance(each, str) and "\0" not in each]
+    # Whatever is built in, or inside the scenario itself, is no file.
+    return tuple(folder / each for each in texts if each not in vehicles() and not each.startswith("data:"))
 
 
 def check_output(out: Path, inputs: Iterable[Path] = (), *, text: bool = False) -> None:

@@ -36,7 +36,7 @@ def unknown_key(key: str, known: Sequence[str]) -> str:
     return f"unknown key{meant}, allowed: {', '.join(known)}"
 
 
-def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+def read_toml(path: Path, most_bytes: int = MOST_BYTES) -> tuple[str, dict[str, Any]]:
     """Read a TOML file: its text, and its keys.
 
     Raises:
@@ -48,8 +48,8 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         if not path.is_file():
             what = "not a regular file" if path.exists() else "no such file"
             raise ConfigError(f"{file}: {what}, allowed: a TOML file", file=file)
-        if (size := path.stat().st_size) > MOST_BYTES:
-            raise ConfigError(f"{file}: {size} bytes, allowed: {MOST_BYTES}", file=file)
+        if (size := path.stat().st_size) > most_bytes:
+            raise ConfigError(f"{file}: {size} bytes, allowed: {most_bytes}", file=file)
         text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror or error}", file=file) from error

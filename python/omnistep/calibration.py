@@ -11,10 +11,10 @@ import numpy as np
 
 from omnistep import _plausibility
 from omnistep._calibration_drives import Drive, name_of, part_of
-from omnistep._calibration_fit import ENOUGH, FARTHEST, NEEDED_BY, SCALE, Found, Problem, recordings_of
+from omnistep._calibration_fit import ENOUGH, NEEDED_BY, Found, Problem, recordings_of
 from omnistep._calibration_poses import Piece, Recording
 from omnistep._calibration_runs import CalibrationRun, check, number
-from omnistep._estimates import Estimate, Floats, refutes, scipy_part, table, withheld
+from omnistep._estimates import CHECK, Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
@@ -30,6 +30,9 @@ MISTAKEN = {
 }
 #: A run is wrong that fits so badly by chance in fewer than so many calibrations.
 BY_CHANCE = 0.02
+#: It is named only where the others fit so many times as well without it, and of longer runs more: slip is not the same
+#: in all runs.
+TWICE = 2.0
 #: Part of the pieces of recorded poses that may be left out because they do not fit the others.
 LEFT_OUT = 0.1
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
@@ -75,6 +78,8 @@ class Calibration:
         plates: of recorded poses where the marker plate is on the vehicle, ``NAME.plate_x_m``, ``NAME.plate_y_m`` and
             ``NAME.plate_yaw_rad``, and how late they are, ``NAME.delay_s``. NAME is the log's, or ``plate`` of the run.
         paths: of recorded poses how far odometry is off the path.
+        doubted: why the numbers are none to be used: what is left of the errors refutes what was stated, or a number
+            ended as far from the file as is searched. Empty where nothing of that is the case.
         position_rms_m: residual of the measured positions, root mean square [m]; NaN where none was measured.
         yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
     """
@@ -87,6 +92,7 @@ class Calibration:
     yaw_rms_rad: float
     plates: tuple[Estimate, ...] = ()
     paths: tuple[PathError, ...] = ()
+    doubted: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         every = (*self.common, *self.estimates, *self.plates)
@@ -121,9 +127,9 @@ def calibrate(
     Odometry of every run is compared with the measurement at its end, by least squares over all runs. With more than
     three wheels the wheels are compared with each other too. First comes what all wheels have in common; single wheels
     differ from that only where the measurements are more probable then. What the runs do not determine is named and
-    has no interval; nothing has one where the ends are much farther off than was stated. A wheel determines only
-    its rolling distance, its push direction, and the lever arm of its push: its position along the push, and a roller
-    angle separate from the radius, keep their values.
+    keeps the file's value, without an interval; nothing has one where the ends are much farther off than was stated. A
+    wheel determines only its rolling distance, its push direction, and the lever arm of its push: its position along
+    the push, and a roller angle separate from the radius, keep their values.
 
     A run with recorded poses is cut into pieces of some three seconds of motion, each as long as the others. The place
     and the yaw of the marker plate on the vehicle, and a delay of the poses, are estimated too. Pieces that do not fit
@@ -134,8 +140,9 @@ def calibrate(
             that has all of these.
         vehicle: the vehicle as designed: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         position_sd_m: standard deviation of measured positions and distances [m], slip on the way included: their
-            weight against headings. 2 mm by default, and 1 % of the way of a piece of recorded poses. With enough runs,
-            intervals follow from the residuals instead; residuals that are three times as large refute the number.
+            weight against headings. 2 mm by default, and 1 % of the mean way of the runs, or of a piece of recorded
+            poses. With enough runs, intervals follow from the residuals instead; residuals that are three times as
+            large refute the number.
         yaw_sd_rad: the same for measured headings [rad]; 0.005 by default, and 1 % of the way over the wheels' distance
             from the middle.
 
@@ -164,13 +171,14 @@ def calibrate(
             number(name, value, "")
     problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
     drives = problem.drives
-    wrong = _wrong(drives, found, problem.stated)
-    places, turns, parts_places, parts_turns, _ = problem.groups(found.u)
+    wrong = _wrong(problem, found)
+    places, turns, parts_places, parts_turns, _ = problem.groups(found.told)
     refuted = wrong or _refuted(found.sd, problem.stated)
     common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
     if refuted:
         common, parts, plates = withheld(common), withheld(parts), withheld(plates)
     recordings = recordings_of(drives)
+    far = problem.far(found)
     return Calibration(
         common=common,
         estimates=parts,
@@ -178,13 +186,14 @@ def calibrate(
             *left_out,
             *_doubtful(drawn, problem, found, refuted),
             *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
-            *_far((*common, *parts)),
+            *(f"{each}; {CHECK}" for each in far),
         ),
-        vehicle=problem.vehicle(found.u),
+        vehicle=problem.vehicle(found.told),
         position_rms_m=_rms([*places, *parts_places]),
         yaw_rms_rad=_rms([*turns, *parts_turns]),
         plates=plates,
         paths=tuple(_path(problem, found, recording) for recording in recordings),
+        doubted=next((reason.split(";")[0] for reason in (refuted, *far) if reason), ""),
     )
 
 
@@ -221,21 +230,20 @@ def _solved(
 
 def _misfit(found: Found) -> tuple[int, float] | None:
     """The run that fits the others so badly by chance in few calibrations, and how many times as well they fit."""
-    f, chances, times = scipy_part("stats", NEEDED_BY).f, [], []
-    for less, numbers in found.left_out:
+    f, chances = scipy_part("stats", NEEDED_BY).f, []
+    for less, numbers, _ in found.left_out:
         rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
         tells = bool(numbers) and left >= ENOUGH
         chances.append(f.sf((less / numbers) / (rest / left), numbers, left) if tells else 1.0)
-        times.append(float(np.sqrt(found.ends_left / found.ends_freedom / (rest / left))) if tells else 1.0)
     worst = int(np.argmin(chances))
-    return (worst, times[worst]) if chances[worst] * len(chances) <= BY_CHANCE else None
+    return (worst, found.left_out[worst][2]) if chances[worst] * len(chances) <= BY_CHANCE else None
 
 
 def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
-    plate = problem.plate(recording, found.u)
+    plate = problem.plate(recording, found.told)
     before, after = (
         recording.path_error_m(Kinematics(layout=layout), plate)
-        for layout in (problem.drawn.layout, problem.layout(found.u))
+        for layout in (problem.drawn.layout, problem.layout(found.told))
     )
     return PathError(
         run=recording.where,
@@ -258,28 +266,24 @@ def _refuted(sd: Floats, stated: Floats) -> str:
     return ""
 
 
-def _wrong(drives: Sequence[Drive | Piece], found: Found, stated: Floats) -> str:
+def _wrong(problem: Problem, found: Found) -> str:
     """Name the run without which the others fit much better: one end that was measured or written down wrong."""
     misfit = _misfit(found)
-    if misfit is None or (found.sd[:4] <= stated).all():
+    if misfit is None:
         return ""
     worst, times = misfit
+    drive = problem.drives[worst]
+    # An end is wrong also where slip might have led there, if no other one slipped so far.
+    allowed = problem.stated if isinstance(drive, Piece) else np.r_[problem.tape, problem.stated[2:]]
+    ends = [each.way_rad for each in problem.drives if isinstance(each, Drive)]
+    # A longer run slips more.
+    longer = max(1.0, drive.way_rad / float(np.mean(ends))) if isinstance(drive, Drive) else 1.0
+    if times < TWICE * longer or (found.sd[:4] <= allowed).all():
+        return ""
     remedy = "measure its end again, or leave it out"
-    if isinstance(drives[worst], Piece):
+    if isinstance(drive, Piece):
         remedy = f"nor do {100 * LEFT_OUT:.0f} % of the pieces, which are left out; look at the log there"
-    return f"{drives[worst].where} does not fit the others, which fit {times:.1f} times as well without it; {remedy}"
-
-
-def _far(parts: Sequence[Estimate]) -> tuple[str, ...]:
-    """Say what ends where the search does."""
-    most = 0.99 * FARTHEST * SCALE
-    far = [each for each in parts if abs(each.value - each.before) > most * (each.before or 1.0)]
-    return tuple(
-        f"{each.name} is {each.value:.4g} {each.unit}".rstrip()
-        + f" after {each.before:.4g} in the file, as far as is searched: check units, signs and names in the log, and"
-        " the vehicle file"
-        for each in far
-    )
+    return f"{drive.where} does not fit the others, which fit {times:.1f} times as well without it; {remedy}"
 
 
 def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) -> list[str]:
@@ -292,7 +296,7 @@ def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) ->
         doubts += [f"{recording.where}: {doubt}" for doubt in recording.doubts(vehicle, refuted)]
     if not ends:
         return doubts
-    kinematics = Kinematics(layout=problem.layout(found.u))
+    kinematics = Kinematics(layout=problem.layout(found.told))
     errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
         (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from omnistep._estimates import (
+    CHECK,
     Estimate,
     Fit,
     Floats,
@@ -60,6 +61,8 @@ class Identification:
         overrides: delay and lag as keys of a scenario, for a simulation with the estimates.
         residual_rad: residual of the wheels' angles, root mean square [rad].
         used: part of the logs' rows that could be used.
+        doubted: why the numbers are none to be used: what is left of the errors refutes the model, or a number ended at
+            a bound of its range. Empty where nothing of that is the case.
     """
 
     estimates: tuple[Estimate, ...]
@@ -72,6 +75,7 @@ class Identification:
     overrides: dict[str, Any]
     residual_rad: float
     used: float
+    doubted: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         for each in self.estimates:
@@ -275,6 +279,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
     parts = estimates(parameters, found, needed_by=NEEDED_BY)
     noise = noises(motions, found.residual)
     refuted = refuting(noise, best.simulation)
+    bounds = at_bounds(parameters, found)
     return Identification(
         estimates=withheld(parts) if refuted else parts,
         cannot_tell=(
@@ -284,7 +289,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
             *far_off(parts),
             *undetermined(best.residual, parameters, found),
             *(too_fast(motions, values) if problem.duty else ()),
-            *at_bounds(parameters, found),
+            *(f"{each}, which distorts the others; {CHECK}" for each in bounds),
             *notes,
             *(() if problem.duty else (NO_DUTY,)),
         ),
@@ -301,6 +306,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
         },
         residual_rad=float(np.sqrt(np.mean(found.residual**2))),
         used=float(np.mean([motion.stretches.used for motion in motions])),
+        doubted=next((reason.split(";")[0] for reason in (refuted, *bounds) if reason), ""),
     )
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
-from omnistep._output_files import check_picture, replaced
+from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
 from omnistep._recorded_command import AXES
 from omnistep._resimulation_inputs import BYS, inputs_of, torque_line, twists_of
 from omnistep.errors import ConfigError
@@ -328,9 +328,13 @@ def write(
     progress: bool = True,
 ) -> None:
     """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
-    inputs = [log] if scenario is None else [log, Path(scenario)]
+    overrides = dict(_override(key) for key in keys)
+    # A path in an override is relative to the working directory.
+    named = {table: {key: overrides.get(f"{table}.{key}")} for table, key in REFERENCES}
+    inputs = [log, *named_files({"vehicle": overrides.get("vehicle"), **named}, Path())]
+    inputs += () if scenario is None else scenario_files(Path(scenario))
     check_picture(out, inputs)
-    again = resimulate(log, scenario, by=by, overrides=dict(_override(key) for key in keys), progress=progress)
+    again = resimulate(log, scenario, by=by, overrides=overrides, progress=progress)
     print(again)
     with replaced(out, inputs) as aside:
         again.plot().savefig(aside, dpi=110)

@@ -6,8 +6,10 @@ import sys
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.stats import binom
 
 import omnistep
+from omnistep import _identify_cli
 from omnistep._calibration_runs import read_runs
 from omnistep._estimates import Parameter, at_bounds, fit
 from omnistep._wheel_logs import read
@@ -224,7 +226,7 @@ def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
 def test_ends_that_refute_what_was_stated_have_no_interval():
     drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(2)
     runs = runs_of(built(drawn, rng), rng, noise=20.0)  # 4 cm where 2 mm are stated
-    found = omnistep.calibrate(runs, vehicle=drawn)
+    found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.002, yaw_sd_rad=0.005)
     assert not any(each.determined for each in (*found.common, *found.estimates))
     (line,) = [line for line in found.cannot_tell if line.startswith("no interval is given")]
     assert "the ends are 0.0" in line and "where position_sd_m = 0.002" in line
@@ -491,3 +493,122 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
         with pytest.raises(omnistep.ConfigError) as refused:
             read_runs(tmp_path / "runs.toml")
         assert "runs.toml" in str(refused.value) and message in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_what_the_runs_do_not_tell_keeps_the_files_value():
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(6)
+    real = drawn.replace({f"wheel.{k}.radius_m": 1.02 * 0.076 for k in range(4)})
+    lines = [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]
+    told = {"one distance on a curve": 0, "straight lines": 1, "a gyro and a tape": 2, "all of it": 3}
+    for what, common in told.items():
+        runs = []
+        for parts in [[(0.3, 0.1, 0.3, 8)]] if common == 0 else lines if common == 1 else DRIVES:
+            log, (x, y, yaw) = drive(real, parts, rng)
+            far = float(np.hypot(x, y))
+            if common == 0:
+                runs.append(omnistep.CalibrationRun(log=log, distance_m=0.6 * far))
+            elif common == 1:
+                runs.append(omnistep.CalibrationRun(log=log, distance_m=far))
+            elif common == 2:
+                # A tape and the heading tell distances and turns, not where ahead is.
+                more = {"distance_m": far} if far > 0.5 else {}
+                runs.append(omnistep.CalibrationRun(log=log, end_yaw_rad=yaw, **more))
+            else:
+                runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+        found = omnistep.calibrate(runs, vehicle=drawn)
+        assert sum(each.determined for each in found.common) == common, what
+        for each in (*found.common, *found.estimates):
+            # Exactly: nothing of it was estimated.
+            assert each.held == (each.note == "these runs do not tell it"), (what, each)
+            assert each.determined or each.held or each.note in ("as all wheels are", "only together with others")
+        for each in found.common:
+            assert each.determined or each.value == each.before, (what, each)
+        if common:
+            # Four lines of 1.5 m to 2 mm: a part in 1500; three times that.
+            assert found["all.radius"].value == pytest.approx(1.02, abs=2e-3), what
+        if common < 2:
+            # Nothing of a lever is told, of any wheel.
+            assert found.vehicle["wheel.0.position_m"] == drawn["wheel.0.position_m"], what
+        if common == 0:
+            assert found.vehicle["wheel.3.radius_m"] == drawn["wheel.3.radius_m"]
+        # A table says "held" of what is held alone.
+        for line, each in zip(found.table().splitlines()[1:], (*found.common, *found.estimates), strict=False):
+            assert line.startswith(each.name) and ("held: " in line) == each.held, line
+
+
+def test_refuted_results_are_no_file_unless_it_is_asked_for(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(7)
+    columns = ["time_s", *(f"wheel_{name}_position_rad" for name in drawn.wheel_names)]
+    written = []
+    for k, parts in enumerate(DRIVES):
+        log, end = drive(drawn, parts, rng)
+        rows = np.stack([log[key] for key in columns], axis=1)
+        np.savetxt(f"{k}.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.6f")
+        written.append(end)
+
+    def command(scale, *more, off_m=0.0):
+        lines = [
+            f'[[run]]\nlog = "{k}.csv"\nend_x_m = {scale * x + off_m * (k == 3)}\nend_y_m = {scale * y}\n'
+            f"end_yaw_rad = {yaw}\n"
+            for k, (x, y, yaw) in enumerate(written)
+        ]
+        (tmp_path / "runs.toml").write_text("".join(lines))
+        (tmp_path / "found.toml").unlink(missing_ok=True)
+        code = _identify_cli.calibrate(["runs.toml", "--vehicle", "mecanum4", "-o", "found.toml", *more])
+        return code, *capsys.readouterr(), (tmp_path / "found.toml").exists()
+
+    code, _, wrong, there = command(1.0)
+    assert (code, wrong, there) == (0, "", True)
+    # An end that is 0.4 m off; ends in units of which the wheels would have to be half as large.
+    for given, reason in [
+        ((1.0, 0.4), "error: found.toml: not written: run[3] (3.csv) does not fit the others, which fit "),
+        ((0.5, 0.0), "error: found.toml: not written: "),
+    ]:
+        code, said, wrong, there = command(given[0], off_m=given[1])
+        assert (code, there) == (1, False), wrong
+        assert "all.radius" in said and wrong.startswith(reason) and wrong.count("\n") == 1, wrong
+        assert wrong.endswith("; --write-doubtful writes it all the same\n")
+        code, _, wrong, there = command(given[0], "--write-doubtful", off_m=given[1])
+        assert (code, there) == (0, True) and wrong.startswith("found.toml: doubtful: "), wrong
+    assert "as far as is searched; check units" in said
+
+
+def test_what_ends_where_the_search_does_is_doubted():
+    drawn, rng = omnistep.Vehicle("omni3"), np.random.default_rng(8)
+    # A quarter of the way that the wheels turned: no residual refutes two lines, but no wheel is so small.
+    runs = []
+    for parts in [[(0.3, 0, 0, 5)], [(0, 0.3, 0, 5)]]:
+        log, (x, y, _) = drive(drawn, parts, rng)
+        runs.append(omnistep.CalibrationRun(log=log, distance_m=0.25 * float(np.hypot(x, y))))
+    found = omnistep.calibrate(runs, vehicle=drawn)
+    # 45 % below the drawing is as far as is searched.
+    assert found.doubted.endswith("in the file, as far as is searched")
+    assert found["all.radius"].value == pytest.approx(0.55, abs=0.01)
+    ends = [drive(drawn, parts, rng) for parts in DRIVES]
+    fine = [omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw) for log, (x, y, yaw) in ends]
+    assert omnistep.calibrate(fine, vehicle=drawn).doubted == ""
+
+
+def test_ends_that_a_hand_measured_have_intervals_that_hold_with_nothing_stated():
+    # A tape to 4 mm, an angle to 8 mrad, and in each run each wheel slips by 0.5 % of its way: sixteen runs.
+    drawn, seeds, held = omnistep.Vehicle("omni3"), 24, {"all.radius": 0, "all.lever": 0}
+    factors = {"all.radius": 1.03, "all.lever": 1.05}
+    keys = {f"wheel.{k}.radius_m": 1.03 * wheel.radius_m for k, wheel in enumerate(drawn.layout.wheels)}
+    places = {f"wheel.{k}.position_m": [1.05 * x for x in w.position_m] for k, w in enumerate(drawn.layout.wheels)}
+    real = drawn.replace(keys | places)
+    for seed in range(seeds):
+        rng, runs = np.random.default_rng(9000 + seed), []
+        for parts in DRIVES:
+            log, (x, y, yaw) = drive(real, parts, rng, counts=360, noise=2.0)
+            log |= {key: (1 + 0.005 * rng.standard_normal()) * log[key] for key in log if key != "time_s"}
+            runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+        found = omnistep.calibrate(runs, vehicle=drawn)
+        assert not found.doubted, (seed, found.doubted)
+        for name, factor in factors.items():
+            each = found[name]
+            held[name] += each.determined and each.low <= factor <= each.high
+            # Of use: half of it is less than 3 %, which is what the drawing's radius is off by.
+            assert 0.5 * (each.high - each.low) < 0.03, (seed, each)
+    # Fewer than these come by chance in one of a thousand tests of intervals that hold in 95 %.
+    assert min(held.values()) >= binom.ppf(0.001, seeds, 0.95), held

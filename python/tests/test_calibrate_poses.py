@@ -165,6 +165,33 @@ def test_bad_input_is_refused_in_one_line(tmp_path):
         assert "runs.toml: " in str(refused.value) and message in str(refused.value)
 
 
+@pytest.mark.parametrize("seed", [21, 22])
+def test_poses_that_give_no_pieces_are_refused_with_the_reason(seed):
+    clean = plant.driven(np.random.default_rng(seed))
+    rows = np.arange(len(clean["time_s"]))
+    degrees, millimetres = {"pose_yaw_rad": 180.0 / np.pi}, {"pose_x_m": 1e3, "pose_y_m": 1e3}
+    cases = [
+        (lambda key, column: degrees.get(key, 1.0) * column, "; the heading of the pose looks like degrees, then "),
+        (lambda key, column: millimetres.get(key, 1.0) * column, "; x and y of the pose look like millimetres, then "),
+        (
+            lambda key, column: (degrees | millimetres).get(key, 1.0) * column,
+            "; x and y of the pose look like millimetres and its heading like degrees, then ",
+        ),
+        (lambda key, column: np.full_like(column, 1.5), "; the pose never changes"),
+        # 5 Hz in rows of 50 Hz: empty between, or the last one again.
+        (lambda key, column: np.where(rows % 10 == 0, column, np.nan), "; poses are 0.2 s apart, allowed: 0.1 s"),
+        (lambda key, column: column[rows // 10 * 10], "; poses are 0.2 s apart, allowed: 0.1 s"),
+        (lambda key, column: np.where(rows < 100, column, np.nan), "; poses are known in 3 % of the log"),
+    ]
+    for change, reason in cases:
+        log = {key: change(key, column) if key in POSE else column for key, column in clean.items()}
+        with pytest.raises(omnistep.ConfigError) as refused:
+            calibrated(log)
+        said = str(refused.value)
+        assert "pieces of 3 s with poses from 0 to 59.58 s, allowed: 4 or more; " in said, said
+        assert reason in said and "\n" not in said and len(said) <= 300, said
+
+
 def test_one_import_and_one_command_calibrate_a_vehicle_file(tmp_path):
     log = plant.driven(np.random.default_rng(6), delay_s=0.02)
     keys = ["time_s", *(f"wheel_{name}_position_rad" for name in plant.WHEELS), *POSE]

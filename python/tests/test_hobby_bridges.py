@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import omnistep
+from omnistep import _identify_cli, identification
 from omnistep._measurement_noise import implied_rad_s, shown_rad_s
 from omnistep._wheel_logs import read
 
@@ -53,6 +54,7 @@ def test_motor_and_friction_are_found_and_the_bridge_is_named(found, case):
     # Single counts over the 0.1 s of the comparison are 0.8 % of these speeds.
     assert result.simulation.off < 0.025
     assert not [line for line in result.cannot_tell if line.startswith(("doubtful", "no interval"))]
+    assert not result.doubted
 
 
 def test_intervals_hold_the_truth(found):
@@ -145,6 +147,40 @@ def test_the_command_draws_what_it_simulated(logs, tmp_path):
     code, said, wrong = command("--plot", "fit.gif", "--quiet")
     assert (code, said, wrong) == (2, "", "error: fit.gif: '.gif', allowed: .png, .svg or .pdf\n")
     assert not (tmp_path / "fit.gif").exists()
+
+
+def test_refuted_results_are_no_file_unless_it_is_asked_for(logs, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hobby.toml").write_text(plant.file().to_toml())
+    known = [f"--known={name}={value}" for name, value in KNOWN.items()]
+    asked = [str(logs["coast", 0]), "--vehicle", "hobby.toml", "--zero-duty", "brake", *known, "--quiet"]
+    assert _identify_cli.identify([*asked, "-o", "found.toml"]) == 1
+    said = capsys.readouterr()
+    assert "no interval is given: " in said.out and not (tmp_path / "found.toml").exists()
+    assert said.err.startswith("error: found.toml: not written: the fit needs noise of ") and said.err.count("\n") == 1
+    assert said.err.endswith("; --write-doubtful writes it all the same\n")
+    assert _identify_cli.identify([*asked, "-o", "found.toml", "--write-doubtful"]) == 0
+    # The reason is said all the same, and the vehicle is that of the table.
+    assert "found.toml: doubtful: the fit needs noise of " in capsys.readouterr().err
+    assert omnistep.Vehicle("found.toml")["motor.stall_torque_n_m"] != 1.0
+
+
+def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
+    # What is at a bound `test_calibrate.py` asserts; a search that ends there takes minutes.
+    ended = "delay_s ended at the bound of its range, -0.01 s"
+    monkeypatch.setattr(identification, "at_bounds", lambda *_: (ended,))
+    result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    assert result.doubted == ended and all(each.note != "none" for each in result.estimates)
+    assert any(line.startswith(f"{ended}, which distorts the others; check units") for line in result.cannot_tell)
+
+
+def test_a_log_that_tells_nothing_leaves_the_file_and_is_doubted(logs):
+    # A motor that moves nothing, whatever else is changed.
+    weak = plant.file(stall_torque_n_m=0.008, slope_n_m_s_rad=0.0005)
+    result = omnistep.identify(logs["brake", 0], vehicle=weak, known=KNOWN, zero_duty="brake", progress=False)
+    assert not any(each.determined for each in result.estimates)
+    assert all(each.held for each in result.estimates if each.note != "known")
+    assert result.doubted
 
 
 def test_the_picture_has_both_speeds_of_every_wheel(found):

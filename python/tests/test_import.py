@@ -328,6 +328,11 @@ BAD = [
         HEAD + TIME + WHEELS.replace('"a", ', ""),
         "my.toml: wheels.names: 2 names, allowed: 3, one each of 1, 2, 3",
     ),
+    (
+        ROWS,
+        HEAD + TIME + WHEELS.replace('"a", "b"', '"a", "a"'),
+        "my.toml: wheels.names: 'a' twice, allowed: each name once",
+    ),
     (ROWS, HEAD + TIME + WHEELS + 'unit = "rmp"\n', "my.toml: wheels.unit: 'rmp', allowed: rad/s, deg/s, rpm"),
     (
         ROWS,

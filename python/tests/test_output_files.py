@@ -5,19 +5,24 @@ import resource
 import stat
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import omnistep
 
+#: A picture for a height map.
+PICTURE = Path(__file__).parents[2] / "crates/omni-config/assets/pictures/hills.png"
 MAP = 'schema_version = 1\nvehicle = "own.toml"\nperiod_s = 0.001\n[time]\ncolumn = "time_s"\n[wheels]\n'
 #: Each command that writes a file, but for its `-o`.
 COMMANDS = {
     "import": ["import", "drive.csv", "--map", "map.toml"],
     "report": ["report", "run.mcap"],
     "strip": ["strip", "run.mcap"],
+    "import by a scenario": ["import", "drive.csv", "--map", "by_scenario.toml"],
     "resimulate": ["resimulate", "run.mcap", "--scenario", "own_run.toml"],
+    "resimulate with hills": ["resimulate", "run.mcap", "--scenario", "hilly.toml", "--set", "vehicle=chugo.toml"],
     "identify": ["identify", "drive.csv", "--vehicle", "own.toml", "--known", "wheel_inertia_kg_m2=0.0035"],
     "calibrate": ["calibrate", "runs.toml", "--vehicle", "own.toml"],
     "export": ["export", "own.toml", "--format", "urdf"],
@@ -27,9 +32,14 @@ READS = {
     "import": (["drive.csv", "map.toml", "own.toml"], ".mcap"),
     "report": (["run.mcap"], ".html"),
     "strip": (["run.mcap"], ".png"),
+    "import by a scenario": (
+        ["drive.csv", "by_scenario.toml", "named.toml", "own.toml", "named.png", "named.csv"],
+        ".mcap",
+    ),
     "resimulate": (["run.mcap", "own_run.toml"], ".png"),
+    "resimulate with hills": (["run.mcap", "hilly.toml", "chugo.toml", "named.png"], ".png"),
     "identify": (["drive.csv", "own.toml"], ".toml"),
-    "calibrate": (["runs.toml", "own.toml"], ".toml"),
+    "calibrate": (["runs.toml", "own.toml", "drive.csv"], ".toml"),
     "export": (["own.toml"], ".urdf"),
 }
 
@@ -50,6 +60,21 @@ def drawn(tmp_path_factory, curve):
         'schema_version = 1\nname = "own"\nvehicle = "chugo7"\nduration_s = 0.2\n'
         '[terrain]\nkind = "flat"\nfriction = 0.7\n[command]\nvx_m_s = 0.1\n'
     )
+    # Scenarios that name other files: a vehicle, a height map, a table of commands.
+    (folder / "chugo.toml").write_text(omnistep.Vehicle("chugo7").to_toml())
+    (folder / "named.png").write_bytes(PICTURE.read_bytes())
+    (folder / "named.csv").write_text("time_s,vx_m_s,vy_m_s,wz_rad_s\n0,0.1,0,0\n1,0.1,0,0\n")
+    for name, vehicle, command in (
+        ("named.toml", "own.toml", 'file = "named.csv"'),
+        ("hilly.toml", "omni3", "vx_m_s = 0.1"),
+    ):
+        (folder / name).write_text(
+            f'schema_version = 1\nname = "hilly"\nvehicle = "{vehicle}"\nduration_s = 0.2\n'
+            '[terrain]\nkind = "height_map"\nfriction = 0.7\nimage = "named.png"\npixel_m = 0.015\n'
+            f"black_m = 0.0\nwhite_m = 0.08\nat_m = 0.7\n[command]\n{command}\n"
+        )
+    by_scenario = MAP.replace('vehicle = "own.toml"', 'scenario = "named.toml"')
+    (folder / "by_scenario.toml").write_text(by_scenario + f"names = {names!r}\n".replace("'", '"'))
     return folder
 
 
