@@ -154,7 +154,7 @@ class Recording:
         for begin, end in pairwise(known):
             if end - begin > 2.0 * apart:
                 poses[begin + 1 : end] = np.nan
-        why = _pose_doubts.of_pose(vehicle, self.log.measured, self.period_s, poses, self.known)
+        why = _pose_doubts.of_pose(vehicle, self.log.measured, self.period_s, poses, new)
         if len(self.jumps_s) > 1:
             why.append(f"the pose jumps {len(self.jumps_s)} times")
         part = float(np.mean(np.isfinite(poses[:, 2])))
