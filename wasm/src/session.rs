@@ -131,8 +131,7 @@ impl Session {
             let simulation = self.run.simulation();
             self.view.push(simulation.sample());
             if let Some(log) = &mut self.log {
-                log.push(simulation.period())
-                    .map_err(said)?;
+                log.push(simulation.period()).map_err(said)?;
             }
         }
         Ok(periods)
