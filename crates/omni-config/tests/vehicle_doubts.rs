@@ -1,5 +1,6 @@
 //! What is doubtful of a vehicle: files that cannot drive get a line each, and files that can get none.
 
+use std::f64::consts::FRAC_PI_4;
 use std::fs;
 use std::path::Path;
 
@@ -9,18 +10,21 @@ const PERIOD_S: f64 = 1e-3;
 
 /// What is doubtful of a built-in vehicle with some keys replaced.
 fn doubts(vehicle: &str, keys: &[&str]) -> Vec<String> {
-    let keys: Vec<_> = keys.iter().map(|key| Override::parse(key).unwrap()).collect();
-    let source = Source::vehicle(vehicle, None).unwrap();
+    let keys: Vec<_> = keys
+        .iter()
+        .map(|key| Override::parse(key).expect("valid"))
+        .collect();
+    let source = Source::vehicle(vehicle, None).expect("valid");
     Vehicle::from_source(&source, &keys)
-        .unwrap()
+        .expect("valid")
         .doubts(PERIOD_S)
-        .unwrap()
+        .expect("valid")
 }
 
 /// The signs of the roller angles of mecanum4: front left, front right, rear left, rear right.
 fn hands(signs: [f64; 4]) -> Vec<String> {
     let keys: Vec<_> = (0..4)
-        .map(|i| format!("wheel[{i}].roller_angle_rad={}", 0.785398 * signs[i]))
+        .map(|i| format!("wheel[{i}].roller_angle_rad={}", FRAC_PI_4 * signs[i]))
         .collect();
     doubts("mecanum4", &keys.iter().map(String::as_str).collect::<Vec<_>>())
 }
@@ -40,12 +44,12 @@ fn nothing_is_doubtful_of_built_in_vehicles_and_of_the_robots_to_start_from() {
     }
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../omnistep/assets/robots");
     let mut count = 0;
-    for robot in fs::read_dir(robots).unwrap() {
-        let path = robot.unwrap().path();
-        let source = Source::text("robot.toml", fs::read_to_string(&path).unwrap());
-        let vehicle = Vehicle::from_source(&source, &[]).unwrap();
+    for robot in fs::read_dir(robots).expect("valid") {
+        let path = robot.expect("valid").path();
+        let source = Source::text("robot.toml", fs::read_to_string(&path).expect("valid"));
+        let vehicle = Vehicle::from_source(&source, &[]).expect("valid");
         assert_eq!(
-            vehicle.doubts(PERIOD_S).unwrap(),
+            vehicle.doubts(PERIOD_S).expect("valid"),
             Vec::<String>::new(),
             "{path:?}"
         );
@@ -93,16 +97,17 @@ fn every_wrong_hand_of_four_mecanum_wheels_is_named_alone_or_in_a_pair() {
         });
         let keys: Vec<_> = (0..4)
             .map(|i| {
-                Override::parse(&format!("wheel[{i}].roller_angle_rad={}", 0.785398 * signs[i])).unwrap()
+                Override::parse(&format!("wheel[{i}].roller_angle_rad={}", FRAC_PI_4 * signs[i]))
+                    .expect("valid")
             })
             .collect();
-        let source = Source::vehicle("mecanum4", None).unwrap();
+        let source = Source::vehicle("mecanum4", None).expect("valid");
         // All alike are refused.
         let Ok(vehicle) = Vehicle::from_source(&source, &keys) else {
             continue;
         };
         let wrong: Vec<_> = (0..4).filter(|i| bits >> i & 1 == 1).map(|i| names[i]).collect();
-        let lines = vehicle.doubts(PERIOD_S).unwrap();
+        let lines = vehicle.doubts(PERIOD_S).expect("valid");
         let expected = match wrong.len() {
             0 => {
                 assert!(lines.is_empty(), "{lines:?}");
@@ -120,7 +125,7 @@ fn every_wrong_hand_of_four_mecanum_wheels_is_named_alone_or_in_a_pair() {
     assert_eq!(
         hands([-1.0, 1.0, -1.0, 1.0]),
         [
-            "wheel rear_left, rear_right: roller_angle_rad = -0.785398, 0.785398 look like those of wheels for the other side: \
+            "wheel rear_left, rear_right: roller_angle_rad = -0.7853981633974483, 0.7853981633974483 look like those of wheels for the other side: \
           the roller axes on the ground should form a diamond"
         ]
     );
@@ -151,7 +156,7 @@ fn a_pair_of_wrong_hands_is_found_whatever_the_shape_of_the_vehicle_and_right_on
                     let [x, y] = places[i];
                     [
                         format!("wheel[{i}].position_m=[{}, {y}]", x + origin),
-                        format!("wheel[{i}].roller_angle_rad={}", 0.785398 * f64::from(signs[i])),
+                        format!("wheel[{i}].roller_angle_rad={}", FRAC_PI_4 * f64::from(signs[i])),
                     ]
                 })
                 .collect();

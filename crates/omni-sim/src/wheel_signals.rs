@@ -149,7 +149,7 @@ macro_rules! define {
         observed { $($(#[doc = $o_doc:literal])+ $o_name:ident: $o_place:ident = $o_value:expr;)* }
     ) => {
         /// Signals of one wheel in one control step; velocities and torques are the actuator's. NaN is unknown.
-        #[allow(rustdoc::broken_intra_doc_links, reason = "units in brackets, as Python shows them")]
+        #[expect(rustdoc::broken_intra_doc_links, reason = "units in brackets, as Python shows them")]
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct WheelSignals {
             $($(#[doc = $doc])+ pub $name: f64,)*
