@@ -300,15 +300,17 @@ class Problem:
     ) -> tuple[float, int, float]:
         """What is less without a run, see :class:`Found`."""
         rows, left = self._predicted(run, weighted, slopes, covariance)
-        less, times = weighted[rows] * left, 1.0
+        # What is left of the others, where the numbers are those of the others.
+        others, times = weighted + slopes @ (covariance @ slopes[rows].T @ left), 1.0
+        others[rows] = 0.0
         for k, freedom in enumerate(free[:-1]):
-            own = self.group_of[rows] == k
-            rest = freedom - own.sum()
-            if own.any() and rest >= ENOUGH:
-                whole = float((weighted[: len(self.group_of)][self.group_of == k] ** 2).sum())
-                others = max(whole - float(less[own].sum()), 1e-3 * whole)
-                times = max(times, float(np.sqrt(whole / freedom / (others / rest))))
-        return float(less.sum()), len(rows), times
+            own = np.flatnonzero(self.group_of == k)
+            rest = freedom - np.isin(rows, own).sum()
+            if freedom > rest >= ENOUGH:
+                whole = float((weighted[own] ** 2).sum())
+                less = max(float((others[own] ** 2).sum()), 1e-3 * whole)
+                times = max(times, float(np.sqrt(whole / freedom / (less / rest))))
+        return float(weighted[rows] @ left), len(rows), times
 
     def _predicted(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Any, Floats]:
         """The rows of a run, and what they would be off by if the numbers were those of the others."""
