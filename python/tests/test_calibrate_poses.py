@@ -175,7 +175,7 @@ def test_poses_that_give_no_pieces_are_refused_with_the_reason(seed):
         (lambda key, column: millimetres.get(key, 1.0) * column, "; x and y of the pose look like millimetres, then "),
         (
             lambda key, column: (degrees | millimetres).get(key, 1.0) * column,
-            "; x and y of the pose look like millimetres and its heading like degrees, then ",
+            "; x and y of the pose look like millimetres, the heading of the pose like degrees, then ",
         ),
         (lambda key, column: np.full_like(column, 1.5), "; the pose never changes"),
         # 5 Hz in rows of 50 Hz: empty between, or the last one again.
