@@ -235,7 +235,8 @@ class _Seen:
         found = [min(found)]
         turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (way[:, 0] + 1j * way[:, 1])).sum()))
         ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
-        said = f"the pose's heading looks {np.degrees(turn):.1f} degrees off the vehicle's"
+        # A marker that is turned to the left has ways turned to the right in its axes.
+        said = f"the pose's heading looks {np.degrees(-turn):.1f} degrees to the left of the vehicle's"
         found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said))
         # A marker beside the vehicle's middle moves aside as it turns.
         turns = 2.0 * np.sin(0.5 * way[:, 2] / self.lever)

@@ -307,6 +307,7 @@ def _doubtful(
         for channel, factor, gear in zip(read["wheels"], wheels.factors, gears, strict=True):
             time_s, counts = np.asarray(channel.time_ns * 1e-9), channel.value / factor
             doubts += _plausibility.of_counter(channel.name, time_s, counts, no_load * gear / abs(factor))
+    doubts += [f"{each.name} of [{each.signal}] has no number" for each in signals if each.known == 0]
     beyond = [(each.signal, each.name, each.beyond, each.known) for each in signals]
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)
     doubts += _plausibility.of_wheels(vehicle, measured, log_map.scenario.period_s)

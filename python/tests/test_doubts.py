@@ -325,7 +325,10 @@ MILLIMETRE = {"noise": 1e-3, "before": 0.5}
         ({**SLOW, "pose": "yxh"}, "x and y of the pose look exchanged"),
         ({**SLOW, "signs": (1, 1, -1)}, "the heading of the pose looks reversed"),
         ({**SLOW, "wheels": "abdc"}, "read as front_left, front_right, rear_right, rear_left"),
-        ({**SLOW, "read": lambda poses: poses + np.array([0, 0, 0.5 * np.pi])}, "heading looks -90.1 degrees off"),
+        (
+            {**SLOW, "read": lambda poses: poses + np.array([0, 0, 0.5 * np.pi])},
+            "heading looks 90.1 degrees to the left",
+        ),
         ({**SLOW, "late": 100}, "the pose looks 1 s late"),
         ({**SLOW, "read": frozen}, "the pose does not move from 21.5 to 5"),
         ({**SLOW, "read": jumped}, "the pose jumps by 0.58 m and 0 degrees at 20.0"),
@@ -390,3 +393,14 @@ def test_rates_that_no_motor_has_are_told_in_words(tmp_path):
     summary = imported(tmp_path, scaled("abcd", 60.0), MAP.split("[command]")[0])
     (line,) = [line for line in summary.doubts if "faster than the motors without load, 30 rad/s" in line]
     assert line.startswith("wheels: a (") and "rad/min is 60" in line
+
+
+def test_a_column_without_a_number_is_named(tmp_path):
+    rows = "".join(f"{0.01 * k:.2f},1,1,1,\n" for k in range(100))
+    (tmp_path / "log.csv").write_text("t,a,b,c,d\n" + rows)
+    (tmp_path / "map.toml").write_text(
+        'schema_version = 1\nvehicle = "mecanum4"\nperiod_s = 0.01\n[time]\ncolumn = "t"\nunit = "s"\n'
+        '[wheels]\nnames = ["a", "b", "c", "d"]\nunit = "rad/s"\nat = "wheel"\n'
+    )
+    summary = omnistep.import_log(tmp_path / "log.csv", map=tmp_path / "map.toml", out=tmp_path / "log.mcap")
+    assert "d of [wheels] has no number" in summary.doubts
