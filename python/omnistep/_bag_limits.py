@@ -1,4 +1,4 @@
-"""Memory and time that a bag may take, by its size; the only module that names rosbags behind its interface.
+"""Memory and time that a bag may take, in proportion to its size.
 
 The only module that names parts of rosbags that are not its interface: it unpacks without a limit.
 """

@@ -49,7 +49,7 @@ class Found:
 
     u: Floats
     #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
-    told: Floats
+    reported: Floats
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
@@ -203,14 +203,14 @@ class Problem:
         """
         common, single = (self._fit(single=each, held=self.held) for each in (False, True))
         found = single if single.evidence > common.evidence else common
-        found.told = self._told(found, single=found is single)
+        found.reported = self._reported(found, single=found is single)
         return found, single
 
-    def _told(self, found: Found, *, single: bool) -> Floats:
+    def _reported(self, found: Found, *, single: bool) -> Floats:
         """The parameters with the file's value of everything that the runs do not tell.
 
         First goes what all wheels have in common, and the others are found without it. Then go directions that are not
-        told, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
+        determined, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
         """
         deviations = np.array([_deviation(row, found) for row in np.linalg.pinv(self.common)])
         held = self.held | (deviations >= DETERMINED)
@@ -218,7 +218,7 @@ class Problem:
             return np.zeros_like(found.u)
         again = found if (held == self.held).all() else self._fit(single=single, held=held)
         variances, directions = np.linalg.eigh(again.covariance)
-        # By the number that differs most: all wheels together may be told better than each.
+        # By the number that differs most: all wheels together may be determined better than each.
         largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(directions).max(axis=0)
         lost = directions[:, largest >= DETERMINED]
         return np.asarray(again.u - lost @ (lost.T @ again.u))
@@ -252,7 +252,7 @@ class Problem:
             slopes: Floats = weights[:, None] * jacobian
             covariance: Floats = np.asarray(np.linalg.inv(slopes.T @ slopes + prior), dtype=np.float64)
             step = -covariance @ (slopes.T @ weighted + prior @ z)
-            # What each group has told of the parameters is gone from its residuals.
+            # What each group determines of the parameters is gone from its residuals.
             left = residual + jacobian @ step
             hat = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
             before, free, at = sd.copy(), np.zeros(len(sizes)), 0
@@ -273,7 +273,7 @@ class Problem:
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         return Found(
             u=moves @ z,
-            told=moves @ z,
+            reported=moves @ z,
             covariance=moves @ covariance @ moves.T,
             scatter=moves @ self._scatter(weighted, slopes, covariance) @ moves.T,
             freedom=float(max(1.0, known)),
@@ -406,14 +406,14 @@ class Problem:
     def _estimate(
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
-        value, middle = float(start + scale * (row @ found.told)), float(start + scale * (row @ known.u))
+        value, middle = float(start + scale * (row @ found.reported)), float(start + scale * (row @ known.u))
         deviation = _deviation(row, known)
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
         half = (
             float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
         )
-        held = not determined and abs(row @ found.told) < LEAST
+        held = not determined and abs(row @ found.reported) < LEAST
         follows = "only together with others" if found is known else ALIKE
         return Estimate(
             name=name,

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, permutations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import ALIKE, AXES_READ, DISAGREE, FITS, STILL
+from omnistep._plausibility import ALIKE, AXES_READ, DISAGREE, FITS, STILL, means, orders, unexplained
+from omnistep._wheel_logs import spans
 
 Floats = NDArray[np.float64]
-
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
@@ -71,12 +71,7 @@ def readings(wheels: int) -> tuple[Reading, ...]:
     """Other readings, the simplest first: of up to four wheels every order, of more two exchanged."""
     same, forward = tuple(range(wheels)), (1,) * wheels
     found = [Reading(same, tuple(-1 if k == other else 1 for k in same)) for other in same]
-    found.append(Reading(same, (-1,) * wheels))
-    orders = [tuple(b if k == a else a if k == b else k for k in same) for a, b in combinations(same, 2)]
-    if wheels <= 4:
-        every = sorted(permutations(same), key=lambda order: sum(order[order[k]] != k for k in same))
-        orders += [order for order in every[1:] if order not in orders and order != same]
-    return (*found, *(Reading(order, forward) for order in orders if order != same))
+    return (*found, Reading(same, (-1,) * wheels), *(Reading(order, forward) for order in orders(wheels)))
 
 
 def of_command(vehicle: Vehicle, measured_rad_s: Floats, asked: Floats, period_s: float) -> list[str]:
@@ -132,8 +127,7 @@ def _axes(vehicle: Vehicle, follows: _Follows) -> list[str]:
     lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in vehicle.layout.wheels]))
 
     def apart(turned: Floats, axes: Floats) -> float:
-        left = np.asarray(kinematics.residual(turned)) if turned.shape[1] > 3 else np.zeros(1)
-        if np.mean(left**2) > DISAGREE**2 * np.mean(turned**2):
+        if unexplained(kinematics, turned) > DISAGREE:
             return np.inf
         of, what = (each * [1.0, 1.0, lever] for each in (turned @ back.T, follows.lagged @ back.T @ axes.T))
         gain = np.clip((of * what).sum() / max(float((what**2).sum()), 1e-300), 1.0 / OTHER_UNIT, OTHER_UNIT)
@@ -162,10 +156,10 @@ def _one_way(follows: _Follows, what: str) -> str:
         for each in (follows.lagged, follows.turned)
         for most in [max(float(np.abs(each).max()), STILL)]
     ]
-    (told_back, told_on), (back, on) = ways
-    if told_back == 0.0 < told_on and min(back, on) > BEYOND:
+    (given_back, given_on), (back, on) = ways
+    if given_back == 0.0 < given_on and min(back, on) > BEYOND:
         return f"{what} turn no wheel backwards, but wheels turn both ways: a direction, or offset, is lacking"
-    if back == 0.0 < on and min(told_back, told_on) > BEYOND:
+    if back == 0.0 < on and min(given_back, given_on) > BEYOND:
         return f"no wheel turns backwards, but {what} would turn some: the wheels lack their direction"
     return ""
 
@@ -232,8 +226,7 @@ class _Follows:
         for k, name in enumerate(names):
             parts = np.flatnonzero(driven[:, k])
             still = turning[parts, k] <= STANDS * float(usual.max()) * driving[parts, k]
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int))).reshape(-1, 2)
-            first, after = max(edges, key=lambda each: each[1] - each[0], default=(0, 0))
+            first, after = max(spans(still), key=lambda each: each[1] - each[0], default=(0, 0))
             if after - first < STANDING:
                 continue
             since, until = self.times[parts[first]], self.times[parts[after - 1]] + OVER_S
@@ -288,7 +281,7 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
         return None
     sizes = [np.sqrt(np.mean(each[known] ** 2, axis=0)) for each in (turned, commanded)]
     moving = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
-    found: list[tuple[float, int, Floats]] = []
+    found: list[Tried] = []
     for lag in LAGS_S:
         # A bridge at zero brakes its motor, or leaves it open, so that the wheel goes on.
         for coasts in (False, True):
@@ -299,13 +292,28 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
                 if late and len(of) < max(LEFT, known.sum() // 2):
                     continue
                 score = float(np.abs(_alike(of, what, moving)).max(axis=1)[moving].mean()) if moving.any() else 0.0
-                found.append((score, late, lagged))
-    usual = max((each for each in found if each[1] in LATE), key=lambda each: each[0])
-    best = max(found, key=lambda each: each[0])
-    differ = best[1] not in LATE and best[0] > SURELY and 1.0 - best[0] ** 2 < UNLIKE * (1.0 - usual[0] ** 2)
-    _, late, lagged = best if differ else usual
-    of, what, at = together(turned, lagged, late)
-    return _Follows(of, what, _alike(of, what, moving), moving, late if differ else 0, np.asarray(OVER_S * at))
+                found.append(Tried(score, late, (lagged,)))
+    best, differ = most_alike(found, LATE)
+    of, what, at = together(turned, best.signals[0], best.late)
+    return _Follows(of, what, _alike(of, what, moving), moving, best.late if differ else 0, np.asarray(OVER_S * at))
+
+
+class Tried(NamedTuple):
+    """How two signals correlate, -1 to 1, with the first so many parts late; and what of them is needed then."""
+
+    alike: float
+    late: int
+    signals: tuple[Floats, ...]
+
+
+def most_alike(tried: list[Tried], usual: range) -> tuple[Tried, bool]:
+    """The clocks with which two signals are most alike, and whether they are others than usual: only if far better."""
+    best, own = (
+        max(some, key=lambda each: abs(each.alike)) for some in (tried, [each for each in tried if each.late in usual])
+    )
+    differ = best.late not in usual and abs(best.alike) > SURELY
+    differ = differ and 1.0 - best.alike**2 < UNLIKE * (1.0 - own.alike**2)
+    return (best if differ else own), differ
 
 
 def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
@@ -316,10 +324,8 @@ def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
 
 
 def parts(columns: Floats, period_s: float) -> Floats:
-    """Means of columns over parts of the time, NaN where one is unknown."""
-    rows = max(1, round(OVER_S / period_s))
-    whole = len(columns) // rows
-    return np.asarray(columns[: whole * rows].reshape(whole, rows, columns.shape[1]).mean(axis=1))
+    """Means of columns over parts of the time that are compared, NaN where one is unknown."""
+    return means(columns, period_s, OVER_S)
 
 
 def together(of: Floats, what: Floats, late: int) -> tuple[Floats, Floats, Integers]:

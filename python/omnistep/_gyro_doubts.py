@@ -13,14 +13,15 @@ from omnistep._followed import (
     MOST,
     OVER_S,
     SURELY,
-    UNLIKE,
     Reading,
+    Tried,
+    most_alike,
     parts,
     readings,
     together,
 )
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import ALIKE, DISAGREE, STILL
+from omnistep._plausibility import ALIKE, DISAGREE, STILL, unexplained
 
 Floats = NDArray[np.float64]
 
@@ -70,19 +71,16 @@ class _Yaw:
 
     def __init__(self, turning_rad_s: Floats, gyro_rad_s: Floats, period_s: float) -> None:
         wheels, self.gyro = (parts(each[:, None], period_s) for each in (turning_rad_s, gyro_rad_s))
-        found: list[tuple[float, float, int, Floats, Floats]] = []
+        found: list[Tried] = []
         for late in sorted(range(-CLOCKS, CLOCKS + 1), key=abs):
             of, what, _ = together(self.gyro, wheels, late)
-            if late and len(of) < max(LEFT, len(found[0][3]) // 2):
+            if late and len(of) < max(LEFT, len(found[0].signals[0]) // 2):
                 continue
             of, what = (each[:, 0] - (np.mean(each) if len(each) else 0.0) for each in (of, what))
             sizes = float(np.sqrt(np.sum(of**2) * np.sum(what**2)))
             alike = float((of * what).sum()) / sizes if len(of) >= 10 and sizes > 0.0 else 0.0
-            found.append((abs(alike), alike, late, of, what))
-        usual = max((each for each in found if each[2] in SAME), key=lambda each: each[0])
-        best = max(found, key=lambda each: each[0])
-        self.differ = best[2] not in SAME and best[0] > SURELY and 1.0 - best[0] ** 2 < UNLIKE * (1.0 - usual[0] ** 2)
-        _, self.alike, self.late, self.of, self.what = best if self.differ else usual
+            found.append(Tried(alike, late, (of, what)))
+        (self.alike, self.late, (self.of, self.what)), self.differ = most_alike(found, SAME)
 
     def doubts(self) -> list[str]:
         """Report clock, sign and factor, where both are of the same motion."""
@@ -114,10 +112,12 @@ def _turning(vehicle: Vehicle, turned: Floats, seen: Floats) -> list[str]:
     back = np.asarray(kinematics.forward_matrix)[2]
 
     def alike(read: Floats) -> float:
-        left = np.asarray(kinematics.residual(read)) if len(wheels) > 3 else np.zeros(1)
-        fits = float(np.sqrt(np.mean(left**2))) < DISAGREE * float(np.sqrt(np.mean(read**2)))
         yaw = read @ back
-        if not fits or np.std(yaw) == 0.0 or not 0.5 < np.std(seen) / np.std(yaw) < 2.0:
+        if (
+            unexplained(kinematics, read) >= DISAGREE
+            or np.std(yaw) == 0.0
+            or not 0.5 < np.std(seen) / np.std(yaw) < 2.0
+        ):
             return 0.0
         return float(np.corrcoef(yaw, seen)[0, 1])
 

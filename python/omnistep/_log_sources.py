@@ -71,7 +71,7 @@ class Samples:
 
 
 def read_samples(
-    path: Path, log_map: LogMap, told: Callable[[float], None], skipped: Skipped | None = None
+    path: Path, log_map: LogMap, progress: Callable[[float], None], skipped: Skipped | None = None
 ) -> dict[str, Samples]:
     """Read every signal that a map names; with ``skipped`` without the lines of a CSV file that cannot be read."""
     if not path.exists():
@@ -82,7 +82,7 @@ def read_samples(
             raise LogError(f"{path}: not a regular file", file=str(path))
         return _of_table(path, log_map, skipped if suffix == ".csv" else None)
     if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
-        return _of_bag(path, log_map, told)
+        return _of_bag(path, log_map, progress)
     if suffix == ".bag":
         how = "rosbags-convert --src IN.bag --dst OUT"
         raise LogError(f"{path}: a bag of ROS 1, allowed: a rosbag2, by {how}", file=str(path))
@@ -199,7 +199,7 @@ def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
 # Bags
 
 
-def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[str, Samples]:
+def _of_bag(path: Path, log_map: LogMap, progress: Callable[[float], None]) -> dict[str, Samples]:
     for table, signal in log_map.signals.items():
         if signal.topic is None:
             log_map.refuse(f"{table}.topic", f"missing, allowed: a topic of {path}")
@@ -230,7 +230,7 @@ def _of_bag(path: Path, log_map: LogMap, told: Callable[[float], None]) -> dict[
         count = max(sum(connection.msgcount for connection in connections), 1)
         for number, (connection, received, raw) in enumerate(bag.messages(connections=connections)):
             if number % 4096 == 0:
-                told(min(number / count, 1.0))
+                progress(min(number / count, 1.0))
             _most(path, number)
             message = bag.deserialize(raw, connection.msgtype)
             stamps[connection.topic].append(_stamp(message) if log_map.clock == "header" else 0)

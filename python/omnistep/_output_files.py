@@ -22,7 +22,7 @@ REFERENCES = (("terrain", "image"), ("command", "file"))
 def scenario_files(path: Path) -> tuple[Path, ...]:
     r"""A scenario file, and the files that it names: its vehicle, its height map, its table of commands.
 
-    A file that cannot be read names none: whoever reads the scenario says why.
+    A file that cannot be read names none: the reader of the scenario reports why.
 
     >>> import pathlib, tempfile
     >>> from omnistep._output_files import scenario_files

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,26 +50,46 @@ AXES_READ = (
 
 def of_wheels(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> list[str]:
     """Report wheels, (T, N) every period, whose velocities fit no motion of this vehicle."""
-    rows = max(1, round(OVER_S / period_s))
-    whole = len(measured_rad_s) // rows
-    parts = measured_rad_s[: whole * rows].reshape(whole, rows, measured_rad_s.shape[1]).mean(axis=1)
-    return of_parts(vehicle, parts)
+    return of_parts(vehicle, means(measured_rad_s, period_s, OVER_S))
 
 
 def of_parts(vehicle: Vehicle, turned: Floats) -> list[str]:
     """Report the same for rotations of wheels, (P, N), in parts of a drive long against one count; rates or angles."""
     known = turned[np.isfinite(turned).all(axis=1)]
-    size = float(np.sqrt(np.mean(known**2))) if known.size else 0.0
-    if known.shape[1] <= 3 or size < STILL:
+    if not known.size or np.sqrt(np.mean(known**2)) < STILL:
         return []
-    left = np.asarray(Kinematics(layout=vehicle.layout).residual(known))
-    part = float(np.sqrt(np.mean(left**2))) / size
+    part = unexplained(Kinematics(layout=vehicle.layout), known)
     if part < DISAGREE:
         return []
     return [
         f"{100 * part:.0f} % of the wheels' rotation fits no motion of this vehicle: a counter is reversed, the order"
         " of the wheels is wrong, or the vehicle file is wrong"
     ]
+
+
+def means(columns: Floats, period_s: float, over_s: float) -> Floats:
+    """Means of columns over parts of the time, NaN where one is unknown."""
+    rows = max(1, round(over_s / period_s))
+    whole = len(columns) // rows
+    return np.asarray(columns[: whole * rows].reshape(whole, rows, columns.shape[1]).mean(axis=1))
+
+
+def unexplained(kinematics: Kinematics, turned: Floats) -> float:
+    """Which part of what wheels turn, (P, N), fits no motion of the vehicle; 0 of three wheels, which fit any."""
+    if turned.shape[1] <= 3:
+        return 0.0
+    left = np.asarray(kinematics.residual(turned))
+    return float(np.sqrt(np.mean(left**2) / max(float(np.mean(turned**2)), 1e-300)))
+
+
+def orders(wheels: int) -> list[tuple[int, ...]]:
+    """Other orders of wheels, the simplest first: of up to four every order, of more two exchanged."""
+    same = tuple(range(wheels))
+    found = [tuple(b if k == a else a if k == b else k for k in same) for a, b in combinations(same, 2)]
+    if wheels <= 4:
+        every = sorted(permutations(same), key=lambda order: sum(order[order[k]] != k for k in same))
+        found += [order for order in every[1:] if order not in found]
+    return found
 
 
 def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float) -> list[str]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import combinations, permutations
+from itertools import combinations
 from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS
+from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS, orders
+from omnistep._wheel_logs import spans
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -205,9 +206,8 @@ class _Seen:
         if not len(self.ends):
             return []
         rolled, way = (np.linalg.norm(each, axis=1) for each in (self.rolled(), self.way(np.eye(3))))
-        still = np.flatnonzero(np.diff(np.concatenate([[False], way < STANDS * rolled, [False]]).astype(int)))
         doubts, stood = [], np.zeros(len(way), dtype=bool)
-        for first, after in still.reshape(-1, 2):
+        for first, after in spans(way < STANDS * rolled):
             # It may begin to stand within the first part, and end in the last one.
             begin, end = int(self.ends[first, 1]), int(self.ends[after - 1, 0])
             if after - first < STANDING or not _constant(self.poses[begin : end + 1]).all():
@@ -254,9 +254,9 @@ class _Seen:
         """What readings leave that are right or wrong: order and signs of the wheels, axes and units of the pose."""
         found: list[tuple[float, str]] = []
         wheels = np.eye(len(self.names))
-        for order in _orders(len(self.names)):
+        for order in orders(len(self.names)):
             said = f"the wheels look read as {', '.join(self.names[k] for k in order)}"
-            found.append((self.apart(self.rolled(wheels[order]), way), said))
+            found.append((self.apart(self.rolled(wheels[list(order)]), way), said))
         for count in (1, 2):
             for some in combinations(range(len(self.names)), count):
                 signs = np.where(np.isin(np.arange(len(self.names)), some), -1.0, 1.0)
@@ -277,11 +277,3 @@ def _noise(bends: Floats) -> Floats:
 def _constant(poses: Floats) -> Flags:
     """Which columns only vary as noise does, which bends from sample to sample as much as it spreads."""
     return np.asarray(np.ptp(poses, axis=0) < NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)
-
-
-def _orders(wheels: int) -> list[list[int]]:
-    """Other orders of wheels: of up to four all, of more those of two exchanged."""
-    if wheels <= 4:
-        return [list(order) for order in permutations(range(wheels))][1:]
-    pairs = combinations(range(wheels), 2)
-    return [[b if k == a else a if k == b else k for k in range(wheels)] for a, b in pairs]

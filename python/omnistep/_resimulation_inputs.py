@@ -55,8 +55,8 @@ def _given(recorded: Trace, vehicle: Vehicle, by: str) -> Floats | None:
         there = all(name in recorded for name in names)
         return _known(np.column_stack([recorded[name] for name in names])) if there else None
     # One or the other throughout: where torques that acted are not known, those commanded are not what acts.
-    acted, told = (_known(np.asarray(recorded.wheels(signal))) for signal in ("torque_n_m", "applied_n_m"))
-    return told if acted is None else acted
+    acted, commanded = (_known(np.asarray(recorded.wheels(signal))) for signal in ("torque_n_m", "applied_n_m"))
+    return commanded if acted is None else acted
 
 
 def _known(columns: Floats) -> Floats | None:

@@ -172,7 +172,7 @@ def calibrate(
     problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
     drives = problem.drives
     wrong = _wrong(problem, found)
-    places, turns, parts_places, parts_turns, _ = problem.groups(found.told)
+    places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
     refuted = wrong or _refuted(found.sd, problem.stated)
     common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
     if refuted:
@@ -188,7 +188,7 @@ def calibrate(
             *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
             *(f"{each}; {CHECK}" for each in far),
         ),
-        vehicle=problem.vehicle(found.told),
+        vehicle=problem.vehicle(found.reported),
         position_rms_m=_rms([*places, *parts_places]),
         yaw_rms_rad=_rms([*turns, *parts_turns]),
         plates=plates,
@@ -240,10 +240,10 @@ def _misfit(found: Found) -> tuple[int, float] | None:
 
 
 def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
-    plate = problem.plate(recording, found.told)
+    plate = problem.plate(recording, found.reported)
     before, after = (
         recording.path_error_m(Kinematics(layout=layout), plate)
-        for layout in (problem.drawn.layout, problem.layout(found.told))
+        for layout in (problem.drawn.layout, problem.layout(found.reported))
     )
     return PathError(
         run=recording.where,
@@ -296,7 +296,7 @@ def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) ->
         doubts += [f"{recording.where}: {doubt}" for doubt in recording.doubts(vehicle, refuted)]
     if not ends:
         return doubts
-    kinematics = Kinematics(layout=problem.layout(found.told))
+    kinematics = Kinematics(layout=problem.layout(found.reported))
     errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
         (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),

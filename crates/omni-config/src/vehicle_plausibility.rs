@@ -107,24 +107,22 @@ impl Vehicle {
 
     /// A wheel whose radius is another than that of the wheels with its kind of contact, as after a change of it alone.
     fn unequal_wheels(&self) -> Option<String> {
-        let alike = |wheel: &WheelSpec| {
+        let (other, median_m) = self.wheel.iter().find_map(|wheel| {
             let kind = std::mem::discriminant(&wheel.contact);
-            let same = |each: &&WheelSpec| std::mem::discriminant(&each.contact) == kind;
-            let mut radii: Vec<_> = self.wheel.iter().filter(same).map(|each| each.radius_m).collect();
+            let alike = |each: &&WheelSpec| std::mem::discriminant(&each.contact) == kind;
+            let mut radii: Vec<_> = self
+                .wheel
+                .iter()
+                .filter(alike)
+                .map(|each| each.radius_m)
+                .collect();
             radii.sort_by(f64::total_cmp);
-            radii
-        };
-        let differs = |wheel: &&WheelSpec| {
-            let radii = alike(wheel);
             let median_m = radii[radii.len() / 2];
             let equal = radii.iter().filter(|radius_m| **radius_m == median_m).count();
             let alone = equal > 1 && equal + 1 == radii.len();
             let off = (wheel.radius_m / median_m - 1.0).abs();
-            off > if alone { ALONE } else { SIZES }
-        };
-        let other = self.wheel.iter().find(differs)?;
-        let radii = alike(other);
-        let median_m = radii[radii.len() / 2];
+            (off > if alone { ALONE } else { SIZES }).then_some((wheel, median_m))
+        })?;
         Some(format!(
             "wheel {}: radius_m = {}, {} % off {median_m}, the median of the wheels; check whether only one wheel was changed",
             other.name,

@@ -112,7 +112,7 @@ impl LoggedRun {
                 .into_iter()
                 .chain(own.names.clone())
                 .collect(),
-            WheelSignal::logged().map(|signal| signal.name).collect(),
+            WheelSignal::logged().map(|signal| signal.name).into(),
         );
         for (i, (time_ns, state)) in states.iter().enumerate() {
             if i % ROWS_PER_LOOK == 0 && !watch(1.0) {

@@ -212,16 +212,9 @@ impl Messages {
             common_factor: sample.common_factor,
             estimated_twist: twist(&sample.estimated),
             wheels: wheels
-                .map(|(spec, (signals, wheel))| {
-                    let mut logged = WheelSignal::logged();
-                    WheelState {
-                        name: spec.name.clone(),
-                        signals: std::array::from_fn(|_| {
-                            logged
-                                .next()
-                                .map_or(f64::NAN, |signal| signal.value(signals, wheel))
-                        }),
-                    }
+                .map(|(spec, (signals, wheel))| WheelState {
+                    name: spec.name.clone(),
+                    signals: WheelSignal::logged().map(|signal| signal.value(signals, wheel)),
                 })
                 .collect(),
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use omni_config::{Scenario, shortened};
 use omni_core::BodyTwist;
-use omni_sim::WheelSignal;
+use omni_sim::{LOGGED_SIGNALS, WheelSignal};
 
 use crate::base_pose::{BasePose, unknown_covariance};
 use crate::logged_run::check_names;
@@ -123,8 +123,8 @@ impl Recording {
 struct Columns<'a> {
     rows: usize,
     state: [Option<&'a [f64]>; STATE.len()],
-    /// Of each wheel in the vehicle's order.
-    wheels: Vec<[Option<&'a [f64]>; WHEEL.len()]>,
+    /// Of each wheel in the vehicle's order, as its message has them.
+    wheels: Vec<[Option<&'a [f64]>; LOGGED_SIGNALS]>,
     truth: [Option<&'a [f64]>; TRUTH.len()],
     /// Somebody saw the vehicle from outside at some time.
     somebody_saw: bool,
@@ -163,7 +163,14 @@ impl<'a> Columns<'a> {
             state: STATE.map(of),
             wheels: wheels
                 .iter()
-                .map(|wheel| WHEEL.map(|signal| of(&of_wheel(&wheel.name, signal))))
+                .map(|wheel| {
+                    WheelSignal::logged().map(|signal| {
+                        let measured = WHEEL.contains(&signal.name);
+                        measured
+                            .then(|| of(&of_wheel(&wheel.name, signal.name)))
+                            .flatten()
+                    })
+                })
                 .collect(),
             truth: TRUTH.map(of),
             somebody_saw: of(TRUTH[0]).is_some_and(|column| column.iter().any(|x| x.is_finite())),
@@ -262,17 +269,9 @@ impl<'a> Columns<'a> {
             common_factor: unknown,
             estimated_twist: twist(&BodyTwist::from_array([e_vx, e_vy, e_wz])),
             wheels: wheels
-                .map(|(wheel, columns)| {
-                    let mut logged = WheelSignal::logged();
-                    let mut next = || {
-                        let name = logged.next()?.name;
-                        let k = WHEEL.iter().position(|known| *known == name)?;
-                        columns[k]
-                    };
-                    WheelState {
-                        name: wheel.name.clone(),
-                        signals: std::array::from_fn(|_| at(next(), row)),
-                    }
+                .map(|(wheel, columns)| WheelState {
+                    name: wheel.name.clone(),
+                    signals: columns.map(|column| at(column, row)),
                 })
                 .collect(),
         }

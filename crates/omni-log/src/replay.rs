@@ -236,7 +236,7 @@ fn difference(
 ) -> Option<(Option<String>, &'static str, [f64; 2])> {
     let differ = |[a, b]: [f64; 2]| a.to_bits() != b.to_bits();
     for (logged, replayed) in state.wheels.iter().zip(&sample.wheels) {
-        for (signal, logged_value) in WheelSignal::logged().zip(&logged.signals) {
+        for (signal, logged_value) in WheelSignal::logged().into_iter().zip(&logged.signals) {
             let Some(value) = signal.of_control(replayed) else {
                 continue; // of the physics
             };

@@ -360,9 +360,10 @@ impl WheelState {
     /// A signal by its name; NaN where none is named so.
     #[must_use]
     pub fn signal(&self, name: &str) -> f64 {
-        let mut signals = WheelSignal::logged().zip(&self.signals);
-        let found = signals.find(|(signal, _)| signal.name == name);
-        found.map_or(f64::NAN, |(_, value)| *value)
+        let place = WheelSignal::logged()
+            .iter()
+            .position(|signal| signal.name == name);
+        place.map_or(f64::NAN, |place| self.signals[place])
     }
 }
 
@@ -442,7 +443,7 @@ mod tests {
     fn a_wheel_in_the_message_has_the_signals_of_the_table() {
         let fields =
             WheelSignal::logged().map(|signal| format!("# {}\nfloat64 {}\n", signal.doc.trim(), signal.name));
-        let (fields, schema) = (fields.collect::<String>(), VehicleState::schema());
+        let (fields, schema) = (fields.concat(), VehicleState::schema());
         let start = schema.find("string name\n").expect("its first field") + "string name\n".len();
         assert_eq!(
             &schema[start..],

@@ -62,6 +62,9 @@ macro_rules! getters {
         of_control { $(#[$s_doc:meta])+ saturated: $s_place:ident = $s_value:expr; $($(#[$d_doc:meta])+ $d:ident: $d_place:ident = $d_value:expr;)* }
         observed { $($(#[$o_doc:meta])+ $o:ident: $o_place:ident = $o_value:expr;)* }
     ) => {
+        getters! { @all $($(#[$c_doc])+ $c)* $($(#[$d_doc])+ $d)* $($(#[$o_doc])+ $o)* }
+    };
+    (@all $($(#[$doc:meta])+ $name:ident)*) => {
         #[pymethods]
         impl Sample {
             /// End of the control period [s].
@@ -148,24 +151,10 @@ macro_rules! getters {
             }
 
             $(
-                $(#[$c_doc])+
+                $(#[$doc])+
                 #[getter]
-                fn $c<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                    self.signal(py, stringify!($c))
-                }
-            )*
-            $(
-                $(#[$d_doc])+
-                #[getter]
-                fn $d<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                    self.signal(py, stringify!($d))
-                }
-            )*
-            $(
-                $(#[$o_doc])+
-                #[getter]
-                fn $o<'py>(&self, py: Python<'py>) -> Floats<'py> {
-                    self.signal(py, stringify!($o))
+                fn $name<'py>(&self, py: Python<'py>) -> Floats<'py> {
+                    self.signal(py, stringify!($name))
                 }
             )*
         }

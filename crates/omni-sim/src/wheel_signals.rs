@@ -110,6 +110,19 @@ pub const LOGGED_SIGNALS: usize = {
     logged
 };
 
+const LOGGED: [&WheelSignal; LOGGED_SIGNALS] = {
+    let mut found = [&SIGNALS[0]; LOGGED_SIGNALS];
+    let (mut i, mut logged) = (0, 0);
+    while i < SIGNALS.len() {
+        if SIGNALS[i].logged {
+            found[logged] = &SIGNALS[i];
+            logged += 1;
+        }
+        i += 1;
+    }
+    found
+};
+
 impl WheelSignal {
     /// Every signal, in the order of the columns.
     pub fn all() -> impl ExactSizeIterator<Item = &'static Self> + Clone {
@@ -117,8 +130,9 @@ impl WheelSignal {
     }
 
     /// Those in the log's `/vehicle_state`, in the order of its message.
-    pub fn logged() -> impl Iterator<Item = &'static Self> + Clone {
-        SIGNALS.iter().filter(|signal| signal.logged)
+    #[must_use]
+    pub fn logged() -> [&'static Self; LOGGED_SIGNALS] {
+        LOGGED
     }
 
     /// Its value, where it follows from what the controller was given and did; none where it follows from the physics.

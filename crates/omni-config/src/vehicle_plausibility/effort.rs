@@ -17,23 +17,20 @@ const SLOW_S: f64 = 1.0;
 
 impl Vehicle {
     /// Friction of gears that the motors do not overcome.
-    pub(super) fn too_lossy(&self) -> Result<Vec<String>, Error> {
+    pub(super) fn too_lossy(&self) -> Result<Option<String>, Error> {
         let motor = &self.motor;
         let (dry, viscous) = (motor.gear_friction_n_m, motor.viscous_n_m_s_rad);
         let at_wheel = |torque_n_m: f64, gear: f64| torque_n_m * motor.efficiency / gear;
-        let mut doubts = Vec::new();
-        let stuck = self
-            .wheel
-            .iter()
-            .find(|wheel| dry > DRY * at_wheel(motor.peak_torque_n_m(), wheel.gear));
-        if let Some(wheel) = stuck {
-            let has = at_wheel(motor.peak_torque_n_m(), wheel.gear);
-            doubts.push(format!(
+        let stuck = self.wheel.iter().find_map(|wheel| {
+            let most_n_m = at_wheel(motor.peak_torque_n_m(), wheel.gear);
+            (dry > DRY * most_n_m).then_some((wheel, most_n_m))
+        });
+        if let Some((wheel, most_n_m)) = stuck {
+            return Ok(Some(format!(
                 "motor.gear_friction_n_m = {dry}, but the motor gives wheel {} at most {} N.m; usual: less than half of that",
                 wheel.name,
-                digits(has)
-            ));
-            return Ok(doubts);
+                digits(most_n_m)
+            )));
         }
         let top = self.top_rad_s()?;
         let slowed = self.wheel.iter().find_map(|wheel| {
@@ -49,18 +46,17 @@ impl Vehicle {
             };
             (viscous > 0.0 && reached < wanted).then_some((wheel, reached))
         });
-        if let Some((wheel, reached)) = slowed {
+        Ok(slowed.map(|(wheel, reached)| {
             let why = match top {
                 Some(top) => format!("limits and motor are for {}", digits(top * wheel.gear)),
                 None => format!("that is {} m/s", digits(reached * wheel.radius_m)),
             };
-            doubts.push(format!(
+            format!(
                 "motor.viscous_n_m_s_rad = {viscous}: with it wheel {} reaches {} rad/s without load, and {why}; check the unit",
                 wheel.name,
                 digits(reached)
-            ));
-        }
-        Ok(doubts)
+            )
+        }))
     }
 
     /// Gains that are far from what follows from masses and motors, and motors with which no gains are fast.

@@ -69,7 +69,10 @@ impl Vehicle {
     /// Of four mecanum wheels at four corners, those whose rollers' axes are not on the diamond that those of the others lie on; none of other
     /// layouts. Rollers that are all mounted the other way round have none.
     fn beside_the_diamond(&self) -> Option<Vec<usize>> {
-        let [ahead_x, ahead_y] = self.wheel.first()?.rolling_direction;
+        let [first, _, _, _] = self.wheel.as_slice() else {
+            return None;
+        };
+        let [ahead_x, ahead_y] = first.rolling_direction;
         let [mut middle_x, mut middle_y] = [0.0; 2];
         for wheel in &self.wheel {
             middle_x += wheel.position_m[0] / self.wheel.len() as f64;
@@ -93,7 +96,7 @@ impl Vehicle {
         let wrong: Vec<_> = self.wheel.iter().zip(&corners).map(crosses).collect();
         corners.sort_unstable();
         corners.dedup();
-        if self.wheel.len() != 4 || corners.len() != 4 {
+        if corners.len() != 4 {
             return None;
         }
         if wrong.iter().all(|wrong| *wrong) {
