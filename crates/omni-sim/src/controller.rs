@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{self, Precision, Scenario};
 use crate::error::unknown;
 use crate::following::SIGNALS;
-use crate::{Error, WheelSignals};
+use crate::{Error, WheelSignals, state_bytes};
 pub use link::{Link, LinkCounters};
 pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
@@ -206,11 +206,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(self.0.state()).ok()
+        state_bytes::to_bytes(self.0.state()).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let state = postcard::from_bytes(state);
+        let state = state_bytes::from_bytes(state);
         state.is_ok_and(|state| {
             self.0.restore(state);
             true

@@ -17,6 +17,7 @@ mod run;
 mod sensing;
 mod simulation;
 mod snapshot;
+mod state_bytes;
 mod stepped_run;
 mod trace;
 mod wall_clock;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::control_loop::LoopState;
 use crate::controller::AnyController;
 use crate::odometry;
-use crate::{Error, Period, Simulation, config::Scenario, sensing};
+use crate::{Error, Period, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
 const FORMAT: u32 = 8;
@@ -58,11 +58,21 @@ fn refuse(reason: impl Into<String>) -> Error {
     }
 }
 
+fn check_built_in() -> Result<(), Error> {
+    if state_bytes::BUILT_IN {
+        return Ok(());
+    }
+    Err(refuse(
+        "this build of omni-sim is without its feature `snapshots`",
+    ))
+}
+
 impl Simulation {
     /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot be read.
+    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot be read, and in a build without
+    /// the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -79,6 +89,7 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
+        check_built_in()?;
         let control = self
             .control
             .save()
@@ -91,7 +102,7 @@ impl Simulation {
             sensed: &self.sensed,
             odometry: self.odometer.state(),
         };
-        let mut bytes = postcard::to_allocvec(&(Header::of(scenario)?, saved))
+        let mut bytes = state_bytes::to_bytes(&(Header::of(scenario)?, saved))
             .map_err(|error| refuse(error.to_string()))?;
         let checksum = crc32fast::hash(&bytes);
         bytes.extend(checksum.to_le_bytes());
@@ -140,12 +151,13 @@ impl Simulation {
         controller: AnyController,
         bytes: &[u8],
     ) -> Result<Self, Error> {
+        check_built_in()?;
         // The checksum comes last: of another version there may be none.
         let (whole, checksum) = bytes
             .split_last_chunk()
             .ok_or_else(|| refuse("it is not a snapshot"))?;
         let (header, rest): (Header, _) =
-            postcard::take_from_bytes(whole).map_err(|_| refuse("it is not a snapshot"))?;
+            state_bytes::take_from_bytes(whole).map_err(|_| refuse("it is not a snapshot"))?;
         let own = Header::of(scenario)?;
         if header.format != own.format || header.program != own.program {
             let (theirs, ours) = (header.program, own.program);
@@ -161,7 +173,7 @@ impl Simulation {
             return Err(refuse("it belongs to another scenario"));
         }
         let resumed: Resumed =
-            postcard::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
+            state_bytes::from_bytes(rest).map_err(|error| refuse(format!("it is damaged: {error}")))?;
         let mut simulation = Self::with_controller(scenario, controller)?;
         if !simulation.control.restore(resumed.control) {
             return Err(refuse("its controller's state is damaged"));

@@ -9,8 +9,8 @@ use serde::de::DeserializeOwned;
 
 use super::traction::{self, Hinges};
 use super::{ControlSample, Loop, inverse, scalar, velocities};
-use crate::Error;
 use crate::config::Scenario;
+use crate::{Error, state_bytes};
 
 /// Signals of a drive beside those of every controller; then for each signal of [`WHEEL`] one a wheel.
 const NAMES: [&str; 9] = [
@@ -162,11 +162,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(self.policy.state()).ok()
+        state_bytes::to_bytes(self.policy.state()).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let state = postcard::from_bytes(state);
+        let state = state_bytes::from_bytes(state);
         state.is_ok_and(|state| {
             *self.policy.state_mut() = state;
             true
@@ -221,11 +221,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(&self.state).ok()
+        state_bytes::to_bytes(&self.state).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let state = postcard::from_bytes(state);
+        let state = state_bytes::from_bytes(state);
         state.is_ok_and(|state| {
             self.state = state;
             true

@@ -8,9 +8,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{ControlSample, Loop, inverse, scalar, velocities};
-use crate::Error;
 use crate::config::Scenario;
 use crate::sensing::{SENSED, SENSED_HINGE};
+use crate::{Error, state_bytes};
 
 /// Signals of each wheel.
 const WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
@@ -148,11 +148,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        postcard::to_allocvec(self.policy.state()).ok()
+        state_bytes::to_bytes(self.policy.state()).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let state: Result<TractionPolicyState<R, N>, _> = postcard::from_bytes(state);
+        let state: Result<TractionPolicyState<R, N>, _> = state_bytes::from_bytes(state);
         state.is_ok_and(|state| {
             self.policy.restore(state);
             true

@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 use super::actuation::{self, Actuation};
 use super::loads::{Load, loads};
 use super::{AnyPlant, Plant, check_faults};
-use crate::Error;
 use crate::config::Scenario;
 use crate::error::unknown;
 use crate::observation::Observation;
+use crate::{Error, state_bytes};
 use balance::{Balance, Now};
 use bearings::Bearings;
 use contact::{Contact, Known};
@@ -315,7 +315,7 @@ impl<const N: usize> Plant for World<N> {
     }
 
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        postcard::to_allocvec(&Snapshot {
+        state_bytes::to_bytes(&Snapshot {
             state: self.state.clone(),
             known: self.known.clone(),
             actuation: self.actuation.state().clone(),
@@ -327,7 +327,7 @@ impl<const N: usize> Plant for World<N> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let (snapshot, rest): (Snapshot, _) = postcard::take_from_bytes(bytes)?;
+        let snapshot: Snapshot = state_bytes::from_bytes(bytes)?;
         let bodies = self.model.bodies.len();
         let wheels = self.model.wheels.len();
         let state = &snapshot.state;
@@ -341,7 +341,6 @@ impl<const N: usize> Plant for World<N> {
             || state.roller_rad_s.len() != self.model.rollers
             || !snapshot.actuation.fits(wheels)
             || snapshot.loads_done.len() != self.loads.len()
-            || !rest.is_empty()
         {
             return Err(postcard::Error::DeserializeBadEncoding);
         }

@@ -14,10 +14,10 @@ use rapier3d_f64::prelude::*;
 use super::actuation::Actuation;
 use super::loads::{Load, loads};
 use super::{Plant, check_faults};
-use crate::Error;
 use crate::config::{FrictionPatch, RollerWheel, Scenario};
 use crate::error::unknown;
 use crate::observation::{Observation, Pose3};
+use crate::{Error, state_bytes};
 use energy_balance::EnergyBalance;
 use terrain::Patches;
 pub use terrain::ground_heights_m;
@@ -252,12 +252,12 @@ impl Plant for World {
     }
 
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        postcard::to_allocvec(&self.view())
+        state_bytes::to_bytes(&self.view())
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let (snapshot, rest): (snapshot::WorldSnapshot, _) = postcard::take_from_bytes(bytes)?;
-        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
+        let snapshot: snapshot::WorldSnapshot = state_bytes::from_bytes(bytes)?;
+        if !snapshot.actuation.fits(self.vehicle.wheels.len()) {
             return Err(postcard::Error::DeserializeBadEncoding);
         }
         self.go_on_from(snapshot);
