@@ -1,6 +1,6 @@
 //! A scenario file: vehicle, ground, command, controller, physics.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -182,8 +182,8 @@ impl Scenario {
         Self::from_source(&Source::scenario(name)?, overrides)
     }
 
-    /// The files that [`Scenario::load`] reads for a name, its vehicle's included; none for what is built in. A build script
-    /// tells Cargo to watch them.
+    /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its table of commands included; none
+    /// for what is built in. A build script tells Cargo to watch them.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -195,9 +195,20 @@ impl Scenario {
     pub fn files(name: &str) -> Result<Vec<PathBuf>, Error> {
         let source = Source::scenario(name)?;
         let mut files: Vec<_> = source.path().into_iter().collect();
-        if let Some(Value::String(vehicle)) = source.table()?.get("vehicle") {
+        let table = source.table()?;
+        if let Some(Value::String(vehicle)) = table.get("vehicle") {
             files.extend(Source::vehicle(vehicle, source.folder())?.path());
         }
+        let named = |kind: &str, key: &str| table.get(kind)?.get(key)?.as_str();
+        let image = named("terrain", "image").filter(|image| HeightMap::is_path(image));
+        let commands = named("command", "file").filter(|file| CommandFile::is_path(file));
+        let folder = source.folder().unwrap_or(Path::new(""));
+        files.extend(
+            [image, commands]
+                .into_iter()
+                .flatten()
+                .map(|file| folder.join(file)),
+        );
         Ok(files)
     }
 

@@ -146,21 +146,34 @@ fn collect(value: &Value, before: &str, places: &mut Vec<String>) {
     }
 }
 
+/// Keys that are written out before serde reads a table, which lists only what it reads, by keys of that table.
+const WRITTEN_OUT: [(&str, &str); 3] = [
+    ("`coupling`, `wheel`", ", `mecanum4`, `omni3`, `total_mass_kg`"),
+    (
+        "`stall_torque_n_m`",
+        ", `stall_torque_kg_cm`, `stall_torque_oz_in`, `rotor_inertia_kg_m2`, `gear_ratio`",
+    ),
+    ("`roller_angle_rad`", ", `roller_angle_deg`"),
+];
+
 /// serde's message about a key or a kind that there is not, with the one that was meant.
 pub(crate) fn with_nearest(message: String) -> String {
     let unknown = ["unknown field `", "unknown variant `"];
     let Some(rest) = unknown.iter().find_map(|start| message.strip_prefix(start)) else {
         return message;
     };
-    let Some((name, rest)) = rest.split_once("`, expected ") else {
+    let Some((name, read)) = rest.split_once("`, expected ") else {
         return message;
     };
+    let written_out = WRITTEN_OUT.iter().find(|(keys, _)| read.contains(keys));
+    let rest = &format!("{read}{}", written_out.map_or("", |(_, more)| more));
     // Every second piece between backticks is a name.
-    let Some(near) = nearest(name, rest.split('`').skip(1).step_by(2)) else {
-        return message;
-    };
-    let (start, end) = message.split_at(message.len() - rest.len() - ", expected ".len());
-    format!("{start} (did you mean `{near}`?){end}")
+    let near = nearest(name, rest.split('`').skip(1).step_by(2));
+    let meant = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
+    let start = message
+        .split_at(message.len() - read.len() - ", expected ".len())
+        .0;
+    format!("{start}{meant}, expected {rest}")
 }
 
 #[cfg(test)]

@@ -301,7 +301,17 @@ impl Vehicle {
         mut table: Table,
         overrides: &[Override],
     ) -> Result<Self, Error> {
-        for each in overrides {
+        // Those of wheels come last: a short form may have to write its wheels out first.
+        let (wheels, others): (Vec<_>, Vec<_>) = overrides
+            .iter()
+            .partition(|each| each.key().starts_with("wheel."));
+        for each in others {
+            each.apply(source, &mut table)?;
+        }
+        if !wheels.is_empty() && !table.contains_key("wheel") {
+            completion::write_out(source, &mut table)?;
+        }
+        for each in wheels {
             each.apply(source, &mut table)?;
         }
         let with_rotors = table

@@ -1,7 +1,7 @@
 //! `omnistep export`, and `omnistep urdf`.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use omni_config::{Override, Scenario, Source, Vehicle};
 use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicle_urdf};
@@ -27,7 +27,7 @@ pub(super) fn export(
     };
     match file {
         None => print(out, &text),
-        Some(path) => write_file(path, &text, name),
+        Some(path) => write_file(path, &text, &read_for(name, instead)),
     }
 }
 
@@ -53,6 +53,17 @@ impl From<CommandInterface> for JointInterface {
             CommandInterface::Effort => Self::Effort,
         }
     }
+}
+
+/// The files that were read for a scenario or a vehicle, with another vehicle `instead`.
+fn read_for(name: &str, instead: Option<&str>) -> Vec<PathBuf> {
+    let of_scenario = Scenario::files(name).unwrap_or_default();
+    // What is built in names no file; where such a file is all the same, it is kept too.
+    of_scenario
+        .into_iter()
+        .chain([name.into()])
+        .chain(instead.map(PathBuf::from))
+        .collect()
 }
 
 fn vehicle(name: &str, overrides: &[String]) -> Result<Vehicle, Error> {

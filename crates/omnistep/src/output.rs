@@ -1,7 +1,7 @@
 //! Standard output and standard error: every line is written here.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use comfy_table::{CellAlignment, Row, Table, presets};
 use omni_config::{Error as ConfigError, check_replaceable, shortened_line};
@@ -83,14 +83,18 @@ pub(crate) fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> 
     print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
 }
 
-/// Writes a file, complete or not at all, and not in place of the `input` that it is made of; into a pipe or a terminal as it is.
-pub(crate) fn write_file(path: &Path, text: &str, input: &str) -> Result<(), Error> {
+/// Writes a file, complete or not at all, and not in place of one of the `inputs` that it is made of; into a pipe or a terminal as it is.
+pub(crate) fn write_file(path: &Path, text: &str, inputs: &[PathBuf]) -> Result<(), Error> {
     let failed = |source| Error::Io {
         path: path.into(),
         source,
     };
     let place = std::fs::canonicalize(path).ok();
-    if place.is_some() && place == std::fs::canonicalize(input).ok() {
+    if place.is_some()
+        && inputs
+            .iter()
+            .any(|input| place == std::fs::canonicalize(input).ok())
+    {
         let kept = "this command reads this file, allowed: another name";
         return Err(failed(std::io::Error::other(kept)));
     }

@@ -124,14 +124,16 @@ fn a_scenario_with_a_drive_has_it_as_a_constant_in_both_languages() {
 }
 
 #[test]
-fn the_files_of_a_scenario_are_its_own_and_its_vehicles() {
+fn the_files_of_a_scenario_are_its_own_and_those_that_it_names() {
     // Of its own, not of the repository: the test goes along in the package.
     let folder = std::env::temp_dir().join(format!("omni-config-files-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     let (scenario, vehicle) = (folder.join("on-flat.toml"), folder.join("omni4.toml"));
-    std::fs::write(&scenario, "vehicle = \"omni4.toml\"").expect("written");
+    let text = "vehicle = 'omni4.toml'\nterrain.image = 'hills.png'\ncommand.file = 'way.csv'";
+    std::fs::write(&scenario, text).expect("written");
     std::fs::write(&vehicle, "").expect("written");
     let files = Scenario::files(scenario.to_str().expect("a name")).expect("both are there");
     std::fs::remove_dir_all(&folder).expect("removed");
-    assert_eq!(files, [scenario, vehicle]);
+    let (hills, way) = (folder.join("hills.png"), folder.join("way.csv"));
+    assert_eq!(files, [scenario, vehicle, hills, way]);
 }

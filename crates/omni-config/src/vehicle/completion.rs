@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use toml::{Table, Value};
 
-use super::short_forms::write_out;
+pub(super) use super::short_forms::write_out;
 use crate::Error;
 use crate::derived_gains::digits;
 use crate::load::Source;
@@ -486,6 +486,43 @@ wheel_mass_kg = 0.4
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_wheel_of_a_short_form_is_set_as_one_that_is_written_out() {
+        let set = vehicle(
+            SHORT,
+            &[
+                "wheel.*.mass_kg=0.5",
+                "mecanum4.radius_m=0.06",
+                "wheel.1.radius_m=0.07",
+            ],
+        );
+        let set = set.expect("whole");
+        let sizes: Vec<_> = set
+            .wheel
+            .iter()
+            .map(|wheel| (wheel.mass_kg, wheel.radius_m))
+            .collect();
+        assert_eq!(sizes, [(0.5, 0.06), (0.5, 0.07), (0.5, 0.06), (0.5, 0.06)]);
+        // What is left of the total mass knows of it.
+        assert!((set.body[0].mass_kg - (8.8 - 4.0 * 0.5)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_slip_of_a_key_that_is_written_out_is_answered_with_that_key() {
+        let said = |key: &str| vehicle(SHORT, &[key]).expect_err("refused");
+        for (key, meant) in [
+            ("mecanum_4.track_m=1", "`mecanum4`"),
+            ("total_mas_kg=3", "`total_mass_kg`"),
+            ("motor.stall_torque_kgcm=3", "`stall_torque_kg_cm`"),
+            ("wheel.*.roller_angle_degrees=45", "`roller_angle_deg`"),
+        ] {
+            let said = said(key);
+            assert!(said.contains(&format!("(did you mean {meant}?)")), "{said}");
+        }
+        let said = said("colour=1");
+        assert!(said.ends_with("`mecanum4`, `omni3`, `total_mass_kg`"), "{said}");
     }
 
     #[test]

@@ -143,6 +143,45 @@ fn a_file_that_cannot_be_written_is_one_line() {
 }
 
 #[test]
+fn no_file_that_an_export_reads_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = |kind: omni_config::FileKind, name| kind.template(name).unwrap();
+    let flat = template(omni_config::FileKind::Scenario, "flat");
+    let files = [
+        (
+            "run.toml",
+            flat.replace("\"chugo7\"", "\"own.toml\"").replace(
+                "vx_m_s = 0.3\nvy_m_s = 0.0\nwz_rad_s = 0.0\nramp_s = 0.3",
+                "file = \"way.csv\"",
+            ),
+        ),
+        (
+            "own.toml",
+            template(omni_config::FileKind::Vehicle, "omni3").to_owned(),
+        ),
+        (
+            "way.csv",
+            "time_s,vx_m_s,vy_m_s,wz_rad_s\n0.5,0.3,0,0\n".to_owned(),
+        ),
+    ];
+    for (name, text) in &files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let args = ["export", "run.toml", "--format", "mjcf", "-o"];
+    for (name, text) in &files {
+        let said = refused(folder.path(), &[&args[..], &[name]].concat());
+        let kept = "this command reads this file, allowed: another name";
+        assert!(said.starts_with(&format!("error: {name}: {kept}")), "{said}");
+        assert_eq!(std::fs::read_to_string(folder.path().join(name)).unwrap(), *text);
+    }
+    assert!(
+        omnistep(folder.path(), &[&args[..], &["run.xml"]].concat())
+            .status
+            .success()
+    );
+}
+
+#[test]
 fn names_that_mjcf_would_have_twice_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let said = |set: &str| {
