@@ -6,10 +6,10 @@
 use std::time::Instant;
 
 use omni_core::ControllerPolicy;
-use omni_log::{Error, RunLog, record};
+use omni_log::{Error, LogRun, RunLog};
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::AnyController;
-use omni_sim::{Simulation, Trace, measure, run, run_with_controller};
+use omni_sim::{Run, Simulation, Trace, run};
 
 /// Rounds of which the shortest time counts.
 const ROUNDS: usize = 7;
@@ -97,7 +97,7 @@ fn engines(folder: &std::path::Path) {
         );
         let policy = Box::new(ControllerPolicy::new(limiter, controller));
         let controller = AnyController::own(&own, policy).expect("a controller");
-        drop(run_with_controller::<omni_sim::Error>(&own, controller, |_, _| Ok(())).expect("runs"));
+        drop(Run::new(&own).controller(controller).trace().expect("runs"));
     };
     let [built_in, seam] = shortest([&mut || traced(&own), &mut || behind()]);
     println!(
@@ -142,13 +142,14 @@ fn main() {
     let log = || {
         let controller = AnyController::new(&scenario).expect("a controller");
         let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario, &controller).expect("writable");
-        let run = record::<Error>(&scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
+        let run = Run::new(&scenario).controller(controller);
+        let run = run.record::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let [physics, traced, metered, logged] = shortest([
         &mut || bare(&scenario, &torques),
         &mut || drop(run(&scenario).expect("runs")),
-        &mut || drop(measure::<omni_sim::Error>(&scenario, |_, _| Ok(())).expect("runs")),
+        &mut || drop(Run::new(&scenario).outcome().expect("runs")),
         &mut || log(),
     ]);
     let [alone, pair] = alone_and_pair(|| drop(run(&scenario).expect("runs")));

@@ -3,7 +3,7 @@
 use omni_core::{Policy, Readings};
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::AnyController;
-use omni_sim::{Error, Trace, run, run_with_controller};
+use omni_sim::{Error, Run, Trace, run};
 
 #[path = "../../examples/own-policy/src/lib.rs"]
 #[expect(unreachable_pub, reason = "a crate of its own")]
@@ -20,7 +20,7 @@ fn scenario(name: &str, overrides: &[&str]) -> Scenario {
 
 fn run_own(scenario: &Scenario, policy: impl Policy<f64> + Send + Sync + 'static) -> Result<Trace, Error> {
     let controller = AnyController::own(scenario, Box::new(policy))?;
-    run_with_controller(scenario, controller, |_, _| Ok(()))
+    Run::new(scenario).controller(controller).trace()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use omni_core::{Policy, Readings};
 use omni_sim::config::{FileKind, Override, Scenario};
 use omni_sim::controller::AnyController;
-use omni_sim::{Error, Outcome, Verdict, run, run_with_controller};
+use omni_sim::{Outcome, Run, Verdict, run};
 
 use crate::engines::{load, on_both_engines};
 
@@ -89,7 +89,9 @@ fn heedless(ahead_m_s: f64, overrides: &[&str]) -> Outcome {
         most_n_m: 2.0,
     };
     let controller = AnyController::own(&scenario, Box::new(policy)).expect("seven wheels");
-    *run_with_controller::<Error>(&scenario, controller, |_, _| Ok(()))
+    *Run::new(&scenario)
+        .controller(controller)
+        .trace()
         .expect("runs")
         .outcome()
 }

@@ -2,7 +2,7 @@
 //!
 //! # In this crate
 //!
-//! [`RunLog`] writes a run while it goes on, [`record`] and [`run_logged`] run a scenario into one; [`read_log`] and [`LoggedRun`] read
+//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and [`LoggedRun`] read
 //! it back, [`replay`] feeds its measurements to the controller again; [`Recording`] makes such a log of what was measured on a
 //! vehicle. With the feature `live`, `run_live` serves a run to
 //! viewers while it goes on, with `ros2` to a ROS 2 graph, too.
@@ -48,7 +48,7 @@ pub use messages::topic;
 pub use mjcf::mjcf;
 pub use part_file::{FinishedLog, PartFile, Place};
 pub use reader::{LogFile, LogMessage, read_log};
-pub use record::{Record, record, run_logged};
+pub use record::{LogRun, Record};
 pub use recording::Recording;
 pub use replay::{Difference, Replay, WheelReplay, replay};
 pub use ros2_controllers::ros2_controllers;

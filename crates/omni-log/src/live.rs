@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::AnyController;
-use omni_sim::{Outcome, Simulation, control_periods, drive_until};
+use omni_sim::{Outcome, Run, Simulation, control_periods};
 pub use options::{Live, Opened, Until};
 use pacer::Pacer;
 pub use pilot::Pilot;
@@ -36,7 +36,6 @@ use ros::OnRos;
 pub use ros::Ros2;
 use viewers::Viewers;
 
-use crate::record::End;
 use crate::{Error, RunLog};
 
 /// Slowest run: an hour of it is then six weeks.
@@ -86,7 +85,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// assert!(ended.is_none() && periods >= 100);
 /// # Ok::<(), omni_log::Error>(())
 /// ```
-pub fn run_live<E: From<Error>>(
+pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     scenario: &Scenario,
     live: &Live,
     opened: impl FnMut(&Opened),
@@ -119,17 +118,15 @@ pub fn run_live<E: From<Error>>(
     let mut periods = 0;
     let outlets = RefCell::new(outlets);
     let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
-    let ended = drive_until(scenario, controller, steer, |simulation| {
-        outlets
-            .borrow_mut()
-            .push(simulation)
-            .map_err(|error| End(error.into()))?;
+    let run = Run::new(scenario).controller(controller).command(steer);
+    let run = run.until(|simulation| {
+        outlets.borrow_mut().push(simulation).map_err(Error::from)?;
         periods += 1;
         let time_s = simulation.time_ns() as f64 * 1e-9;
         let part = end.map_or(0.0, |end| periods as f64 / end as f64);
         loop {
             let now = Instant::now();
-            if watch(Some(simulation), part).map_err(End)?.is_break() || end == Some(periods) {
+            if watch(Some(simulation), part)?.is_break() || end == Some(periods) {
                 return Ok(ControlFlow::Break(()));
             }
             if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.wall_clock_s {
@@ -142,6 +139,7 @@ pub fn run_live<E: From<Error>>(
             }
         }
     });
+    let ended = run.outcome();
     let log = outlets.into_inner().close();
     if pacer.lost_s() > 0.0 {
         let lost_s = pacer.lost_s();
@@ -154,12 +152,12 @@ pub fn run_live<E: From<Error>>(
             log.finish(&ended.0).map_err(Error::from)?;
             Ok(ended)
         }
-        (Err(End(error)), Some(log)) => {
+        (Err(error), Some(log)) => {
             // What ended the run is told, not what is wrong with its log, too.
             let _ = log.leave();
             Err(error)
         }
-        (ended, None) => ended.map_err(|End(error)| error),
+        (ended, None) => ended,
     }
 }
 

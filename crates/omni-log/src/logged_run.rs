@@ -54,13 +54,13 @@ impl LoggedRun {
     /// measured.
     ///
     /// ```
-    /// use omni_log::{Error, LoggedRun, RunLog, run_logged};
-    /// use omni_sim::{config::{Override, Scenario}, controller::AnyController};
+    /// use omni_log::{Error, LogRun, LoggedRun, RunLog};
+    /// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController};
     /// let path = std::env::temp_dir().join("omnistep-logged-run-example.mcap");
     /// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
     /// let controller = AnyController::new(&scenario)?;
     /// let log = RunLog::create(&path, &scenario, &controller)?;
-    /// let trace = run_logged::<Error>(&scenario, controller, log, |_, _| Ok(()))?;
+    /// let trace = Run::new(&scenario).controller(controller).log::<Error>(log)?;
     /// let logged = LoggedRun::read(&path)?;
     /// assert_eq!(logged.trace.wheels("applied_n_m"), trace.wheels("applied_n_m"));
     /// assert_eq!(logged.frames["wheel_4"].len(), logged.frame_time_s.len());
@@ -248,9 +248,9 @@ fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{RunLog, run_logged};
+    use crate::{LogRun, RunLog};
     use omni_core::{Policy, Readings};
-    use omni_sim::Simulation;
+    use omni_sim::Run;
     use omni_sim::controller::AnyController;
 
     #[test]
@@ -262,11 +262,14 @@ mod tests {
         let controller = AnyController::new(&scenario).expect("valid");
         let log = RunLog::create(&path, &scenario, &controller).expect("writable");
         let mut seen = Vec::new();
-        run_logged::<Error>(&scenario, controller, log, |simulation: &Simulation, _| {
-            seen.push(simulation.observation().clone());
-            Ok(())
-        })
-        .expect("runs");
+        Run::new(&scenario)
+            .controller(controller)
+            .watch(|simulation, _| {
+                seen.push(simulation.observation().clone());
+                Ok::<(), Error>(())
+            })
+            .log::<Error>(log)
+            .expect("runs");
         let logged = LoggedRun::read(&path).expect("a log");
         assert_eq!((logged.trace.rows(), logged.frame_time_s.len()), (2000, 101));
         for (row, time) in logged.frame_time_s.iter().enumerate() {
@@ -315,7 +318,10 @@ mod tests {
         let path = folder.path().join("x.mcap");
         let controller = AnyController::own(&scenario, Box::new(Push(0.0))).expect("valid");
         let log = RunLog::create(&path, &scenario, &controller).expect("writable");
-        let trace = run_logged::<Error>(&scenario, controller, log, |_, _| Ok(())).expect("runs");
+        let trace = Run::new(&scenario)
+            .controller(controller)
+            .log::<Error>(log)
+            .expect("runs");
         (folder, path, trace)
     }
 
@@ -356,7 +362,10 @@ mod tests {
             Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
         let controller = AnyController::new(&scenario).expect("valid");
         let log = RunLog::create(&path, &scenario, &controller).expect("writable");
-        run_logged::<Error>(&scenario, controller, log, |_, _| Ok(())).expect("runs");
+        Run::new(&scenario)
+            .controller(controller)
+            .log::<Error>(log)
+            .expect("runs");
         let counts = LoggedRun::read(&path).expect("a log").file.counts;
         assert!(!counts.contains_key("/controller_signals") && counts["/vehicle_state"] == 100);
     }

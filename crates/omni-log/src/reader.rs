@@ -79,14 +79,14 @@ pub struct LogFile {
 /// Reads a log from start to end, finished or not, and hands each message with its time \[ns\] to `on`.
 ///
 /// ```
-/// use omni_log::{Error, LogMessage, RunLog, read_log, run_logged};
-/// use omni_sim::{config::{Override, Scenario}, controller::AnyController};
+/// use omni_log::{Error, LogMessage, LogRun, RunLog, read_log};
+/// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController};
 /// let folder = std::env::temp_dir().join("omnistep-read-log-example");
 /// std::fs::create_dir_all(&folder).expect("a folder");
 /// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
 /// let controller = AnyController::new(&scenario)?;
 /// let log = RunLog::create(folder.join("flat.mcap"), &scenario, &controller)?;
-/// run_logged::<Error>(&scenario, controller, log, |_, _| Ok(()))?;
+/// Run::new(&scenario).controller(controller).log::<Error>(log)?;
 /// let mut speed = 0.0;
 /// let file = read_log(folder.join("flat.mcap"), |_, message| {
 ///     if let LogMessage::Odom(odom) = message {

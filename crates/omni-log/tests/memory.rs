@@ -1,7 +1,8 @@
 //! A run into a file needs no more memory the longer it takes. Alone in its process: it reads the process's own size.
 
 use omni_config::{Override, Scenario};
-use omni_log::{Error, RunLog, record};
+use omni_log::{Error, LogRun, RunLog};
+use omni_sim::Run;
 use omni_sim::controller::AnyController;
 
 /// Resident memory of this process [bytes].
@@ -41,14 +42,17 @@ fn five_minutes_more_of_a_logged_run_add_less_than_a_mebibyte() {
     let mut last = 0.0;
     let controller = AnyController::new(&scenario).expect("a controller");
     let mut log = RunLog::create(folder.path().join("long.mcap"), &scenario, &controller).expect("writable");
-    let run = record::<Error>(&scenario, controller, &mut log, |simulation, part| {
-        if simulation.time_ns() == 60_000_000_000 {
-            warm = Some(resident());
-        } else if part == 1.0 {
-            last = resident();
-        }
-        Ok(())
-    });
+    let run = Run::new(&scenario)
+        .controller(controller)
+        .watch(|simulation, part| {
+            if simulation.time_ns() == 60_000_000_000 {
+                warm = Some(resident());
+            } else if part == 1.0 {
+                last = resident();
+            }
+            Ok::<(), Error>(())
+        });
+    let run = run.record::<Error>(&mut log);
     log.finish(&run.expect("runs").outcome).expect("writable");
     let grown = last - warm.expect("passed the first minute");
     assert!(grown < 1024.0 * 1024.0, "five minutes added {grown} bytes");

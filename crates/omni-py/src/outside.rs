@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use omni_sim::config::Engine;
 use omni_sim::observation::Pose3;
-use omni_sim::{AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch};
+use omni_sim::{AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Run, Touch};
 use parking_lot::Mutex;
 use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::intern;
@@ -60,13 +60,15 @@ pub(crate) fn run_outside(
     });
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
         let mut periods = 0;
-        omni_sim::run_outside(&scenario, controller, stepped, |_, part| {
+        let run = Run::new(&scenario).controller(controller).physics(stepped);
+        let run = run.watch(|_, part| {
             periods += 1;
             if periods % PERIODS_PER_LOOK == 0 {
                 Python::attach(|py| looked(py, on_progress.as_ref(), part)).map_err(Stop::Interrupted)?;
             }
             Ok(())
-        })
+        });
+        run.trace()
     });
     match (trace, raised.take().or_else(|| error.lock().take())) {
         (Err(_), Some(raised)) => Err(raised),

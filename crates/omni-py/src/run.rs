@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use omni_log::RunLog;
+use omni_log::{LogRun, RunLog};
+use omni_sim::Run;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -54,9 +55,9 @@ pub(crate) fn run(
         match mcap {
             Some(path) => {
                 let log = RunLog::create(path, &scenario, &controller)?;
-                omni_log::run_logged(&scenario, controller, log, look)
+                Run::new(&scenario).controller(controller).watch(look).log(log)
             }
-            None => omni_sim::run_with_controller(&scenario, controller, look),
+            None => Run::new(&scenario).controller(controller).watch(look).trace(),
         }
     });
     match (trace, raised.take()) {

@@ -269,7 +269,7 @@ impl AnyController {
     ///
     /// ```
     /// use omni_core::{Policy, Readings};
-    /// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, run_with_controller};
+    /// use omni_sim::{Error, Run, config::{Override, Scenario}, controller::AnyController};
     /// /// Every wheel towards the speed that goes ahead with 0.3 m/s, and how hard it tries.
     /// struct Own(f64);
     /// impl Policy<f64> for Own {
@@ -290,7 +290,7 @@ impl AnyController {
     /// }
     /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 1.0)])?;
     /// let controller = AnyController::own(&scenario, Box::new(Own(0.0)))?;
-    /// let trace = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(()))?;
+    /// let trace = Run::new(&scenario).controller(controller).trace()?;
     /// assert!(trace.column("twist_vx_m_s").is_some_and(|speed| speed[999] > 0.25));
     /// assert!(trace.column("effort_n_m").is_some_and(|effort| effort[0] > 1.3));
     /// # Ok::<(), Error>(())

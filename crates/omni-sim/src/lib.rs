@@ -37,10 +37,7 @@ pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
 pub use odometry::OdometryEstimate;
 pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
 pub use period::Period;
-pub use run::{
-    control_periods, drive, drive_until, measure, own_command, run, run_outside, run_with_callback,
-    run_with_controller,
-};
+pub use run::{Run, control_periods, run};
 pub use sensing::Sensed;
 pub use simulation::Simulation;
 pub use stepped_run::SteppedRun;

@@ -14,13 +14,11 @@ use crate::{Error, Outcome, Simulation, SteppedRun};
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
 
-/// Runs a scenario from start to end, or until it has climbed where it asks for that.
-///
-/// A run whose physics gained energy is returned like any other: its verdict says so.
-/// Where there is no clock (`wasm32-unknown-unknown`), `wall_clock_s` never runs out.
+/// Runs a scenario from start to end, or until it has climbed where it asks for that, and keeps every signal: a [`Run`] with all its
+/// defaults.
 ///
 /// # Errors
-/// As [`Simulation::new`] and [`Simulation::step`]; [`Error::OutOfTime`].
+/// As [`Run::trace`].
 ///
 /// ```
 /// use omni_sim::{config::{Override, Scenario}, run};
@@ -29,276 +27,261 @@ const PERIODS_PER_LOOK: u64 = 64;
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
-    run_with_callback(scenario, |_, _| Ok(()))
+    Run::new(scenario).trace()
 }
 
-/// Runs a scenario and calls `watch` after every control period with the simulation and
-/// the part done, 0 to 1. An error of `watch` ends the
-/// run and is returned: how a caller stops it.
-///
-/// # Errors
-/// As [`run`], and whatever `watch` returns.
-///
-/// ```
-/// use omni_sim::{Error, config::{Override, Scenario}, run_with_callback};
-/// let mut highest_m_s = 0.0_f64;
-/// let run = run_with_callback::<Error>(&Scenario::load("flat", &[Override::new("duration_s", 1.0)])?, |simulation, part| {
-///     highest_m_s = highest_m_s.max(simulation.observation().twist.vx_m_s);
-///     assert!(part <= 1.0);
-///     Ok(())
-/// })?;
-/// assert!(run.rows() == 1000 && highest_m_s > 0.1);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn run_with_callback<E: From<Error>>(
-    scenario: &Scenario,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Trace, E> {
-    run_with_controller(scenario, AnyController::new(scenario)?, watch)
-}
-
-/// [`run_with_callback`] with a controller that was made for the scenario and is freshly started.
-///
-/// # Errors
-/// As [`run`], and whatever `watch` returns.
-///
-/// ```
-/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, run, run_with_controller};
-/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.5)])?;
-/// let same = run_with_controller::<Error>(&scenario, AnyController::new(&scenario)?, |_, _| Ok(()))?;
-/// assert_eq!(same.outcome().work_j, run(&scenario)?.outcome().work_j);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn run_with_controller<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Trace, E> {
-    traced(
-        scenario,
-        Simulation::with_controller(scenario, controller)?,
-        watch,
-    )
-}
-
-/// [`run_with_controller`] on physics of somebody else's, which simulate the scenario's vehicle on its ground in its physics steps. What
-/// contacts and joints take of the energy is not told there: those columns and the outcome's `energy_residual` are NaN.
-///
-/// # Errors
-/// As [`Simulation::with_physics`] and [`run`]; [`Error::Outside`]; whatever `watch` returns.
-///
-/// ```
-/// use omni_sim::config::{Engine, Override, Scenario};
-/// use omni_sim::{AxleDrive, Error, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep};
-/// use omni_sim::{controller::AnyController, run_outside};
-/// /// A vehicle whose wheels turn as soon as they are told to, on a stand.
-/// struct Stand(Vec<f64>);
-/// impl OutsidePhysics for Stand {
-///     fn engine(&self) -> Engine {
-///         Engine::Mujoco
-///     }
-///     fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
-///         Ok(())
-///     }
-///     fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
-///         for (i, axle) in axles.iter().enumerate() {
-///             self.0[i] += axle.torque_n_m * 5e-4 / 0.002178;
-///             shown.turned_rad[i] += self.0[i] * 5e-4;
-///         }
-///         shown.rate_rad_s.copy_from_slice(&self.0);
-///         Ok(())
-///     }
-///     fn observe(&mut self, _: &mut OutsideState) -> Result<(), OutsideFailure> {
-///         Ok(())
-///     }
-/// }
-/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
-/// let trace = run_outside::<Error>(&scenario, AnyController::new(&scenario)?, Box::new(Stand(vec![0.0; 7])), |_, _| Ok(()))?;
-/// let measured = trace.wheel("measured_rad_s", 3).expect("wheel 4");
-/// assert!((measured[1999] - 0.3 / 0.066).abs() < 0.05); // 0.3 m/s, said by its wheels
-/// assert_eq!(trace.outcome().engine, Engine::Mujoco);
-/// # Ok::<(), Error>(())
-/// ```
-pub fn run_outside<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    physics: Box<dyn OutsidePhysics>,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Trace, E> {
-    traced(
-        scenario,
-        Simulation::with_physics(scenario, controller, physics)?,
-        watch,
-    )
-}
-
-/// Every signal of a run.
-fn traced<E: From<Error>>(
-    scenario: &Scenario,
-    simulation: Simulation,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<Trace, E> {
-    let signals = simulation.controller().signal_names();
-    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), signals);
-    let (outcome, ended) = steered(scenario, simulation, own_command, |simulation, part| {
-        trace.push(simulation.period());
-        watch(simulation, part)
-    })?;
-    match ended {
-        None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
-        Some(error) => Err(error.into()),
-    }
-}
-
-/// The scenario's own command: what [`drive`] is given where nobody steers.
-///
-/// # Errors
-/// None.
-///
-/// ```
-/// use omni_sim::{Simulation, config::Scenario, own_command};
-/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
-/// for _ in 0..1000 {
-///     let command = own_command(&mut simulation)?;
-///     simulation.step(&command)?;
-/// }
-/// assert_eq!(own_command(&mut simulation)?.vx_m_s, 0.3); // at its end the ramp is over
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn own_command(simulation: &mut Simulation) -> Result<BodyTwist<f64>, Error> {
-    Ok(simulation.scenario_command())
-}
-
-/// Runs a scenario from start to end and keeps nothing but its figures. Calls `watch` as [`run_with_callback`] does.
-///
-/// Where the physics end the run, the verdict is [`crate::Verdict::Diverged`], where they gain energy
-/// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
-///
-/// # Errors
-/// As [`Simulation::new`]; [`Error::OutOfTime`]; whatever `watch` returns.
-///
-/// ```
-/// use omni_sim::{Error, config::Scenario, measure};
-/// let (outcome, ended) = measure(&Scenario::load("flat", &[])?, |_, _| Ok::<(), Error>(()))?;
-/// assert!(ended.is_none() && outcome.work_j > 1.0);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn measure<E: From<Error>>(
-    scenario: &Scenario,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<(Outcome, Option<Error>), E> {
-    drive(scenario, AnyController::new(scenario)?, own_command, watch)
-}
-
-/// [`measure`] with a controller that was made for the scenario and is freshly started, and with another command: what `steer`
-/// returns, asked before every control period. It may change the simulation's controller ([`Simulation::take_control`]).
-///
-/// # Errors
-/// As [`measure`], and whatever `steer` returns.
+/// A run of a scenario: what controls and commands it, on which physics, and what watches it. [`Run::trace`] runs it and keeps every
+/// signal, [`Run::outcome`] keeps the figures alone.
 ///
 /// ```
 /// use omni_core::BodyTwist;
-/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, drive};
+/// use omni_sim::{Error, Run, config::{Override, Scenario}};
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
 /// let mut left_m = 0.0;
-/// let (outcome, ended) = drive::<Error>(
-///     &scenario,
-///     AnyController::new(&scenario)?,
-///     |_| Ok(BodyTwist::from_array([0.0, 0.2, 0.0])), // to the left at 0.2 m/s, whatever the scenario says
-///     |simulation, _| {
+/// let (outcome, ended) = Run::new(&scenario)
+///     .command(|_| Ok(BodyTwist::from_array([0.0, 0.2, 0.0]))) // to the left at 0.2 m/s, whatever the scenario says
+///     .watch(|simulation, part| {
+///         assert!(part <= 1.0);
 ///         left_m = simulation.observation().pose.position_m[1];
-///         Ok(())
-///     },
-/// )?;
+///         Ok::<(), Error>(())
+///     })
+///     .outcome()?;
 /// assert!(ended.is_none() && outcome.work_j > 0.1 && left_m > 0.2);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-pub fn drive<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
-    watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<(Outcome, Option<Error>), E> {
-    let simulation = Simulation::with_controller(scenario, controller)?;
-    steered(scenario, simulation, steer, watch)
+#[must_use = "`trace` or `outcome` runs it"]
+pub struct Run<'a, E = Error> {
+    scenario: &'a Scenario,
+    controller: Option<AnyController>,
+    physics: Option<Box<dyn OutsidePhysics>>,
+    command: Box<Commanding<'a>>,
+    watch: Box<Watch<'a, E>>,
+    /// Does it end with the scenario's `duration_s`, and within its `wall_clock_s`?
+    ends: bool,
 }
 
-/// [`drive`] that goes on until `watch` breaks, beyond the scenario's `duration_s` and `wall_clock_s`. Where `stop_when_done` is set it
-/// ends, too, as soon as the vehicle is across.
-///
-/// # Errors
-/// As [`drive`], but for [`Error::OutOfTime`].
-///
-/// ```
-/// use std::ops::ControlFlow;
-/// use omni_sim::{Error, config::{Override, Scenario}, controller::AnyController, drive_until, own_command};
-/// let scenario = Scenario::load("flat", &[Override::new("duration_s", 1.0)])?;
-/// let mut periods = 0;
-/// let (outcome, ended) = drive_until::<Error>(&scenario, AnyController::new(&scenario)?, own_command, |_| {
-///     periods += 1;
-///     Ok(if periods < 3000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
-/// })?;
-/// assert!(ended.is_none() && periods == 3000); // of 1 ms, three times the scenario's second
-/// assert!(outcome.work_j > 1.0);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-pub fn drive_until<E: From<Error>>(
-    scenario: &Scenario,
-    controller: AnyController,
-    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
-    mut watch: impl FnMut(&Simulation) -> Result<ControlFlow<()>, E>,
-) -> Result<(Outcome, Option<Error>), E> {
-    let simulation = Simulation::with_controller(scenario, controller)?;
-    run_periods(scenario, simulation, None, steer, |simulation, _| {
-        watch(simulation)
-    })
-}
+/// The command of the next control period.
+type Commanding<'a> = dyn FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error> + 'a;
 
-/// Runs a simulation that is at its start to the end of its scenario.
-fn steered<E: From<Error>>(
-    scenario: &Scenario,
-    simulation: Simulation,
-    steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
-) -> Result<(Outcome, Option<Error>), E> {
-    let count = control_periods(scenario);
-    run_periods(scenario, simulation, Some(count), steer, |simulation, part| {
-        watch(simulation, part).map(ControlFlow::Continue)
-    })
-}
+/// Called after a control period with the part done, 0 to 1.
+type Watch<'a, E> = dyn FnMut(&Simulation, f64) -> Result<ControlFlow<()>, E> + 'a;
 
-/// Runs a simulation that is at its start for that many control periods, on the scenario's time, or until `watch` breaks.
-fn run_periods<E: From<Error>>(
-    scenario: &Scenario,
-    simulation: Simulation,
-    periods: Option<u64>,
-    mut steer: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error>,
-    mut watch: impl FnMut(&Simulation, f64) -> Result<ControlFlow<()>, E>,
-) -> Result<(Outcome, Option<Error>), E> {
-    let mut run = SteppedRun::of(scenario, simulation);
-    let clock = periods.map(|_| WallClock::start(scenario.wall_clock_s));
-    for k in 0..periods.unwrap_or(u64::MAX) {
-        let command = steer(run.simulation_mut())?;
-        if !run.step(&command)? {
-            break;
-        }
-        let done = scenario.stop_when_done && run.is_across();
-        let part = if done {
-            1.0
-        } else {
-            periods.map_or(0.0, |periods| (k + 1) as f64 / periods as f64)
-        };
-        if watch(run.simulation(), part)?.is_break() || done {
-            break;
-        }
-        if k % PERIODS_PER_LOOK == 0 && clock.as_ref().is_some_and(WallClock::has_expired) {
-            return Err(E::from(Error::OutOfTime {
-                time_s: run.simulation().time_ns() as f64 * 1e-9,
-                wall_clock_s: scenario.wall_clock_s,
-            }));
+impl<'a> Run<'a> {
+    /// A run with the scenario's own controller, physics and command.
+    pub fn new(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            controller: None,
+            physics: None,
+            command: Box::new(|simulation| Ok(simulation.scenario_command())),
+            watch: Box::new(|_, _| Ok(ControlFlow::Continue(()))),
+            ends: true,
         }
     }
-    Ok(run.ended())
+}
+
+impl<'a, E: From<Error> + 'a> Run<'a, E> {
+    /// What is run.
+    #[must_use]
+    pub fn scenario(&self) -> &'a Scenario {
+        self.scenario
+    }
+
+    /// The same with a controller that was made for the scenario and is freshly started.
+    pub fn controller(self, controller: AnyController) -> Self {
+        Self {
+            controller: Some(controller),
+            ..self
+        }
+    }
+
+    /// The same on physics of somebody else's, which simulate the scenario's vehicle on its ground in its physics steps. What contacts
+    /// and joints take of the energy is unknown there: those columns and the outcome's `energy_residual` are NaN.
+    ///
+    /// ```
+    /// use omni_sim::config::{Engine, Override, Scenario};
+    /// use omni_sim::{AxleDrive, Error, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Run};
+    /// /// A vehicle on a stand.
+    /// struct Stand(Vec<f64>);
+    /// impl OutsidePhysics for Stand {
+    ///     fn engine(&self) -> Engine {
+    ///         Engine::Mujoco
+    ///     }
+    ///     fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
+    ///         Ok(())
+    ///     }
+    ///     fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+    ///         for (i, axle) in axles.iter().enumerate() {
+    ///             self.0[i] += axle.torque_n_m * 5e-4 / 0.002178;
+    ///             shown.turned_rad[i] += self.0[i] * 5e-4;
+    ///         }
+    ///         shown.rate_rad_s.copy_from_slice(&self.0);
+    ///         Ok(())
+    ///     }
+    ///     fn observe(&mut self, _: &mut OutsideState) -> Result<(), OutsideFailure> {
+    ///         Ok(())
+    ///     }
+    /// }
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
+    /// let trace = Run::new(&scenario).physics(Box::new(Stand(vec![0.0; 7]))).trace()?;
+    /// let measured = trace.wheel("measured_rad_s", 3).expect("wheel 4");
+    /// assert!((measured[1999] - 0.3 / 0.066).abs() < 0.05); // 0.3 m/s, said by its wheels
+    /// assert_eq!(trace.outcome().engine, Engine::Mujoco);
+    /// # Ok::<(), Error>(())
+    /// ```
+    pub fn physics(self, physics: Box<dyn OutsidePhysics>) -> Self {
+        Self {
+            physics: Some(physics),
+            ..self
+        }
+    }
+
+    /// The same with another command than the scenario's: what `command` returns, asked before every control period. It may change
+    /// the simulation's controller ([`Simulation::take_control`]).
+    pub fn command(self, command: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error> + 'a) -> Self {
+        Self {
+            command: Box::new(command),
+            ..self
+        }
+    }
+
+    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1, behind what watches it already.
+    /// An error of `watch` ends the run and is returned: how a caller stops it.
+    pub fn watch<F: From<E> + 'a>(
+        self,
+        mut watch: impl FnMut(&Simulation, f64) -> Result<(), F> + 'a,
+    ) -> Run<'a, F> {
+        self.and_watch(move |simulation, part| watch(simulation, part).map(ControlFlow::Continue))
+    }
+
+    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `wall_clock_s`. Where `stop_when_done` is set the run
+    /// ends, too, as soon as the vehicle is across.
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use omni_sim::{Error, Run, config::{Override, Scenario}};
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 1.0)])?;
+    /// let mut periods = 0;
+    /// let (outcome, ended) = Run::new(&scenario)
+    ///     .until(|_| {
+    ///         periods += 1;
+    ///         Ok::<_, Error>(if periods < 3000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
+    ///     })
+    ///     .outcome()?;
+    /// assert!(ended.is_none() && periods == 3000); // of 1 ms, three times the scenario's second
+    /// assert!(outcome.work_j > 1.0);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn until<F: From<E> + 'a>(
+        mut self,
+        mut watch: impl FnMut(&Simulation) -> Result<ControlFlow<()>, F> + 'a,
+    ) -> Run<'a, F> {
+        self.ends = false;
+        self.and_watch(move |simulation, _| watch(simulation))
+    }
+
+    /// Runs, and keeps every signal.
+    ///
+    /// A run whose physics gained energy is returned like any other: its verdict says so.
+    /// Where there is no clock (`wasm32-unknown-unknown`), `wall_clock_s` never runs out.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`], [`Simulation::with_physics`] and [`Simulation::step`]; [`Error::OutOfTime`]; whatever a watch returns.
+    ///
+    /// ```
+    /// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController, run};
+    /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.5)])?;
+    /// let same = Run::new(&scenario).controller(AnyController::new(&scenario)?).trace()?;
+    /// assert_eq!(same.outcome().work_j, run(&scenario)?.outcome().work_j);
+    /// # Ok::<(), omni_sim::Error>(())
+    /// ```
+    pub fn trace(mut self) -> Result<Trace, E> {
+        let simulation = self.start()?;
+        let signals = simulation.controller().signal_names();
+        let mut trace = TraceBuilder::with_signals(self.scenario.vehicle(), signals);
+        let (outcome, ended) = self.periods(simulation, |simulation| trace.push(simulation.period()))?;
+        match ended {
+            None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
+            Some(error) => Err(error.into()),
+        }
+    }
+
+    /// Runs, and keeps nothing but the figures.
+    ///
+    /// Where the physics end the run, the verdict is [`crate::Verdict::Diverged`], where they gain energy
+    /// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
+    ///
+    /// # Errors
+    /// As [`Run::trace`], but for physics that end the run.
+    pub fn outcome(mut self) -> Result<(Outcome, Option<Error>), E> {
+        let simulation = self.start()?;
+        self.periods(simulation, |_| ())
+    }
+
+    fn and_watch<F: From<E> + 'a>(
+        self,
+        mut then: impl FnMut(&Simulation, f64) -> Result<ControlFlow<()>, F> + 'a,
+    ) -> Run<'a, F> {
+        let mut watch = self.watch;
+        Run {
+            scenario: self.scenario,
+            controller: self.controller,
+            physics: self.physics,
+            command: self.command,
+            watch: Box::new(move |simulation, part| match watch(simulation, part)? {
+                ControlFlow::Continue(()) => then(simulation, part),
+                ControlFlow::Break(()) => Ok(ControlFlow::Break(())),
+            }),
+            ends: self.ends,
+        }
+    }
+
+    /// The scenario at its start, at rest.
+    fn start(&mut self) -> Result<Simulation, Error> {
+        let controller = match self.controller.take() {
+            Some(controller) => controller,
+            None => AnyController::new(self.scenario)?,
+        };
+        match self.physics.take() {
+            Some(physics) => Simulation::with_physics(self.scenario, controller, physics),
+            None => Simulation::with_controller(self.scenario, controller),
+        }
+    }
+
+    /// Every control period: the command, the step, `keep`, and who watches.
+    fn periods(
+        mut self,
+        simulation: Simulation,
+        mut keep: impl FnMut(&Simulation),
+    ) -> Result<(Outcome, Option<Error>), E> {
+        let scenario = self.scenario;
+        let mut run = SteppedRun::of(scenario, simulation);
+        let periods = self.ends.then(|| control_periods(scenario));
+        let clock = self.ends.then(|| WallClock::start(scenario.wall_clock_s));
+        for k in 0..periods.unwrap_or(u64::MAX) {
+            let command = (self.command)(run.simulation_mut())?;
+            if !run.step(&command)? {
+                break;
+            }
+            let done = scenario.stop_when_done && run.is_across();
+            let part = if done {
+                1.0
+            } else {
+                periods.map_or(0.0, |periods| (k + 1) as f64 / periods as f64)
+            };
+            keep(run.simulation());
+            if (self.watch)(run.simulation(), part)?.is_break() || done {
+                break;
+            }
+            if k % PERIODS_PER_LOOK == 0 && clock.as_ref().is_some_and(WallClock::has_expired) {
+                return Err(E::from(Error::OutOfTime {
+                    time_s: run.simulation().time_ns() as f64 * 1e-9,
+                    wall_clock_s: scenario.wall_clock_s,
+                }));
+            }
+        }
+        Ok(run.ended())
+    }
 }
 
 /// Control periods in a scenario.

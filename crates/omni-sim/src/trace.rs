@@ -203,9 +203,9 @@ impl Trace {
 /// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one a wheel.
 ///
 /// ```
-/// use omni_sim::{Outcome, Rows, config::Scenario, measure};
+/// use omni_sim::{Outcome, Rows, Run, config::Scenario};
 /// let scenario = Scenario::load("flat", &[])?;
-/// let (outcome, _) = measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(()))?;
+/// let (outcome, _) = Run::new(&scenario).outcome()?;
 /// let mut rows = Rows::new(scenario.vehicle(), vec!["time_s".into()], vec!["heat_j"]);
 /// rows.push([0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
 /// let trace = rows.finish(outcome);
@@ -270,13 +270,14 @@ impl Rows {
 /// The trace of a run while it goes on: what the controller did and what came of it, row by row.
 ///
 /// ```
-/// use omni_sim::{Error, TraceBuilder, config::Scenario, measure};
+/// use omni_sim::{Error, Run, TraceBuilder, config::Scenario};
 /// let scenario = Scenario::load("flat", &[])?;
 /// let mut trace = TraceBuilder::new(scenario.vehicle());
-/// let (outcome, _) = measure(&scenario, |simulation, _| {
+/// let watch = |simulation: &omni_sim::Simulation, _| {
 ///     trace.push(simulation.period());
 ///     Ok::<(), Error>(())
-/// })?;
+/// };
+/// let (outcome, _) = Run::new(&scenario).watch(watch).outcome()?;
 /// assert_eq!(trace.finish(outcome), omni_sim::run(&scenario)?);
 /// # Ok::<(), Error>(())
 /// ```

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use omni_config::{Override, Scenario, Study};
-use omni_sim::{Outcome, measure};
+use omni_sim::{Outcome, Run};
 use serde_json::Value as Json;
 use toml::Value;
 
@@ -70,7 +70,7 @@ const WORDS: [&str; 2] = ["limited_by", "touched_body"];
 /// The fields of an outcome with their types, as a short run gives them. A figure that is null there is a number, unless it is a word.
 fn figures() -> Result<Vec<Column>, Error> {
     let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
-    let (outcome, _) = measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(()))?;
+    let (outcome, _) = Run::new(&scenario).outcome()?;
     Ok(fields(&outcome)
         .into_iter()
         .map(|(name, cell)| Column {

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use omni_config::Scenario;
+use omni_sim::Outcome;
 use omni_sim::controller::AnyController;
-use omni_sim::{Outcome, drive, own_command};
 use rayon::prelude::*;
 
 use crate::columns::fields;
@@ -174,7 +174,13 @@ fn simulate(run: &Run, scenario: &Scenario, stop: &AtomicBool) -> Result<Option<
         Some(own) => own.controller(scenario),
         None => AnyController::new(scenario),
     };
-    match look().and_then(|()| drive(scenario, controller()?, own_command, |_, _| look())) {
+    let simulated = || {
+        omni_sim::Run::new(scenario)
+            .controller(controller()?)
+            .watch(|_, _| look())
+            .outcome()
+    };
+    match look().and_then(|()| simulated()) {
         Ok(ended) => Ok(Some(ended)),
         Err(End::Failed(error)) => Err(error),
         Err(End::Stopped) => Ok(None),

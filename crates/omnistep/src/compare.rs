@@ -9,9 +9,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use omni_config::{Engine, Override, POLICIES, PathChoice, Precision, Scenario};
-use omni_log::{FinishedLog, RunLog, record};
-use omni_sim::Outcome;
+use omni_log::{FinishedLog, LogRun, RunLog};
 use omni_sim::controller::{AnyController, Firmware, LinkCounters};
+use omni_sim::{Outcome, Run};
 
 use crate::Error;
 use crate::args::RunArgs;
@@ -311,18 +311,20 @@ fn one(
         duration_s: scenario.duration_s,
         part,
     };
-    let record = record(scenario, controller, &mut log, |simulation, part| {
-        simulated = simulation.time_ns() as f64 * 1e-9;
-        progress(part);
-        notes.look(simulation.time_ns(), &simulation.sample().own);
-        trying.look(simulation);
-        if stop.load(Ordering::SeqCst) {
-            Err(interrupted(simulated, None))
-        } else {
-            Ok(())
-        }
-    });
-    let record = match record {
+    let run = Run::new(scenario)
+        .controller(controller)
+        .watch(|simulation, part| {
+            simulated = simulation.time_ns() as f64 * 1e-9;
+            progress(part);
+            notes.look(simulation.time_ns(), &simulation.sample().own);
+            trying.look(simulation);
+            if stop.load(Ordering::SeqCst) {
+                Err(interrupted(simulated, None))
+            } else {
+                Ok(())
+            }
+        });
+    let record = match run.record(&mut log) {
         // Also where what ran beside it, as the processor in QEMU, was ended by the same signal.
         Err(_) if stop.load(Ordering::SeqCst) => {
             return Err(interrupted(simulated, Some(log.leave()?)));

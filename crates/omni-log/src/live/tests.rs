@@ -5,7 +5,8 @@ use std::fs;
 use omni_config::{Override, Scenario};
 
 use super::*;
-use crate::{RunLog, record};
+use crate::{LogRun, RunLog};
+use omni_sim::Run;
 
 fn scenario() -> Scenario {
     Scenario::load("flat", &[Override::new("duration_s", 0.5)]).expect("built-in")
@@ -43,7 +44,10 @@ fn the_log_of_a_live_run_is_that_of_the_run_byte_by_byte() {
     let scenario = scenario();
     let controller = AnyController::new(&scenario).expect("built-in");
     let mut log = RunLog::create(&alone, &scenario, &controller).expect("a log");
-    let run = record::<Error>(&scenario, controller, &mut log, |_, _| Ok(())).expect("a run");
+    let run = Run::new(&scenario)
+        .controller(controller)
+        .record::<Error>(&mut log)
+        .expect("a run");
     log.finish(&run.outcome).expect("a log");
     let mut live = fast();
     live.log = Some(live_one.clone());

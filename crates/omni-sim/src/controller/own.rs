@@ -209,8 +209,8 @@ impl<const N: usize> Loop for Own<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Run;
     use crate::controller::AnyController;
-    use crate::run_with_controller;
 
     /// Does nothing, and fails in its sixth period.
     struct Signals(Vec<String>, u32);
@@ -286,7 +286,7 @@ mod tests {
     #[test]
     fn a_policy_that_says_it_failed_ends_the_run_with_what_it_says() {
         let scenario = Scenario::load("flat", &[]).expect("built-in");
-        let run = run_with_controller::<Error>(&scenario, made(&[]).expect("good"), |_, _| Ok(()));
+        let run = Run::new(&scenario).controller(made(&[]).expect("good")).trace();
         let said = run.expect_err("it failed").to_string();
         assert_eq!(said, "policy mine: period 5, t = 0.005 s: tired");
     }

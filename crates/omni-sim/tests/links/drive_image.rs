@@ -14,7 +14,7 @@ use omni_link::{
 };
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::{AnyController, Firmware, Link, LinkCounters, emulator};
-use omni_sim::{Error, Trace, run, run_with_controller};
+use omni_sim::{Error, Run, Trace, run};
 
 const N: usize = 7;
 
@@ -155,10 +155,11 @@ fn run_with_damage(
     let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
     let controller = AnyController::over_link(scenario, link)?;
     let mut counters = LinkCounters::default();
-    let trace = run_with_controller(scenario, controller, |simulation, _| {
+    let trace = Run::new(scenario).controller(controller).watch(|simulation, _| {
         counters = simulation.controller().link().unwrap();
         Ok(())
     });
+    let trace = trace.trace();
     trace.map(|trace| (trace, counters))
 }
 
@@ -354,7 +355,7 @@ fn a_climb_under_traction_control_in_the_image_is_the_hosts_bit_for_bit() {
     let scenario = climb();
     let image = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/target/traction_loop");
     let controller = AnyController::in_qemu(&scenario, &Firmware::new(image)).unwrap();
-    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    let linked = Run::new(&scenario).controller(controller).trace().unwrap();
     assert_it_climbs_as_the_host_does(&linked);
 }
 
@@ -364,7 +365,7 @@ fn a_run_with_the_image_of_a_drive_is_the_hosts_bit_for_bit() {
     let scenario = troubled();
     let image = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/target/drive_loop");
     let controller = AnyController::in_qemu(&scenario, &Firmware::new(image)).unwrap();
-    let linked = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap();
+    let linked = Run::new(&scenario).controller(controller).trace().unwrap();
     assert_the_hosts(&scenario, &linked);
 }
 

@@ -11,7 +11,7 @@ use omni_link::{
 };
 use omni_sim::config::{Override, Precision, Scenario};
 use omni_sim::controller::{AnyController, DEFAULT_FIRMWARE, Link, LinkCounters, emulator};
-use omni_sim::{Error, Simulation, Trace, run, run_with_controller};
+use omni_sim::{Error, Run, Simulation, Trace, run};
 
 const N: usize = 7;
 
@@ -174,14 +174,13 @@ fn run_linked(
     answers: Faults,
 ) -> (Result<Trace, Error>, LinkCounters) {
     let mut counters = LinkCounters::default();
-    let trace = run_with_controller(
-        scenario,
-        linked(place, scenario, requests, answers),
-        |simulation, _| {
+    let trace = Run::new(scenario)
+        .controller(linked(place, scenario, requests, answers))
+        .watch(|simulation, _| {
             counters = simulation.controller().link().unwrap();
             Ok(())
-        },
-    );
+        })
+        .trace();
     (trace, counters)
 }
 
@@ -415,7 +414,7 @@ fn a_server_that_goes_away_ends_the_run_at_once() {
     let link = link_to(&scenario, digest_of(&scenario), Faults::new(), Faults::new(), 20);
     let controller = AnyController::over_link(&scenario, link).unwrap();
     let start = std::time::Instant::now();
-    let error = run_with_controller::<Error>(&scenario, controller, |_, _| Ok(())).unwrap_err();
+    let error = Run::new(&scenario).controller(controller).trace().unwrap_err();
     assert_eq!(
         error.to_string(),
         "the link to the controller stopped at t = 0.019 s: the other end has closed it (answers: 0 lost, \

@@ -120,7 +120,7 @@ fn each_row_holds_what_its_run_alone_gives() {
     let folder = tempfile::tempdir().unwrap();
     let found = all_of(&plan, folder.path());
     let row = found.rows.iter().find(|row| row.key == run.key).unwrap();
-    let (outcome, _) = omni_sim::measure(&scenario, |_, _| Ok::<(), omni_sim::Error>(())).unwrap();
+    let (outcome, _) = omni_sim::Run::new(&scenario).outcome().unwrap();
     let serde_json::Value::Object(fields) = serde_json::to_value(outcome).unwrap() else {
         panic!("an outcome is an object")
     };
