@@ -79,7 +79,8 @@ fn engines(folder: &std::path::Path) {
     let log = |scenario: &Scenario| {
         let controller = AnyController::new(scenario).expect("a controller");
         let mut log = RunLog::create(folder.join("engine.mcap"), scenario, &controller).expect("writable");
-        let run = record::<Error>(scenario, controller, &mut log, |_, _| Ok(())).expect("runs");
+        let run = Run::new(scenario).controller(controller);
+        let run = run.record::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let traced = |scenario: &Scenario| drop(run(scenario).expect("runs"));

@@ -120,7 +120,7 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
     let run = Run::new(scenario).controller(controller).command(steer);
     let run = run.until(|simulation| {
-        outlets.borrow_mut().push(simulation).map_err(Error::from)?;
+        outlets.borrow_mut().push(simulation)?;
         periods += 1;
         let time_s = simulation.time_ns() as f64 * 1e-9;
         let part = end.map_or(0.0, |end| periods as f64 / end as f64);

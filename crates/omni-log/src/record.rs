@@ -68,7 +68,7 @@ impl<'a, E: From<omni_sim::Error> + 'a> LogRun<E> for Run<'a, E> {
             trace.get_or_insert_with(new).push(simulation.period());
             Ok::<(), F>(())
         });
-        let Record { outcome, ended, .. } = run.record(&mut log)?;
+        let Record { outcome, ended, .. } = run.record::<F>(&mut log)?;
         log.finish(&outcome).map_err(Error::from)?;
         match ended {
             None | Some(omni_sim::Error::GainedEnergy { .. }) => Ok(trace

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use omni_config::{Engine, Override, POLICIES, PathChoice, Precision, Scenario};
 use omni_log::{FinishedLog, LogRun, RunLog};
+use omni_sim::Outcome;
 use omni_sim::controller::{AnyController, Firmware, LinkCounters};
-use omni_sim::{Outcome, Run};
 
 use crate::Error;
 use crate::args::RunArgs;
@@ -311,7 +311,7 @@ fn one(
         duration_s: scenario.duration_s,
         part,
     };
-    let run = Run::new(scenario)
+    let run = omni_sim::Run::new(scenario)
         .controller(controller)
         .watch(|simulation, part| {
             simulated = simulation.time_ns() as f64 * 1e-9;
@@ -324,7 +324,7 @@ fn one(
                 Ok(())
             }
         });
-    let record = match run.record(&mut log) {
+    let record = match run.record::<Error>(&mut log) {
         // Also where what ran beside it, as the processor in QEMU, was ended by the same signal.
         Err(_) if stop.load(Ordering::SeqCst) => {
             return Err(interrupted(simulated, Some(log.leave()?)));
