@@ -6,8 +6,8 @@ use std::borrow::Cow;
 const MOST: usize = 200;
 /// Most characters of what is allowed instead, this program's own words: with the names of a file and of a key no more than 300.
 const MOST_ALLOWED: usize = 220;
-/// Of a value that is cut this much is left at least.
-const LEAST: usize = 60;
+/// Of a value that is cut this much is left at least: a key that there is not, and the one that was meant.
+const LEAST: usize = 90;
 /// Where what is allowed begins, in our words and in serde's.
 const ALLOWED: [&str; 2] = [", allowed:", ", expected "];
 
