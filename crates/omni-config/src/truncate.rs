@@ -6,8 +6,10 @@ use std::borrow::Cow;
 const MOST: usize = 200;
 /// Most characters of what is allowed instead, this program's own words: with the names of a file and of a key no more than 300.
 const MOST_ALLOWED: usize = 220;
-/// Of a value that is cut this much is left at least: a key that there is not, and the one that was meant.
-const LEAST: usize = 90;
+/// Of a value that is cut this much is left at least.
+const LEAST: usize = 60;
+/// A value is whole up to this much: a key that there is not, and the one that was meant.
+const MEANT: usize = 90;
 /// Where what is allowed begins, in our words and in serde's.
 const ALLOWED: [&str; 2] = [", allowed:", ", expected "];
 
@@ -37,10 +39,12 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
         return format!("{begin}...{}", one_line(tail(message, LEAST))).into();
     };
     // A list of what there is may be long, beside a value that is not.
-    let most = if fits(value, LEAST) {
-        MOST_ALLOWED
+    let (most, least) = if fits(value, LEAST) {
+        (MOST_ALLOWED, LEAST)
+    } else if fits(value, MEANT) {
+        (MOST_ALLOWED + LEAST - MEANT, MEANT)
     } else {
-        MOST - LEAST
+        (MOST - LEAST, LEAST)
     };
     let allowed = if fits(allowed, most) {
         one_line(allowed)
@@ -48,7 +52,7 @@ pub fn shortened(message: &str) -> Cow<'_, str> {
         // Every name without its quotes says more than half of the names with them.
         cut(&allowed.replace('`', ""), most)
     };
-    let room = MOST.saturating_sub(allowed.chars().count()).max(LEAST);
+    let room = MOST.saturating_sub(allowed.chars().count()).max(least);
     format!("{}{allowed}", cut(value, room)).into()
 }
 

@@ -5,11 +5,11 @@ use std::ops::Range;
 use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
 use crate::config::{Fault, PlannedPath, Scenario};
 use crate::controller::{AnyController, ControlSample};
 use crate::following::SIGNALS;
 use crate::sensing::Sensed;
+use crate::{Error, state_bytes};
 
 /// A scenario's controller with its heading hold.
 ///
@@ -151,6 +151,7 @@ impl ControlLoop {
 
     /// Another controller from now on, in the state of the present one.
     pub(crate) fn replace(&mut self, mut controller: AnyController) -> Result<(), Error> {
+        state_bytes::check_built_in()?;
         let state = self.controller.save();
         if !state.is_some_and(|state| controller.restore(&state)) {
             return Err(Error::Snapshot {

@@ -147,7 +147,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, or a controller at
-    /// the other end of a link.
+    /// the other end of a link; and in a build without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::{Override, Scenario}};

@@ -58,15 +58,6 @@ fn refuse(reason: impl Into<String>) -> Error {
     }
 }
 
-fn check_built_in() -> Result<(), Error> {
-    if state_bytes::BUILT_IN {
-        return Ok(());
-    }
-    Err(refuse(
-        "this build of omni-sim is without its feature `snapshots`",
-    ))
-}
-
 impl Simulation {
     /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
     ///
@@ -89,7 +80,7 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn save(&self, scenario: &Scenario) -> Result<Vec<u8>, Error> {
-        check_built_in()?;
+        state_bytes::check_built_in()?;
         let control = self
             .control
             .save()
@@ -151,7 +142,7 @@ impl Simulation {
         controller: AnyController,
         bytes: &[u8],
     ) -> Result<Self, Error> {
-        check_built_in()?;
+        state_bytes::check_built_in()?;
         // The checksum comes last: of another version there may be none.
         let (whole, checksum) = bytes
             .split_last_chunk()

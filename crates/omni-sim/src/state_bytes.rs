@@ -4,7 +4,17 @@ use postcard::Error;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Are snapshots built in? Without them neither serialisation of engines nor of controllers is compiled.
-pub(crate) const BUILT_IN: bool = cfg!(feature = "snapshots");
+const BUILT_IN: bool = cfg!(feature = "snapshots");
+
+/// Refuses what needs the bytes in a build that has none.
+pub(crate) fn check_built_in() -> Result<(), crate::Error> {
+    if BUILT_IN {
+        return Ok(());
+    }
+    Err(crate::Error::Snapshot {
+        reason: "this build of omni-sim is without its feature `snapshots`".into(),
+    })
+}
 
 /// A state as bytes.
 pub(crate) fn to_bytes<T: Serialize>(state: &T) -> Result<Vec<u8>, Error> {
@@ -15,12 +25,9 @@ pub(crate) fn to_bytes<T: Serialize>(state: &T) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// A state out of bytes that hold nothing else.
+/// A state out of the first bytes: plain loops take over from traction control, whose state begins with theirs.
 pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> {
-    match take_from_bytes(bytes)? {
-        (state, []) => Ok(state),
-        _ => Err(Error::DeserializeBadEncoding),
-    }
+    take_from_bytes(bytes).map(|(state, _)| state)
 }
 
 /// A state out of the first bytes, and the rest.

@@ -327,7 +327,7 @@ impl<const N: usize> Plant for World<N> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let snapshot: Snapshot = state_bytes::from_bytes(bytes)?;
+        let (snapshot, rest): (Snapshot, _) = state_bytes::take_from_bytes(bytes)?;
         let bodies = self.model.bodies.len();
         let wheels = self.model.wheels.len();
         let state = &snapshot.state;
@@ -341,6 +341,7 @@ impl<const N: usize> Plant for World<N> {
             || state.roller_rad_s.len() != self.model.rollers
             || !snapshot.actuation.fits(wheels)
             || snapshot.loads_done.len() != self.loads.len()
+            || !rest.is_empty()
         {
             return Err(postcard::Error::DeserializeBadEncoding);
         }

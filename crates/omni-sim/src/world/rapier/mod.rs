@@ -256,8 +256,8 @@ impl Plant for World {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let snapshot: snapshot::WorldSnapshot = state_bytes::from_bytes(bytes)?;
-        if !snapshot.actuation.fits(self.vehicle.wheels.len()) {
+        let (snapshot, rest): (snapshot::WorldSnapshot, _) = state_bytes::take_from_bytes(bytes)?;
+        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
             return Err(postcard::Error::DeserializeBadEncoding);
         }
         self.go_on_from(snapshot);
