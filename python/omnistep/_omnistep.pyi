@@ -875,7 +875,7 @@ class Estimator:
         *,
         yaw_rates: float | _Row | None = None,
         accelerations: _Rows | None = None,
-        told_to_rest: bool | Sequence[bool] | _Bools | None = None,
+        commanded_rest: bool | Sequence[bool] | _Bools | None = None,
     ) -> _Floats:
         """One period a row.
 
@@ -884,7 +884,7 @@ class Estimator:
             yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
             accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
                 none by default.
-            told_to_rest: the command is rest, one or (T,); False by default.
+            commanded_rest: the command is rest, one or (T,); False by default.
 
         Returns:
             The pose after each, (3,) or (T, 3).

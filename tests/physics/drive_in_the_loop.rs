@@ -63,7 +63,7 @@ fn a_drive_does_in_the_loop_what_it_does_by_hand() {
     assert!((1e-4..0.01).contains(&own[6]), "{own:?}");
 }
 
-fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
+fn without_a_command_the_vehicle_rests_half_a_second_later() {
     let lost = "fault=[{kind='command_lost',from_s=2.0}]";
     let trace = run(&scenario(&[lost])).expect("runs");
     let timed_out = first(&trace, "drive_command_status", 3.0);
@@ -83,7 +83,7 @@ fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
     assert!((column(&trace, "twist_vx_m_s").last().expect("rows") - 0.3).abs() < 0.01);
 }
 
-fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
+fn a_silent_and_a_stuck_encoder_are_named_and_released() {
     for (kind, number, within) in [("encoder_silent", 4.0, 25), ("encoder_stuck", 3.0, 400)] {
         // A stuck encoder shows when the motion changes: the vehicle slows down at 1.5 s.
         let fault = format!("fault=[{{kind='{kind}',wheel='1',from_s=1.2}}]");
@@ -372,8 +372,8 @@ fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_
 
 on_both_engines! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
-    nobody_commands_and_the_vehicle_rests_half_a_second_later,
-    a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on,
+    without_a_command_the_vehicle_rests_half_a_second_later,
+    a_silent_and_a_stuck_encoder_are_named_and_released,
     too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
     an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,

@@ -179,7 +179,7 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
         let mut single = EstimatorInput::new(&wheels.map(R::of).into());
         single.yaw_rate_rad_s = R::of(input.yaw_rate_rad_s);
         single.acceleration_m_s2 = input.acceleration_m_s2.map(R::of);
-        single.told_to_rest = input.told_to_rest;
+        single.commanded_rest = input.commanded_rest;
         let step = estimator.step(&mut state, &single);
         odometry.step_velocities(&mut other, &kinematics, &single.wheels);
         assert!(step.taken);

@@ -187,7 +187,7 @@ fn a_sagging_supply_gives_the_torque_where_limit_and_load_meet() {
     assert!((torque - 0.5 / 1.3).abs() < 1e-6, "{torque}");
 }
 
-fn a_lost_wheel_gives_no_torque_and_the_others_carry_on() {
+fn a_lost_wheel_gives_no_torque_and_the_others_drive_on() {
     let fault = r#"fault=[{ kind = "wheel_lost", wheel = "5", from_s = 1.0, until_s = 2.0 }]"#;
     let trace = drive(&[fault, "duration_s=3.0"]);
     let torque = trace.wheel("torque_n_m", 4).expect("a signal");
@@ -460,7 +460,7 @@ on_both_engines! {
     torque_follows_its_command_with_the_time_constant_of_the_lag,
     velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other,
     a_sagging_supply_gives_the_torque_where_limit_and_load_meet,
-    a_lost_wheel_gives_no_torque_and_the_others_carry_on,
+    a_lost_wheel_gives_no_torque_and_the_others_drive_on,
     a_dragging_wheel_takes_the_power_that_its_damper_asks_for,
     a_stuck_encoder_goes_on_reading_what_it_last_read,
     a_load_added_shows_in_the_row_loads_by_its_lever,

@@ -156,7 +156,7 @@ fn a_drives_own_pose_is_the_odometry() {
     }
 }
 
-fn a_wheel_that_is_not_heard_has_no_say() {
+fn a_wheel_without_a_reading_is_excluded() {
     // Six of seven wheels tell the motion as well. If a period without a reading were one without motion, half the way would be missing.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"5\", from_s = 1.0, until_s = 3.0 }]";
     let run = trace("flat", &[silent, "duration_s=3.5"]);
@@ -169,7 +169,7 @@ fn a_wheel_that_is_not_heard_has_no_say() {
     );
 }
 
-fn while_too_few_wheels_tell_the_motion_the_truth_stays_inside() {
+fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
     // Two wheels of three tell it no more, from 1.0 to 2.0 s; the vehicle drives on, by loops that know nothing of it or in a safe stop.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"1\", from_s = 1.0, until_s = 2.0 }]";
     for more in [None, Some("drive={}")] {
@@ -242,7 +242,7 @@ on_both_engines! {
     the_covariance_begins_at_nothing_and_grows_as_the_core_says,
     it_begins_where_the_vehicle_is_put,
     a_drives_own_pose_is_the_odometry,
-    a_wheel_that_is_not_heard_has_no_say,
-    while_too_few_wheels_tell_the_motion_the_truth_stays_inside,
+    a_wheel_without_a_reading_is_excluded,
+    while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside,
     a_snapshot_goes_on_with_the_odometry_it_had,
 }

@@ -152,7 +152,7 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
 
 /// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is told.
 #[test]
-fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_told() {
+fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
     for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
         for (vx, vy, wz) in [
             (0.3, 0.0, 0.0),

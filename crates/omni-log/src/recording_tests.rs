@@ -99,7 +99,7 @@ fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinge
 }
 
 #[test]
-fn of_a_pose_nobody_said_how_sure_it_is_and_the_message_says_so() {
+fn a_pose_without_a_stated_covariance_is_named_in_the_message() {
     let mut columns = ODOMETRY.map(|name| (name, column(|k| 0.01 * k as f64))).to_vec();
     columns.extend(TRUTH.map(|name| (name, column(|k| 0.01 * k as f64))));
     let (_folder, path, done) = written(&columns);

@@ -56,7 +56,7 @@ fn the_log_of_a_live_run_is_that_of_the_run_byte_by_byte() {
 }
 
 #[test]
-fn a_run_without_an_end_goes_on_beyond_its_scenario_at_rest_until_it_is_told() {
+fn a_run_without_an_end_goes_on_at_rest_beyond_its_scenario_until_it_is_stopped() {
     let mut live = fast();
     live.until = Until::Told;
     let mut commands = Vec::new();

@@ -196,7 +196,7 @@ impl<R: Real, const N: usize> Gripping<R, N> {
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         self.hinges.take(readings);
-        let mut input = DriveInput::heard(&velocities(readings.wheels_rad_s));
+        let mut input = DriveInput::received(&velocities(readings.wheels_rad_s));
         input.command = readings.new_command.then(|| scalar(&readings.command));
         let mut body = BodyReadings::none();
         (body.hinges_rad, body.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);

@@ -149,7 +149,7 @@ impl Link {
     }
 
     /// Why nobody was met.
-    pub(super) fn why_nobody_was_met(&self) -> String {
+    pub(super) fn why_no_peer_was_met(&self) -> String {
         let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         if heard.count == 0 {
             let waited = (self.time_out * GREETINGS).as_secs_f64();

@@ -74,7 +74,7 @@ impl<const N: usize> Linked<N> {
         };
         let here = scenario.controller()?;
         let greeting = greeting::<N>(&mut link).map_err(|reason| refuse(&link, reason))?;
-        let greeting = greeting.ok_or_else(|| refuse(&link, link.why_nobody_was_met()))?;
+        let greeting = greeting.ok_or_else(|| refuse(&link, link.why_no_peer_was_met()))?;
         fits(&greeting, scenario).map_err(|reason| refuse(&link, reason))?;
         let limits = scenario.wheel_control::<f32, N>()?.limits;
         let wheels = &scenario.vehicle().wheel;

@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_refused_has_moved_nothing() {
+    fn a_refused_client_has_moved_nothing() {
         let mut episodes = short(2, 20, 1);
         let mut actions = vec![0.3; 14];
         actions[13] = f32::NAN;
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_stopped_has_only_episodes_that_are_over() {
+    fn a_stopped_learner_has_only_finished_episodes() {
         let mut episodes = short(200, 1000, 1); // three at once
         let mut looks = 0;
         let stopped = episodes.step(&[0.0; 1400], Autoreset::Disabled, || {

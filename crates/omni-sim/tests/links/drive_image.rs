@@ -172,7 +172,7 @@ fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_s
 }
 
 #[test]
-fn an_honest_drive_is_believed_whatever_happens_to_its_vehicle() {
+fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
     let turning = "command={vx_m_s=0.2,vy_m_s=-0.1,wz_rad_s=1.5,ramp_s=0.3}"; // past half a turn, where the yaw jumps
     for (ground, keys, mode) in [
         ("flat", [turning, "sensors.encoder_counts=1000"], 0.0),
@@ -224,7 +224,7 @@ fn believes_none(answer: &mut Answer<N>) {
 }
 
 #[test]
-fn a_drive_is_believed_that_goes_on_with_a_reading_whose_answer_was_lost() {
+fn a_drive_is_accepted_that_goes_on_with_a_reading_whose_answer_was_lost() {
     // From the 201st period on wheel 2 gives no reading: the drive goes on with the 200th, and in one of these runs that answer is damaged.
     let keys = [
         "duration_s=0.3",
@@ -424,7 +424,7 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
             1700 => state.release_emergency_stop(),
             _ => {}
         }
-        let mut input = DriveInput::heard(&asked.measured_rad_s.into());
+        let mut input = DriveInput::received(&asked.measured_rad_s.into());
         input.command = Some(asked.command).filter(|command| !command.vx_m_s.is_nan());
         let sample = drive.step(&mut state, &input);
         assert_eq!((answer.sequence, answer.action), (k, Action::Step));
@@ -441,7 +441,7 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
         };
         assert_eq!(answer.drive, report, "{k}");
         modes[usize::from(answer.drive.mode)] += 1;
-        // Wheels take 20 ms to follow; one that is let go rolls on.
+        // Wheels take 20 ms to follow; a released one rolls on.
         for (i, wheel) in wheels.iter_mut().enumerate() {
             if sample.wheels.active[i] {
                 *wheel += 0.05 * (sample.wheels.reference.rad_s[i] - *wheel);

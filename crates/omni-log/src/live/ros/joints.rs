@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_are_told_by_name_and_rest_half_a_second_after_the_last_message() {
+    fn joints_are_commanded_by_name_and_rest_half_a_second_after_the_last_message() {
         let (commands, start) = (commands(JointInterface::Velocity), Instant::now());
         let names: Vec<_> = commands.joints.iter().map(|(name, _)| name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_that_does_not_fit_changes_nothing_and_is_told_why() {
+    fn a_message_that_does_not_fit_changes_nothing_and_is_answered_with_the_reason() {
         let (commands, start) = (commands(JointInterface::Effort), Instant::now());
         let known = commands.joints[0].0.clone();
         for (told, part) in [

@@ -58,16 +58,16 @@ impl<const N: usize> Linked<N> {
         for (i, said) in wheels.measured.rad_s.iter().enumerate() {
             let (wheel, _) = &self.motors[i];
             let before = self.last.sample.wheels.measured.rad_s[i];
-            let let_go = wheels.applied.n_m[i] == 0.0;
+            let released = wheels.applied.n_m[i] == 0.0;
             let sent = self.unanswered_rad_s.iter().any(|sent| sent[i] == *said);
-            if !sent && *said != before && !(*said == 0.0 && let_go) {
+            if !sent && *said != before && !(*said == 0.0 && released) {
                 let sent = self.unanswered_rad_s.last().map_or(f32::NAN, |sent| sent[i]);
                 return Err(format!(
                     "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent} (the value sent), \
                      {before} (the value before), or 0 without torque"
                 ));
             }
-            if answer.drive.faults[i] != 0 && !let_go {
+            if answer.drive.faults[i] != 0 && !released {
                 return Err(format!(
                     "the firmware answers a torque for wheel {wheel}, which it reports as faulty, allowed: 0"
                 ));
@@ -91,8 +91,8 @@ impl<const N: usize> Linked<N> {
             }
         }
         // When the torque has ended at rest no wheel is controlled, and all are well.
-        let let_go = active.contains(&false) && !answer.sample.wheels.ended;
-        let left_out = report.excluded.contains(&true) || let_go;
+        let released = active.contains(&false) && !answer.sample.wheels.ended;
+        let left_out = report.excluded.contains(&true) || released;
         let allowed = match (emergency_stop, left_out) {
             (true, _) => Some("3, because the emergency stop is pressed").filter(|_| mode != MOST_MODE),
             (false, _) if mode == MOST_MODE => Some("0 to 2, because no emergency stop is pressed"),

@@ -114,7 +114,7 @@ fn a_part_of_an_earlier_build_without_a_checksum_is_set_aside_and_said_to_be_tha
 }
 
 #[test]
-fn a_file_that_is_not_of_this_program_is_nobody_s_damage() {
+fn a_foreign_file_is_not_reported_as_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part-other.parquet");
     fs::write(&path, "no Parquet").unwrap();
