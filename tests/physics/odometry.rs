@@ -178,7 +178,7 @@ fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
         let run = trace("flat", &overrides);
         let of = |name: &str| column(&run, name);
         let top = load("flat", &overrides).vehicle().limits.expect("it has limits");
-        let (mut strays, mut farthest) = (0, 0.0_f64);
+        let (mut outside, mut farthest) = (0, 0.0_f64);
         for row in 0..run.rows() {
             let time_s = of("time_s")[row];
             let off = |truth: &str, odometry: &str| of(truth)[row] - of(odometry)[row];
@@ -203,11 +203,11 @@ fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
                     (deviation_m - expected_m).abs() < 0.02 * expected_m + 0.01,
                     "{more:?}, {time_s} s: {deviation_m} m, {expected_m} m"
                 );
-                strays += 1;
+                outside += 1;
             }
         }
         // It did go astray, or nothing was tested.
-        assert!(strays > 500, "{strays}");
+        assert!(outside > 500, "{outside}");
         assert!(more.is_some() || farthest > 0.1, "{farthest} m");
         // Wheels that tell again do not say where it went.
         assert!(last(&run, "odom_var_x_m2").sqrt() > 0.5 * top.vx_m_s);

@@ -149,8 +149,8 @@ fn the_trace_has_where_the_path_wants_the_vehicle() {
     }
     let peak = error.iter().fold(0.0_f64, |peak, error| peak.max(*error));
     // Rounding of the time, as above.
-    let told = trace.outcome().path_error_peak_m.expect("it has a path");
-    assert!((told - peak).abs() < 1e-12, "{told}, {peak}");
+    let reported = trace.outcome().path_error_peak_m.expect("it has a path");
+    assert!((reported - peak).abs() < 1e-12, "{reported}, {peak}");
     let plain = run(&load("flat", &["duration_s=0.1"])).expect("finite");
     assert_eq!(plain.outcome().path_error_rms_m, None);
     assert!(!plain.names().iter().any(|name| name.starts_with("path_")));

@@ -186,15 +186,15 @@ impl Bound {
                 (format!("command.then[{i}].wz_rad_s"), then.wz_rad_s),
             ]
         });
-        let mut told = aside
+        let mut other = aside
             .map(|(key, value)| (key.to_owned(), value))
             .into_iter()
             .chain(later);
-        if let Some((key, value)) = told.find(|(_, value)| *value != 0.0) {
+        if let Some((key, value)) = other.find(|(_, value)| *value != 0.0) {
             return Err(refused(&key, &format!("{value}, allowed for a bound: 0")));
         }
-        let told = command.then.iter().map(|then| then.vx_m_s);
-        let speed_m_s = told.fold(command.vx_m_s, f64::max).max(0.0);
+        let later = command.then.iter().map(|then| then.vx_m_s);
+        let speed_m_s = later.fold(command.vx_m_s, f64::max).max(0.0);
         let vehicle = scenario.vehicle();
         let step = Step {
             gravity_m_s2: scenario.physics.gravity_m_s2,

@@ -97,11 +97,11 @@ pub fn run_live<E: From<Error>>(
     let end = match live.until {
         Until::Scenario => Some(control_periods(scenario)),
         Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
-        Until::Told => None,
+        Until::Stopped => None,
     };
     let warn: Warn = Arc::new(warn);
     let (controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
-    outlets.tell(opened);
+    outlets.report(opened);
     while live.wait && !outlets.take_subscribed() {
         match watch(None, 0.0) {
             Ok(ControlFlow::Continue(())) => std::thread::sleep(LOOK),
@@ -244,10 +244,10 @@ impl Outlets {
         #[cfg(feature = "ros2")]
         let ros = match &live.ros2 {
             Some(ros2) => {
-                let told = (&requests, joints.as_ref());
+                let commands = (&requests, joints.as_ref());
                 Some((
                     ros2.domain,
-                    OnRos::open(scenario, &controller, ros2, told, boxed())?,
+                    OnRos::open(scenario, &controller, ros2, commands, boxed())?,
                 ))
             }
             None => None,
@@ -267,7 +267,7 @@ impl Outlets {
         Ok((controller, outlets))
     }
 
-    fn tell(&self, mut opened: impl FnMut(&Opened)) {
+    fn report(&self, mut opened: impl FnMut(&Opened)) {
         if let Some(viewers) = &self.viewers {
             opened(&Opened::Port(viewers.address()));
         }

@@ -143,9 +143,9 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         sensed.wheels_rad_s.clone_from(&measured);
         sensed.gyro_rad_s = state.gyro_rad_s;
         if scenario.has_traction() {
-            let heard = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
-            if !heard
-                .is_some_and(|(_, heard)| sensed.take_signals(scenario.vehicle(), &heard.name, &heard.value))
+            let found = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
+            if !found
+                .is_some_and(|(_, found)| sensed.take_signals(scenario.vehicle(), &found.name, &found.value))
             {
                 let what = format!(
                     "no readings of hinges and inertial measurement unit at t = {} s, but {} needs them, \
@@ -174,12 +174,12 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             }
             without_measurement += u64::from(measured.iter().any(|measured| measured.is_nan()));
         }
-        let told = planar(&state.asked_twist);
+        let commanded = planar(&state.asked_twist);
         // A recording may not know; the controller is told what it was told last.
-        if file.recorded && told.to_array().iter().any(|part| part.is_nan()) {
+        if file.recorded && commanded.to_array().iter().any(|part| part.is_nan()) {
             without_command += 1;
         } else {
-            asked = told;
+            asked = commanded;
         }
         control.step(&asked, &sensed, &mut sample)?;
         let differs = if file.recorded {

@@ -19,7 +19,7 @@ pub(crate) fn interruptible<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    with_progress(py, None, |stop, _heard| work(stop))
+    with_progress(py, None, |stop, _rows| work(stop))
 }
 
 /// [`interruptible`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.

@@ -222,8 +222,8 @@ impl Store {
         watch: Option<Py<PyAny>>,
     ) -> PyResult<(usize, usize)> {
         let missing = &rows.get().missing;
-        let computed = with_progress(py, watch, |stop, heard| {
-            compute(missing, &self.store, jobs, stop, hearing(heard))
+        let computed = with_progress(py, watch, |stop, rows| {
+            compute(missing, &self.store, jobs, stop, reporting(rows))
         })?;
         Ok((computed.rows, computed.errors))
     }
@@ -276,10 +276,10 @@ pub(crate) fn compute_batch(
 }
 
 /// Tells of each row whether it failed.
-fn hearing(heard: Sender<bool>) -> impl FnMut(&Row) {
+fn reporting(rows: Sender<bool>) -> impl FnMut(&Row) {
     move |row| {
         // Somebody listens for as long as this is there.
-        let _ = heard.send(row.error.is_some());
+        let _ = rows.send(row.error.is_some());
     }
 }
 

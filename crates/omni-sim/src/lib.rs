@@ -38,7 +38,7 @@ pub use odometry::OdometryEstimate;
 pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
 pub use period::Period;
 pub use run::{
-    control_periods, drive, drive_until, measure, own_command, run, run_outside, run_with_callback,
+    control_periods, drive, drive_until, measure, own_command, run, run_external, run_with_callback,
     run_with_controller,
 };
 pub use sensing::Sensed;
@@ -47,5 +47,6 @@ pub use stepped_run::SteppedRun;
 pub use trace::{Rows, Trace, TraceBuilder};
 pub use wheel_signals::{LOGGED_SIGNALS, WheelSignal, WheelSignals};
 pub use world::{
-    AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch, ground_heights_m,
+    AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
+    ground_heights_m,
 };

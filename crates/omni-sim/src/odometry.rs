@@ -69,8 +69,8 @@ pub(crate) struct State {
     /// Wheels that have no say.
     left_out: [bool; WHEELS],
     /// How far it may have come along \[m\] and about \[rad\] since too few wheels tell the motion, and how fast it was or may be.
-    lost: [f64; 2],
-    lost_at: [f64; 2],
+    drift: [f64; 2],
+    drift_speed: [f64; 2],
 }
 
 /// Where the pose of a drive and the wheels that it leaves out are among the controller's own signals.
@@ -86,7 +86,7 @@ pub(crate) struct Odometer {
     odometry: ByTwists,
     growth: CovarianceGrowth<f64>,
     /// Takes each residual as the deviation that it is.
-    astray: CovarianceGrowth<f64>,
+    residual_growth: CovarianceGrowth<f64>,
     /// The fastest that the vehicle goes along \[m/s\] and about \[rad/s\].
     top: [f64; 2],
     period_s: f64,
@@ -161,7 +161,7 @@ impl Odometer {
             wheel_rad_per_sqrt_rad,
             residual_gain,
         });
-        let astray = CovarianceGrowth::new(OdometryNoise {
+        let residual_growth = CovarianceGrowth::new(OdometryNoise {
             wheel_rad_per_sqrt_rad: 0.0,
             residual_gain: 1.0,
         });
@@ -183,7 +183,7 @@ impl Odometer {
             vehicle: scenario.vehicle().clone(),
             odometry: Odometry::new(period_s).map_err(refuse)?,
             growth: growth.map_err(refuse)?,
-            astray: astray.map_err(refuse)?,
+            residual_growth: residual_growth.map_err(refuse)?,
             top: [ahead.max(aside), about].map(|speed| speed.min(FASTEST)),
             period_s,
             window: (WINDOW_S / period_s).round().max(1.0) as u32,
@@ -197,8 +197,8 @@ impl Odometer {
                 turned: [0.0; WHEELS],
                 periods: 0,
                 left_out,
-                lost: [0.0; 2],
-                lost_at: [0.0; 2],
+                drift: [0.0; 2],
+                drift_speed: [0.0; 2],
             },
         })
     }
@@ -243,11 +243,11 @@ impl Odometer {
             self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
             self.state.left_out = left_out;
             if self.maps.is_some() {
-                self.state.lost = [0.0; 2];
+                self.state.drift = [0.0; 2];
             }
         }
         let Some(maps) = &self.maps else {
-            self.stray();
+            self.grow_without_motion();
             return;
         };
         self.state.twist = BodyTwist::from_array(maps.moved_by(&read));
@@ -264,26 +264,29 @@ impl Odometer {
 
     /// Nobody tells the motion for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
     /// every axis, in proportion to the time, because one way lasts. About it is half a turn at most.
-    fn stray(&mut self) {
+    fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let state = &mut self.state;
-        if state.lost == [0.0; 2] {
+        if state.drift == [0.0; 2] {
             let BodyTwist {
                 vx_m_s,
                 vy_m_s,
                 wz_rad_s,
             } = state.twist;
             let had = [libm::hypot(vx_m_s, vy_m_s), wz_rad_s.abs()];
-            state.lost_at = [0, 1].map(|axis| self.top[axis].max(had[axis]));
+            state.drift_speed = [0, 1].map(|axis| self.top[axis].max(had[axis]));
         }
         state.twist = BodyTwist::ZERO;
-        let [way, turn] = [0, 1].map(|axis| state.lost[axis] + state.lost_at[axis] * self.period_s);
+        let [way, turn] = [0, 1].map(|axis| state.drift[axis] + state.drift_speed[axis] * self.period_s);
         let further = [way, turn.min(std::f64::consts::PI)];
         // The deviations grow in a straight line: so much is new of their squares.
-        let [way, turn] =
-            [0, 1].map(|axis| (further[axis].powi(2) - state.lost[axis].powi(2)).max(0.0).sqrt());
-        state.lost = further;
-        self.astray.step_by(
+        let [way, turn] = [0, 1].map(|axis| {
+            (further[axis].powi(2) - state.drift[axis].powi(2))
+                .max(0.0)
+                .sqrt()
+        });
+        state.drift = further;
+        self.residual_growth.step_by(
             &mut state.covariance,
             &PlanarPose::origin(),
             &AXES,

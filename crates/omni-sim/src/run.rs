@@ -8,7 +8,7 @@ use crate::config::Scenario;
 use crate::controller::AnyController;
 use crate::trace::{Trace, TraceBuilder};
 use crate::wall_clock::WallClock;
-use crate::world::OutsidePhysics;
+use crate::world::ExternalPhysics;
 use crate::{Error, Outcome, Simulation, SteppedRun};
 
 /// Control periods between two looks at the clock.
@@ -85,22 +85,22 @@ pub fn run_with_controller<E: From<Error>>(
 /// contacts and joints take of the energy is not told there: those columns and the outcome's `energy_residual` are NaN.
 ///
 /// # Errors
-/// As [`Simulation::with_physics`] and [`run`]; [`Error::Outside`]; whatever `watch` returns.
+/// As [`Simulation::with_physics`] and [`run`]; [`Error::External`]; whatever `watch` returns.
 ///
 /// ```
 /// use omni_sim::config::{Engine, Override, Scenario};
-/// use omni_sim::{AxleDrive, Error, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep};
-/// use omni_sim::{controller::AnyController, run_outside};
+/// use omni_sim::{AxleDrive, Error, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep};
+/// use omni_sim::{controller::AnyController, run_external};
 /// /// A vehicle whose wheels turn as soon as they are told to, on a stand.
 /// struct Stand(Vec<f64>);
-/// impl OutsidePhysics for Stand {
+/// impl ExternalPhysics for Stand {
 ///     fn engine(&self) -> Engine {
 ///         Engine::Mujoco
 ///     }
-///     fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
+///     fn start(&mut self, _: f64, _: f64) -> Result<(), ExternalFailure> {
 ///         Ok(())
 ///     }
-///     fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+///     fn step(&mut self, axles: &[AxleDrive], shown: &mut ExternalStep) -> Result<(), ExternalFailure> {
 ///         for (i, axle) in axles.iter().enumerate() {
 ///             self.0[i] += axle.torque_n_m * 5e-4 / 0.002178;
 ///             shown.turned_rad[i] += self.0[i] * 5e-4;
@@ -108,21 +108,21 @@ pub fn run_with_controller<E: From<Error>>(
 ///         shown.rate_rad_s.copy_from_slice(&self.0);
 ///         Ok(())
 ///     }
-///     fn observe(&mut self, _: &mut OutsideState) -> Result<(), OutsideFailure> {
+///     fn observe(&mut self, _: &mut ExternalState) -> Result<(), ExternalFailure> {
 ///         Ok(())
 ///     }
 /// }
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 2.0)])?;
-/// let trace = run_outside::<Error>(&scenario, AnyController::new(&scenario)?, Box::new(Stand(vec![0.0; 7])), |_, _| Ok(()))?;
+/// let trace = run_external::<Error>(&scenario, AnyController::new(&scenario)?, Box::new(Stand(vec![0.0; 7])), |_, _| Ok(()))?;
 /// let measured = trace.wheel("measured_rad_s", 3).expect("wheel 4");
 /// assert!((measured[1999] - 0.3 / 0.066).abs() < 0.05); // 0.3 m/s, said by its wheels
 /// assert_eq!(trace.outcome().engine, Engine::Mujoco);
 /// # Ok::<(), Error>(())
 /// ```
-pub fn run_outside<E: From<Error>>(
+pub fn run_external<E: From<Error>>(
     scenario: &Scenario,
     controller: AnyController,
-    physics: Box<dyn OutsidePhysics>,
+    physics: Box<dyn ExternalPhysics>,
     watch: impl FnMut(&Simulation, f64) -> Result<(), E>,
 ) -> Result<Trace, E> {
     traced(

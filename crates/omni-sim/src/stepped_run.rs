@@ -43,7 +43,7 @@ impl SteppedRun {
     pub(crate) fn of(scenario: &Scenario, simulation: Simulation) -> Self {
         let mut meter = Meter::new(scenario);
         if let Some(engine) = simulation.engine() {
-            meter.set_outside(engine);
+            meter.set_external(engine);
         }
         Self {
             simulation,

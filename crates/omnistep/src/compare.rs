@@ -133,8 +133,8 @@ pub(super) fn compare(
     let (mut rows, mut failed) = (Vec::new(), None);
     for (k, run) in runs.iter().enumerate() {
         bar.set_message(run.control.law());
-        let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
-        let ran = one(run, firmware, &names.of(run), stop, told);
+        let progress = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
+        let ran = one(run, firmware, &names.of(run), stop, progress);
         let (row, link, ended) = match ran {
             Ok(ran) => ran,
             Err(error) => {
@@ -346,7 +346,7 @@ fn one(
 
 pub(super) fn headline(scenario: &Scenario) -> String {
     let command = &scenario.command;
-    headline_told(
+    headline_for(
         scenario,
         &match (&command.path, &command.file) {
             (Some(PathChoice::Name(name)), _) => format!("along the path {name}"),
@@ -362,7 +362,7 @@ pub(super) fn headline(scenario: &Scenario) -> String {
 }
 
 /// The same of a vehicle that is told something else than the scenario's command.
-pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
+pub(super) fn headline_for(scenario: &Scenario, commanded: &str) -> String {
     let vehicle = &scenario.vehicle().name;
     let torque = scenario.vehicle().motor.peak_torque_n_m();
     let wheels = 0..scenario.vehicle().wheel.len();
@@ -376,7 +376,7 @@ pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
         _ => " on rollers",
     };
     format!(
-        "{vehicle}{on} {}, friction {}, {told}, torque limit {torque} N.m",
+        "{vehicle}{on} {}, friction {}, {commanded}, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
     )

@@ -164,10 +164,10 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
     line("verdict", "verdict", "How the run ended.");
     let mut verdicts: Vec<_> = runs.iter().filter_map(|run| Some(run.outcome?.verdict)).collect();
     verdicts.dedup();
-    let mut told = Vec::new();
+    let mut shown = Vec::new();
     for verdict in verdicts {
-        if !told.contains(&verdict) {
-            told.push(verdict);
+        if !shown.contains(&verdict) {
+            shown.push(verdict);
             text += &format!("  {}: {}\n", verdict.name(), verdict.meaning());
         }
     }

@@ -45,7 +45,7 @@ pub enum Until {
     /// After so many simulated seconds, above 0.
     Seconds(f64),
     /// Not by itself, but where `stop_when_done` is set and the vehicle is across.
-    Told,
+    Stopped,
 }
 
 impl Live {
@@ -78,7 +78,7 @@ impl Live {
     /// ```
     /// use omni_log::{Live, Ros2, Until};
     /// let live = Live::on_ros2(Ros2::new(0));
-    /// assert_eq!((live.port, live.until), (None, Until::Told));
+    /// assert_eq!((live.port, live.until), (None, Until::Stopped));
     /// ```
     #[cfg(feature = "ros2")]
     #[must_use]
@@ -86,7 +86,7 @@ impl Live {
         Self {
             port: None,
             ros2: Some(ros2),
-            until: Until::Told,
+            until: Until::Stopped,
             ..Self::new(0)
         }
     }

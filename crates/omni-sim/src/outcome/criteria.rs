@@ -24,7 +24,7 @@ pub(super) struct Runaway {
     reach_m: f64,
     period_s: f64,
     /// What it may still have of the largest speed commanded over the ground, and about \[m/s\].
-    told_m_s: [f64; 2],
+    commanded_m_s: [f64; 2],
     over_s: f64,
     found: bool,
 }
@@ -34,7 +34,7 @@ impl Runaway {
         Self {
             reach_m: farthest_wheel_m(scenario),
             period_s: scenario.period_s(),
-            told_m_s: [0.0; 2],
+            commanded_m_s: [0.0; 2],
             over_s: 0.0,
             found: false,
         }
@@ -45,13 +45,13 @@ impl Runaway {
             let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
             [libm::hypot(twist.vx_m_s, twist.vy_m_s), turning_m_s]
         };
-        let (told, moving) = (parts(&sample.command), parts(&seen.twist));
+        let (commanded, moving) = (parts(&sample.command), parts(&seen.twist));
         let mut over = false;
         // Each alone: who is told to turn is not told to go.
         for (k, allowed_m_s) in [SHAKEN_M_S, TURNED_M_S].into_iter().enumerate() {
-            let slowed_m_s = self.told_m_s[k] - BRAKING_M_S2 * self.period_s;
-            self.told_m_s[k] = slowed_m_s.max(told[k]);
-            over |= moving[k] > FASTER * self.told_m_s[k] + allowed_m_s;
+            let slowed_m_s = self.commanded_m_s[k] - BRAKING_M_S2 * self.period_s;
+            self.commanded_m_s[k] = slowed_m_s.max(commanded[k]);
+            over |= moving[k] > FASTER * self.commanded_m_s[k] + allowed_m_s;
         }
         self.over_s = lasts(self.over_s, over, self.period_s);
         self.found |= self.over_s >= SUSTAINED_S;
@@ -225,8 +225,9 @@ mod tests {
         let scenario = scenario("flat", &[]);
         let (mut sample, mut seen) = period(&scenario);
         let mut runaway = Runaway::new(&scenario);
-        for (periods, told, moving) in stages {
-            (sample.command, seen.twist) = (BodyTwist::from_array(*told), BodyTwist::from_array(*moving));
+        for (periods, commanded, moving) in stages {
+            (sample.command, seen.twist) =
+                (BodyTwist::from_array(*commanded), BodyTwist::from_array(*moving));
             (0..*periods).for_each(|_| runaway.push(&sample, &seen));
         }
         runaway.found()
@@ -234,22 +235,25 @@ mod tests {
 
     #[test]
     fn half_as_fast_again_and_a_tenth_of_a_metre_per_second_for_half_a_second_is_running_away() {
-        let told = [0.3, 0.0, 0.0];
+        let commanded = [0.3, 0.0, 0.0];
         let forward = |vx| [vx, 0.0, 0.0];
-        assert!(!runs_away(&[(10_000, told, forward(0.549))]));
-        assert!(runs_away(&[(501, told, forward(0.551))]));
-        assert!(runs_away(&[(501, told, forward(-0.551))]), "the wrong way too");
-        assert!(runs_away(&[(501, told, [0.0, 0.551, 0.0])]), "and sideways");
+        assert!(!runs_away(&[(10_000, commanded, forward(0.549))]));
+        assert!(runs_away(&[(501, commanded, forward(0.551))]));
+        assert!(
+            runs_away(&[(501, commanded, forward(-0.551))]),
+            "the wrong way too"
+        );
+        assert!(runs_away(&[(501, commanded, [0.0, 0.551, 0.0])]), "and sideways");
         // 64 counts a turn: asked 0.3 m/s, drove 2.6.
-        assert!(runs_away(&[(501, told, forward(2.6))]));
+        assert!(runs_away(&[(501, commanded, forward(2.6))]));
         // A break of one period begins anew: drops and bumps.
         assert!(!runs_away(&[
-            (499, told, forward(2.0)),
-            (1, told, forward(0.3)),
-            (499, told, forward(2.0))
+            (499, commanded, forward(2.0)),
+            (1, commanded, forward(0.3)),
+            (499, commanded, forward(2.0))
         ]));
         // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
-        assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
+        assert!(runs_away(&[(501, commanded, [0.0, 0.0, 3.0])]));
         assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
     }
 

@@ -80,7 +80,7 @@ type Lie = fn(&mut Answer<N>);
 /// A drive that changes its answers from the hundredth on.
 struct Liar<D, L> {
     drive: D,
-    lie: L,
+    change: L,
 }
 
 impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
@@ -93,7 +93,7 @@ impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
     fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
         self.drive.step(state, request, bodies, answer);
         if request.sequence > 100 {
-            (self.lie)(answer);
+            (self.change)(answer);
         }
     }
 }
@@ -103,14 +103,14 @@ fn serve(
     from: PipeReader,
     to: PipeWriter,
     scenario: &Scenario,
-    lie: impl Fn(&mut Answer<N>),
+    change: impl Fn(&mut Answer<N>),
     damaged: Option<usize>,
 ) {
     if let Some(drive) = scenario.traction_drive::<f32, N>().unwrap() {
-        return answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+        return answer_all(from, to, scenario, &Liar { drive, change }, damaged);
     }
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
-    answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+    answer_all(from, to, scenario, &Liar { drive, change }, damaged);
 }
 
 fn answer_all(
@@ -140,18 +140,18 @@ fn answer_all(
 }
 
 /// The run of a scenario whose drive is served over a link.
-fn run_linked(scenario: &Scenario, lie: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
-    run_with_damage(scenario, lie, None).map(|(trace, _)| trace)
+fn run_linked(scenario: &Scenario, change: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
+    run_with_damage(scenario, change, None).map(|(trace, _)| trace)
 }
 
 fn run_with_damage(
     scenario: &Scenario,
-    lie: impl Fn(&mut Answer<N>) + Send + 'static,
+    change: impl Fn(&mut Answer<N>) + Send + 'static,
     damaged: Option<usize>,
 ) -> Result<(Trace, LinkCounters), Error> {
     let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
     let served = scenario.clone();
-    thread::spawn(move || serve(server_in, server_out, &served, lie, damaged));
+    thread::spawn(move || serve(server_in, server_out, &served, change, damaged));
     let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
     let controller = AnyController::over_link(scenario, link)?;
     let mut counters = LinkCounters::default();
@@ -216,7 +216,7 @@ fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
 }
 
 /// Nothing that is told of a wheel is that it is believed.
-fn believes_none(answer: &mut Answer<N>) {
+fn accepts_none(answer: &mut Answer<N>) {
     let wheels = &mut answer.sample.wheels;
     (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
     (answer.drive.faults, answer.drive.excluded) = ([Fault::Silent.number(); N], [true; N]);
@@ -241,7 +241,7 @@ fn a_drive_is_accepted_that_goes_on_with_a_reading_whose_answer_was_lost() {
 
 #[test]
 fn what_a_drive_cannot_say_stops_the_run() {
-    let lies: [(Lie, &str); 15] = [
+    let changes: [(Lie, &str); 15] = [
         (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
         (|answer| answer.drive.faults[3] = 6, "0 to 5"),
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
@@ -277,7 +277,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
         // It would short every motor of a vehicle that drives.
         (
             |answer| {
-                believes_none(answer);
+                accepts_none(answer);
                 (answer.drive.mode, answer.drive.motion_known) = (2, true);
             },
             "mode 2, a safe stop, allowed: 0 to 1 while the motion is known",
@@ -297,8 +297,8 @@ fn what_a_drive_cannot_say_stops_the_run() {
             "0.0 as x of its pose",
         ),
     ];
-    for (lie, said) in lies {
-        let error = run_linked(&troubled(), lie).unwrap_err().to_string();
+    for (change, said) in changes {
+        let error = run_linked(&troubled(), change).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
         assert!(
             error.chars().count() <= 300 && error.lines().count() == 1,
@@ -314,7 +314,7 @@ fn a_drive_cannot_take_back_what_it_said_of_a_stop() {
     let pose = Cell::new([0.0; 3]);
     let takes_back = move |answer: &mut Answer<N>| {
         if answer.sequence == 102 {
-            believes_none(answer);
+            accepts_none(answer);
             (answer.drive.mode, answer.drive.pose) = (2, pose.get());
         }
         pose.set(answer.drive.pose);

@@ -16,10 +16,10 @@ pub(in crate::live) struct JointCommands {
     interface: JointInterface,
     /// The wheels' joints in the vehicle's order, and turns of a wheel a turn of its actuator.
     joints: Vec<(String, f64)>,
-    told: Mutex<Told>,
+    commanded: Mutex<Commanded>,
 }
 
-struct Told {
+struct Commanded {
     /// Of the actuators \[rad/s or N.m\].
     values: Vec<f64>,
     /// When each was told: a joint that somebody still commands keeps no other going.
@@ -35,7 +35,7 @@ impl JointCommands {
                 .iter()
                 .map(|wheel| (wheel_link(&wheel.name), wheel.gear))
                 .collect(),
-            told: Mutex::new(Told {
+            commanded: Mutex::new(Commanded {
                 values: vec![0.0; wheels.len()],
                 at: vec![None; wheels.len()],
             }),
@@ -43,8 +43,8 @@ impl JointCommands {
     }
 
     /// Nobody panics while writing; if somebody did, what is there is still whole.
-    fn told(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    fn commanded(&self) -> MutexGuard<'_, Commanded> {
+        self.commanded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes a message, or says why not. A joint that is not in it, and one that is told NaN, goes on as it was told before; a message
@@ -60,8 +60,8 @@ impl JointCommands {
                 "{field}: {count} values for {names} names, allowed: one for each name"
             ));
         }
-        let mut told = self.told();
-        let (mut next, mut at) = (told.values.clone(), told.at.clone());
+        let mut commanded = self.commanded();
+        let (mut next, mut at) = (commanded.values.clone(), commanded.at.clone());
         let mut known = false;
         for (name, value) in message.name.iter().zip(values) {
             // Another joint is somebody else's, as those of an arm on the vehicle.
@@ -83,7 +83,7 @@ impl JointCommands {
                 };
             }
         }
-        (told.values, told.at) = (next, at);
+        (commanded.values, commanded.at) = (next, at);
         if !known {
             let wheels: Vec<_> = self.joints.iter().map(|(joint, _)| joint.as_str()).collect();
             let names = message.name.join(", ");
@@ -94,8 +94,8 @@ impl JointCommands {
 
     /// What the actuators are told now: one whose last command is too old rests.
     fn read(&self, now: Instant, values: &mut [f64]) {
-        let mut told = self.told();
-        let Told { values: all, at } = &mut *told;
+        let mut commanded = self.commanded();
+        let Commanded { values: all, at } = &mut *commanded;
         for (value, at) in all.iter_mut().zip(at) {
             if at.is_some_and(|at| now.saturating_duration_since(at) > COMMAND_HOLDS) {
                 (*value, *at) = (0.0, None);
@@ -243,7 +243,7 @@ mod tests {
     fn a_message_that_does_not_fit_changes_nothing_and_is_answered_with_the_reason() {
         let (commands, start) = (commands(JointInterface::Effort), Instant::now());
         let known = commands.joints[0].0.clone();
-        for (told, part) in [
+        for (commanded, part) in [
             (
                 message(&["arm", "wheel_x"], &[1.0, 1.0]),
                 "name: arm, wheel_x, allowed: one of wheel_",
@@ -257,7 +257,7 @@ mod tests {
                 "effort: 0 values for 1 names, allowed: one for each name",
             ),
         ] {
-            let said = commands.take(&told, start).expect_err("refused");
+            let said = commands.take(&commanded, start).expect_err("refused");
             assert!(said.contains(part), "{said}");
             assert_eq!(now(&commands, start), [0.0; 4]);
         }

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-5;
 impl<const N: usize> Linked<N> {
     /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
     /// make of it.
-    pub(super) fn believable(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
+    pub(super) fn plausible(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
         let (measured_rad_s, drives) = (&request.measured_rad_s, !self.names.is_empty());
         if answer.action == Action::Hold {
             return Ok(()); // none of its signals is used

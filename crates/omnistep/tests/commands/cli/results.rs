@@ -475,8 +475,8 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
     ];
     assert_eq!(notes.len(), expected.len(), "{said}");
     for (note, (words, from_s, until_s)) in notes.iter().zip(expected) {
-        let (time, told) = note.split_once(" s: ").unwrap();
-        assert_eq!(told, words);
+        let (time, shown) = note.split_once(" s: ").unwrap();
+        assert_eq!(shown, words);
         assert!((from_s..until_s).contains(&time.parse().unwrap()), "{note}");
     }
     // The table says what stopped it for good: not the time-out, after which commands came again.

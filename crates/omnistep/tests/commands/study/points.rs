@@ -143,14 +143,14 @@ fn a_row_is_in_the_folder_before_it_is_reported() {
     let plan = plan_of(&SMALL.replace("seeds = 4", "seeds = 20"));
     let folder = tempfile::tempdir().unwrap();
     let store = Store::new(folder.path(), &plan).unwrap();
-    let mut heard = 0;
+    let mut received = 0;
     let done = compute(plan.runs(), &store, None, &AtomicBool::new(false), |row| {
-        heard += 1;
+        received += 1;
         let found = store.read().unwrap();
-        assert!(found.keys().any(|key| key == row.key), "{heard}");
+        assert!(found.keys().any(|key| key == row.key), "{received}");
         assert!(found.damaged.is_empty());
     });
-    assert_eq!((done.unwrap().rows, heard), (120, 120));
+    assert_eq!((done.unwrap().rows, received), (120, 120));
     assert!(!parts(folder.path()).is_empty());
     assert_eq!(growing(folder.path()), 0, "every part is whole at the end");
 }
