@@ -1,5 +1,5 @@
 //! Started as `qemu-system-arm`: a firmware of the scenario `flat`, with the `[drive]` of the environment's `OMNISTEP_DRIVE` where it has
-//! one, that lies as `OMNISTEP_LIE` says.
+//! one, that answers falsely as `OMNISTEP_LIE` says.
 
 use std::io::{Read as _, Write as _};
 
@@ -12,10 +12,10 @@ use omni_sim::config::{Override, Scenario};
 
 /// Wheels of `chugo7`.
 const N: usize = 7;
-/// The first answer that lies.
+/// The first altered answer.
 const FIRST_ALTERED: u32 = 10;
 
-/// Serves standard input and output until the host closes them, and lies.
+/// Serves standard input and output until the host closes them, with false answers.
 pub(crate) fn serve(kind: &str) {
     let table = std::env::var("OMNISTEP_DRIVE").ok();
     let keys = table.map(|table| Override::parse(&format!("drive={table}")).unwrap());
@@ -92,7 +92,7 @@ fn greet(kind: &str, mut greeting: Greeting) -> Said {
     Some((framed(&FromController::Greeting(greeting)), 1))
 }
 
-/// The answer as the lie has it.
+/// The answer, altered.
 fn reply(kind: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> Said {
     if answers < FIRST_ALTERED {
         return Some((framed(&FromController::Answer(answer)), 1));
@@ -130,7 +130,7 @@ fn reply(kind: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> S
     Some((framed(&FromController::Answer(answer)), times))
 }
 
-/// What a drive tells beside the wheels' signals; this is the `kth` answer with a lie.
+/// What a drive reports beside the wheels' signals; this is the `kth` altered answer.
 fn of_a_drive(kind: &str, answer: &mut Answer<N>, kth: u32) {
     let Answer {
         drive,
@@ -139,7 +139,7 @@ fn of_a_drive(kind: &str, answer: &mut Answer<N>, kth: u32) {
         ..
     } = answer;
     let silent = Fault::Silent.number();
-    // All that follows from no wheel being believed.
+    // All that follows from no wheel being accepted.
     let mut accept_none = |drive: &mut DriveReport<N>| {
         let wheels = &mut sample.wheels;
         (drive.faults, drive.excluded, drive.motion_known) = ([silent; N], [true; N], false);

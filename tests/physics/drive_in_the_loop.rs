@@ -77,7 +77,7 @@ fn without_a_command_the_vehicle_rests_half_a_second_later() {
         "{}",
         speed[3900]
     );
-    // The loops alone go on: nobody watches them.
+    // The loops alone go on: no monitor watches them.
     let alone = load("flat", &[Override::parse(lost).expect("KEY=VALUE")]).expect("valid");
     let trace = run(&alone).expect("runs");
     assert!((column(&trace, "twist_vx_m_s").last().expect("rows") - 0.3).abs() < 0.01);
@@ -107,7 +107,7 @@ fn a_silent_and_a_stuck_encoder_are_named_and_released() {
 }
 
 fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared() {
-    // Three wheels have no redundancy: with one silent nobody knows how the vehicle moves.
+    // Three wheels have no redundancy: with one silent it is not known how the vehicle moves.
     let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=1.5,until_s=2.0}]";
     let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
     let stopped = first(&trace, "drive_mode", 2.0);
@@ -120,7 +120,7 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
         "latched"
     );
     assert_eq!(column(&trace, "drive_brake_2")[stopped], 1.0);
-    assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // it is believed, and brakes by its loop
+    assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // its readings are accepted, and it brakes by its loop
     // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor, and all are when the torque
     // has ended: 0.03 N.m.s/rad.
     let squares: f64 = (0..3)

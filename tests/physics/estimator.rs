@@ -36,7 +36,7 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
         - 6.0
 }
 
-/// Half a second of rest, then as fast as told at once, a stop, and sideways in a turn: wheels slip on every start.
+/// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels slip on every start.
 fn manoeuvre(t: f64) -> [f64; 3] {
     match t {
         t if t < 0.5 => [0.0; 3],

@@ -292,7 +292,7 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
         held_end < 0.1 * free_end,
         "{held_end} rad held, {free_end} rad free"
     );
-    // A gyro's bias is believed: after 2 s of it the heading is off by the bias times the time, less one time constant.
+    // A gyro's bias counts as motion: after 2 s of it the heading is off by the bias times the time, less one time constant.
     let biased = drive(&[
         hold,
         "sensors.gyro_bias_rad_s=0.02",
@@ -373,7 +373,7 @@ fn bad_keys_name_themselves() {
 
 /// What is off by more than 5 % of the 0.3 m/s asked for, over the second half of 8 s: until then the integrals have found
 /// the torque that single counts ask for beyond the limit. What the wheels count, and the vehicle itself; not that under noise,
-/// whose own mean over 4 s no loop can tell from motion.
+/// whose own mean over 4 s no loop can distinguish from motion.
 fn off_by_5_percent(vehicle: &str, policy: &str, precision: &str, sensors: &str) -> Vec<String> {
     let trace = drive(&[
         &format!("vehicle={vehicle}"),
@@ -432,7 +432,7 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
 }
 
 fn wheels_that_were_blocked_end_without_torque() {
-    // A step of 20 cm is a wall; the vehicle pushes against it, and is told to rest after 3 s.
+    // A step of 20 cm is a wall; the vehicle pushes against it, and is commanded to rest after 3 s.
     for policy in ["independent", "paper", "synchronised", "load_sharing"] {
         let keys = [
             "terrain.height_m=0.2",

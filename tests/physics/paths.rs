@@ -102,7 +102,7 @@ fn the_torque_ends_after_a_path_whatever_odometry_says() {
         let scenario = load(name, &[coarse, shorted, drive]);
         let path = scenario.planned_path().expect("planned").expect("it has a path");
         let end_s = path.trajectory().duration_s();
-        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to let go, after a stop out of 3 cm/s at most.
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after a stop out of 3 cm/s at most.
         let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
         let scenario = load(
             name,

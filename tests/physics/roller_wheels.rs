@@ -27,7 +27,7 @@ fn tail(trace: &Trace, column: &str, rows: usize) -> f64 {
     all[all.len() - rows..].iter().sum::<f64>() / rows as f64
 }
 
-/// Twist that the vehicle has and twist that its encoders tell, averaged over the last rows of a run at `command`.
+/// Twist that the vehicle has and twist by its encoders, averaged over the last rows of a run at `command`.
 fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f64; 3]; 2] {
     let [vx, vy, wz] = command;
     let overrides = [
@@ -48,7 +48,7 @@ fn forward_command_is_followed_by_seven_roller_wheels() {
     // A roller takes 0.115 s to pass at 0.3 m/s, so 0.46 s average over whole rollers.
     let [twist, encoders] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
     // Rollers that pass shake the vehicle by a millimetre a second, which averages to less than a thousandth of its speed; the
-    // encoders cannot tell more than that either.
+    // encoders do not measure more than that either.
     assert!(
         (twist[0] / encoders[0] - 1.0).abs() < 1e-3,
         "{twist:?}, encoders {encoders:?}"

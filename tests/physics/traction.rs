@@ -150,7 +150,7 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
     assert!(mode.contains(&1.0) && mode.contains(&2.0));
 }
 
-/// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is told.
+/// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is commanded.
 #[test]
 fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
     for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {

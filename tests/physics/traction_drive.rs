@@ -101,7 +101,7 @@ fn a_lost_connection_ends_a_climb() {
 }
 
 fn a_wheel_whose_encoder_dies_is_released_and_the_others_drive_on() {
-    // One of the front. Of the rear, nobody climbs; plain loops of their own run away along the riser with either.
+    // One of the front. Of the rear, none climbs; plain loops of their own run away along the riser with either.
     let dies = "fault=[{kind='encoder_dead',wheel='1',from_s=0.3}]";
     let trace = run(&scenario(&[dies, "sensors.encoder_counts=4096"])).expect("runs");
     let fault = column(&trace, "drive_fault_1");

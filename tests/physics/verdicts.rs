@@ -33,7 +33,7 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
 
-/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the 2 rad/s it is told is more.
+/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the commanded 2 rad/s is more.
 fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
     let faults: Vec<_> = (1..=7)
         .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 4.0 }}"))

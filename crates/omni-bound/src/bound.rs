@@ -126,11 +126,11 @@ impl Bound {
         most
     }
 
-    /// The bound of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is told to drive ahead.
+    /// The bound of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is commanded to drive ahead.
     ///
     /// # Errors
     /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it with another heading
-    /// than 0, or is told to go aside or to turn; and as [`Linkage::bound`].
+    /// than 0, or is commanded to go aside or to turn; and as [`Linkage::bound`].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -44,10 +44,10 @@ const SLOWEST: f64 = 1e-3;
 /// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Says what whoever started the run should know; called on any thread.
+/// Says what the user who started the run should know; called on any thread.
 type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is told where it is before
+/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is called with where it is before
 /// the first period; `warn`, on any thread and at most 42 times, of connections and commands that were refused; `watch` is called after
 /// every control period with the part done (0 where there is no end), every 20 ms while the run waits for the clock, and, without a simulation,
 /// while it waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that is more than 0.5 s behind
@@ -58,7 +58,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// clients may be there at a time. With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`,
 /// `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
 /// they stay when the client goes; the controller goes on from the state that it has. What is not allowed changes nothing, and the
-/// client is told why.
+/// client gets the reason.
 ///
 /// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with [`Ros2::joints`] they publish
 /// `sensor_msgs/msg/JointState` on `/joint_commands` instead.
@@ -155,7 +155,7 @@ pub fn run_live<E: From<Error>>(
             Ok(ended)
         }
         (Err(End(error)), Some(log)) => {
-            // What ended the run is told, not what is wrong with its log, too.
+            // What ended the run is reported, not also what is wrong with its log.
             let _ = log.leave();
             Err(error)
         }
@@ -325,7 +325,7 @@ impl Outlets {
         }
         #[cfg(feature = "ros2")]
         if self.by_joints {
-            // Nobody says where the vehicle shall go but by its wheels: it is judged by what they amount to.
+            // The command is of the wheels alone: the vehicle is judged by the motion that they amount to.
             let twist = simulation.observation().odometry.twist;
             let known = twist.to_array().iter().all(|part| part.is_finite());
             return Ok(if known { twist } else { BodyTwist::ZERO });

@@ -60,9 +60,9 @@ pub struct Replay {
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
-    /// Control periods in which a recording has no command: the controller is told the last one.
+    /// Control periods in which a recording has no command: the controller gets the last one.
     pub without_command: u64,
-    /// Control periods in which a recording lacks the velocity of a wheel: the controller is told that no reading arrived.
+    /// Control periods in which a recording lacks the velocity of a wheel: for the controller no reading arrived.
     pub without_measurement: u64,
     /// Torques, wheel by wheel.
     pub wheels: Vec<WheelReplay>,
@@ -175,7 +175,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             without_measurement += u64::from(measured.iter().any(|measured| measured.is_nan()));
         }
         let commanded = planar(&state.asked_twist);
-        // A recording may not know; the controller is told what it was told last.
+        // A recording may not know; the controller gets its last command.
         if file.recorded && commanded.to_array().iter().any(|part| part.is_nan()) {
             without_command += 1;
         } else {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::error::of_core;
 
-/// What a row tells beside its wheels.
+/// What a row has beside its wheels.
 pub(crate) struct Beside {
     pub(crate) yaw_rate_rad_s: f64,
     pub(crate) acceleration_m_s2: [f64; 2],

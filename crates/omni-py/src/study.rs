@@ -93,7 +93,7 @@ impl Plan {
                 Ok((values::overrides(Some(point))?, scenario))
             };
             scenarios.push(own().map_err(|error| about(py, &format!("points[{i}]"), error))?);
-            // Many points take seconds: meanwhile Ctrl-C is heard, and other threads of Python go on.
+            // Many points take seconds: meanwhile Ctrl-C is handled, and other threads of Python go on.
             py.detach(|| ());
             py.check_signals()?;
         }
@@ -275,7 +275,7 @@ pub(crate) fn compute_batch(
     Ok((computed.rows, computed.errors))
 }
 
-/// Tells of each row whether it failed.
+/// Sends of each row whether it failed.
 fn reporting(rows: Sender<bool>) -> impl FnMut(&Row) {
     move |row| {
         // Somebody listens for as long as this is there.

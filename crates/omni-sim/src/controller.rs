@@ -26,7 +26,7 @@ pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 #[non_exhaustive]
 pub struct ControlSample {
     /// What was asked for, before the heading hold and the limits. With the measured velocities and the gyro's rate it is all that
-    /// the controller is told: replay starts from these.
+    /// the controller gets: replay starts from these.
     pub asked: BodyTwist<f64>,
     /// The gyro's rate \[rad/s\], counter-clockwise positive; 0 where no simulation reads one.
     pub gyro_rad_s: f64,
@@ -321,7 +321,7 @@ impl AnyController {
     /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
-    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
+    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where there is no answer, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
         without_bare_traction(scenario)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());

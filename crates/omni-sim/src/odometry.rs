@@ -16,7 +16,7 @@ const WHEELS: usize = 8;
 /// encoder are then no noise of their own, and it costs next to nothing.
 const WINDOW_S: f64 = 0.01;
 
-/// Speeds along \[m/s\] and about \[rad/s\] where nobody says how fast the vehicle goes: the most that a file may have.
+/// Speeds along \[m/s\] and about \[rad/s\] where it is not known how fast the vehicle goes: the most that a file may have.
 const FASTEST: f64 = 100.0;
 
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
@@ -66,9 +66,9 @@ pub(crate) struct State {
     turned: [f64; WHEELS],
     periods: u32,
     from: PlanarPose<f64>,
-    /// Wheels that have no say.
+    /// Wheels that are excluded.
     left_out: [bool; WHEELS],
-    /// How far it may have come along \[m\] and about \[rad\] since too few wheels tell the motion, and how fast it was or may be.
+    /// How far it may have come along \[m\] and about \[rad\] since too few wheels determine the motion, and how fast it was or may be.
     drift: [f64; 2],
     drift_speed: [f64; 2],
 }
@@ -94,7 +94,7 @@ pub(crate) struct Odometer {
     window: u32,
     start: PlanarPose<f64>,
     drive: Option<OfDrive>,
-    /// None where too few wheels tell the motion.
+    /// None where too few wheels determine the motion.
     maps: Option<Maps>,
     state: State,
 }
@@ -203,14 +203,14 @@ impl Odometer {
         })
     }
 
-    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not been told of it yet keeps to what it said.
+    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not read it yet keeps its pose.
     pub(crate) fn read(&mut self, wheels_rad_s: &[f64]) {
         if self.drive.is_none() {
             self.turn(wheels_rad_s.iter().copied(), |_| false);
         }
     }
 
-    /// The controller did its step: where it is a drive, its own pose counts, and its word on which wheels have a say.
+    /// The controller did its step: where it is a drive, its own pose counts, and which wheels it excludes.
     pub(crate) fn stepped(&mut self, sample: &ControlSample) {
         let Some(OfDrive { pose, left_out }) = self.drive else {
             return;
@@ -228,7 +228,7 @@ impl Odometer {
         }
     }
 
-    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading has no say.
+    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading is excluded.
     fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_left_out: impl Fn(usize) -> bool) {
         let (mut read, mut left_out) = ([0.0; WHEELS], [false; WHEELS]);
         for (i, velocity) in wheels_rad_s.enumerate().take(WHEELS) {
@@ -239,7 +239,7 @@ impl Odometer {
         }
         if left_out != self.state.left_out {
             self.grow();
-            // The layout was good when all wheels had a say.
+            // The layout was good with all wheels.
             self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
             self.state.left_out = left_out;
             if self.maps.is_some() {
@@ -262,7 +262,7 @@ impl Odometer {
         }
     }
 
-    /// Nobody tells the motion for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
+    /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
     /// every axis, in proportion to the time, because one way lasts. About it is half a turn at most.
     fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -82,7 +82,7 @@ pub fn run_with_controller<E: From<Error>>(
 }
 
 /// [`run_with_controller`] on physics of somebody else's, which simulate the scenario's vehicle on its ground in its physics steps. What
-/// contacts and joints take of the energy is not told there: those columns and the outcome's `energy_residual` are NaN.
+/// contacts and joints take of the energy is not known there: those columns and the outcome's `energy_residual` are NaN.
 ///
 /// # Errors
 /// As [`Simulation::with_physics`] and [`run`]; [`Error::External`]; whatever `watch` returns.
@@ -91,7 +91,7 @@ pub fn run_with_controller<E: From<Error>>(
 /// use omni_sim::config::{Engine, Override, Scenario};
 /// use omni_sim::{AxleDrive, Error, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep};
 /// use omni_sim::{controller::AnyController, run_external};
-/// /// A vehicle whose wheels turn as soon as they are told to, on a stand.
+/// /// A vehicle whose wheels turn as soon as commanded, on a stand.
 /// struct Stand(Vec<f64>);
 /// impl ExternalPhysics for Stand {
 ///     fn engine(&self) -> Engine {
@@ -150,7 +150,7 @@ fn traced<E: From<Error>>(
     }
 }
 
-/// The scenario's own command: what [`drive`] is given where nobody steers.
+/// The scenario's own command: what [`drive`] is given where no one steers.
 ///
 /// # Errors
 /// None.

@@ -33,7 +33,7 @@ struct Row {
     steps_per_s: f64,
     realtime_factor: f64,
     mcap: PathBuf,
-    /// For as long as it is told of, no other run replaces it.
+    /// For as long as it is reported, no other run replaces it.
     #[serde(skip)]
     _log: FinishedLog,
     /// What its drive found.
@@ -140,7 +140,7 @@ pub(super) fn compare(
             Err(error) => {
                 bar.finish_and_clear();
                 if !args.json && !rows.is_empty() {
-                    // What is done stands; why the rest is not there is said last, also where nobody reads the table.
+                    // What is done stands; why the rest is not there is said last, also where the table is not read.
                     let _ = show(&scenario, &rows, args.explain, out);
                 }
                 return Err(error);
@@ -361,7 +361,7 @@ pub(super) fn headline(scenario: &Scenario) -> String {
     )
 }
 
-/// The same of a vehicle that is told something else than the scenario's command.
+/// The same of a vehicle with another command than the scenario's.
 pub(super) fn headline_for(scenario: &Scenario, commanded: &str) -> String {
     let vehicle = &scenario.vehicle().name;
     let torque = scenario.vehicle().motor.peak_torque_n_m();

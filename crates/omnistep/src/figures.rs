@@ -11,7 +11,7 @@ const WIDTH: usize = 100;
 pub(super) struct Run<'a> {
     /// What heads its column.
     pub(super) name: String,
-    /// What else tells it from other runs: title and word, the same titles for every run.
+    /// What else distinguishes it from other runs: title and word, the same titles for every run.
     pub(super) labels: Vec<(&'static str, String)>,
     /// What it amounts to; none of a log without an end or without a simulation.
     pub(super) outcome: Option<&'a Outcome>,

@@ -80,7 +80,7 @@ pub(super) fn live(
     ended.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// What the table is of: others may have told the vehicle more than its scenario.
+/// What the table is of: others may have commanded more than its scenario.
 fn headline_of(scenario: &Scenario, live: &Live) -> String {
     #[cfg(feature = "ros2")]
     if live.ros2.is_some() {

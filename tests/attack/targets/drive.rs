@@ -125,7 +125,7 @@ impl<R: Real> Watch<R> {
     }
 }
 
-/// Applied torques are within the motors' limits and those of the input; a wheel that is let go has none.
+/// Applied torques are within the motors' limits and those of the input; a released wheel has none.
 fn torques<R: Real, const N: usize>(
     sample: &DriveSample<R, N>,
     limits: &[TorqueLimit<R>; N],

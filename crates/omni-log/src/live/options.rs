@@ -24,7 +24,7 @@ pub struct Live {
     pub wait: bool,
     /// When it ends.
     pub until: Until,
-    /// Stands until it is told to drive, whatever the scenario's command is.
+    /// Stands until it is commanded to drive, whatever the scenario's command is.
     pub stands: bool,
     /// Who drives it from this program, if somebody does.
     pub pilot: Option<Pilot>,
@@ -36,7 +36,7 @@ pub struct Live {
     pub origins: Vec<String>,
 }
 
-/// When a live run ends, if nobody ends it before.
+/// When a live run ends, if it is not ended before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Until {
@@ -73,7 +73,7 @@ impl Live {
         }
     }
 
-    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is told to end.
+    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is stopped.
     ///
     /// ```
     /// use omni_log::{Live, Ros2, Until};

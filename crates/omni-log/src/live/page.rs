@@ -33,7 +33,7 @@ const fn json(name: &'static str) -> Topic {
     }
 }
 
-/// Tells the page, on the topics `first` and the one behind it.
+/// Sends to the page, on the topics `first` and the one behind it.
 pub(super) struct Page {
     first: usize,
     due: Option<Instant>,

@@ -32,14 +32,14 @@ pub(super) struct DriveLoop<R, const N: usize> {
     names: Vec<String>,
 }
 
-/// What a drive tells beside the wheels' signals, here or at the other end of a link.
+/// What a drive reports beside the wheels' signals, here or at the other end of a link.
 pub(super) struct DriveSignals<const N: usize> {
     /// [`omni_core::DriveMode::number`].
     pub(super) mode: u8,
     pub(super) motion_known: bool,
-    /// 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop; NaN where it is not told.
+    /// 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop; NaN where it is not reported.
     pub(super) status: f64,
-    /// x \[m\], y \[m\], yaw \[rad\], and their standard deviations; NaN where these are not told.
+    /// x \[m\], y \[m\], yaw \[rad\], and their standard deviations; NaN where these are not reported.
     pub(super) pose: [f64; 3],
     pub(super) deviations: [f64; 3],
     /// [`Fault::number`] of each wheel.
@@ -204,7 +204,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for TractionLo
         let did = self.drive.step(&mut self.state, &input, &body);
         write(&did.drive, &self.state.drive, readings.wheels_rad_s, sample);
         traction::write(&did.traction, self.state.supervisor(), readings, sample);
-        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is read
         Ok(())
     }
 

@@ -86,7 +86,7 @@ pub(super) enum Event<const N: usize> {
 }
 
 impl Link {
-    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else tells that a frame was
+    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else shows that a frame was
     /// lost, and one that is only late counts as lost. `name` is what messages call the other end.
     pub fn new(
         name: impl Into<String>,
@@ -98,7 +98,7 @@ impl Link {
         let (requests, outgoing) = mpsc::sync_channel(QUEUE);
         let received = Arc::new(Mutex::new(Received::default()));
         let counted = received.clone();
-        // End with their streams, or with the first frame that nobody wants any more.
+        // End with their streams, or with the first frame that is not wanted any more.
         std::thread::spawn(move || receive(reader, &sender, &counted));
         std::thread::spawn(move || transmit(writer, &outgoing));
         Self {

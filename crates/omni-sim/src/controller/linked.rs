@@ -198,7 +198,7 @@ impl<const N: usize> Loop for Linked<N> {
             let signals = DriveSignals::<N> {
                 mode: report.mode,
                 motion_known: report.motion_known,
-                status: f64::NAN, // an answer does not tell
+                status: f64::NAN, // an answer does not report it
                 pose: report.pose.map(f64::from),
                 deviations: [f64::NAN; 3],
                 faults: report.faults,

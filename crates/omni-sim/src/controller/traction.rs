@@ -80,7 +80,7 @@ pub(super) fn names(scenario: &Scenario) -> impl Iterator<Item = String> {
         .chain(of_hinges)
 }
 
-/// Writes the signals of traction control, and what it was told, behind those that are in a sample already.
+/// Writes the signals of traction control, and its inputs, behind those that are in a sample already.
 pub(super) fn write<R: Real, const N: usize>(
     sampled: &TractionSample<R, N>,
     supervisor: &SupervisorState<R>,
@@ -122,7 +122,7 @@ impl<R: Real, const N: usize> TractionLoop<R, N> {
         sample.mark_silent(readings.wheels_rad_s);
         sample.own.clear();
         write(sampled, self.policy.supervisor(), readings, sample);
-        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is read
     }
 }
 

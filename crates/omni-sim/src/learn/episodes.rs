@@ -10,7 +10,7 @@ use crate::config::Scenario;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// What the sensors tell, each number within -1 to 1.
+    /// Readings of the sensors, each number within -1 to 1.
     pub observation: Vec<f32>,
     /// What the step is worth.
     pub reward: f64,

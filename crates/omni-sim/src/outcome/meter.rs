@@ -25,7 +25,7 @@ const UP_TOLERANCE_M: f64 = 0.005;
 const TIPPED_COSINE: f64 = 0.5;
 /// A vehicle that goes less than this part of the commanded way has stalled.
 const STALLED_PART: f64 = 0.1;
-/// Without an obstacle it was told to go at least so far \[m\]: what is left at the end of a path is no command to go.
+/// Without an obstacle it was commanded to go at least so far \[m\]: what is left at the end of a path is no command to go.
 const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
@@ -462,7 +462,7 @@ impl Progress {
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
     }
 
-    /// Without one: who is told to turn need not go.
+    /// Without one: a vehicle commanded to turn need not go.
     fn stands(&self) -> bool {
         self.last_second()
             .is_some_and(|[[gone, commanded], [turned, commanded_turn]]| {

@@ -382,7 +382,7 @@ mod tests {
         let ahead_turning = |wz, periods| found(&[stage(periods, AHEAD, [0.3, 0.0, wz])]).off_course;
         // 0.1 rad/s come to 45 degrees in 7.85 s.
         assert!(!ahead_turning(0.1, 7850) && ahead_turning(0.1, 7860) && ahead_turning(-0.1, 7860));
-        // Told to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is told.
+        // Commanded to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is commanded.
         let turning = |wz, periods| found(&[stage(periods, [0.0, 0.0, 0.5], [0.0, 0.0, wz])]).off_course;
         assert!(!turning(0.5, 60_000) && !turning(0.75, 60_000) && !turning(0.26, 60_000));
         assert!(turning(0.85, 6500) && !turning(0.85, 6350));

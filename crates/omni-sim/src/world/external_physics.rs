@@ -16,7 +16,7 @@ pub use physics::{
     AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
 };
 
-/// External physics as a plant. What contacts and joints take is not told, so those parts of the energy balance are NaN.
+/// External physics as a plant. What contacts and joints take is not known, so those parts of the energy balance are NaN.
 pub(super) struct External {
     physics: Box<dyn ExternalPhysics>,
     actuation: Actuation,
@@ -294,7 +294,7 @@ impl Plant for External {
     }
 
     fn advance(&mut self, torques_n_m: &[f64]) {
-        // What a benchmark measures: nobody looks at how it ends.
+        // What a benchmark measures: the end state does not matter.
         let mut observation = Observation {
             wheels: vec![crate::observation::WheelObservation::default(); self.wheels.len()],
             ..Observation::default()

@@ -33,7 +33,7 @@ fn climb() -> Scenario {
     Scenario::load(&file.display().to_string(), &[]).unwrap()
 }
 
-/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone tells is in no answer.
+/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone reports is in no answer.
 fn assert_it_climbs_as_the_host_does(linked: &Trace) {
     let host = run(&climb()).unwrap();
     assert!(host.outcome().climbed && linked.outcome().climbed);
@@ -57,7 +57,7 @@ fn assert_it_climbs_as_the_host_does(linked: &Trace) {
     );
 }
 
-/// Is every column that an answer tells the host's, in every bit? Returns the modes that there were.
+/// Is every column of an answer the host's, in every bit? Returns the modes that there were.
 fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
     let host = run(scenario).unwrap();
     assert_eq!(linked.names(), host.names());
@@ -98,7 +98,7 @@ impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
     }
 }
 
-/// Serves the scenario's drive until nobody asks any more. One answer is damaged on the way, by its number, the greeting's being 0.
+/// Serves the scenario's drive until no request comes any more. One answer is damaged on the way, by its number, the greeting's being 0.
 fn serve(
     from: PipeReader,
     to: PipeWriter,
@@ -167,7 +167,7 @@ fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_s
     let scenario = troubled();
     let linked = run_linked(&scenario, |_| {}).unwrap();
     let modes = assert_the_hosts(&scenario, &linked);
-    assert!(modes[0] > 2700 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+    assert!(modes[0] > 2700 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is faulty
     assert_eq!(modes[3], 300); // pressed for 0.3 s
 }
 
@@ -215,7 +215,7 @@ fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
     }
 }
 
-/// Nothing that is told of a wheel is that it is believed.
+/// No wheel is reported as accepted.
 fn accepts_none(answer: &mut Answer<N>) {
     let wheels = &mut answer.sample.wheels;
     (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
@@ -310,7 +310,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
 
 #[test]
 fn a_drive_cannot_take_back_what_it_said_of_a_stop() {
-    // For a period it believes no wheel and calls that a safe stop, which by itself may be so; then it drives on.
+    // For a period it accepts no wheel and calls that a safe stop, which by itself may be so; then it drives on.
     let pose = Cell::new([0.0; 3]);
     let takes_back = move |answer: &mut Answer<N>| {
         if answer.sequence == 102 {
@@ -448,7 +448,7 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
             }
         }
     }
-    // Normal for most of the time, degraded while wheel 5 is not believed, a safe stop from shortly after 2500 on.
+    // Normal for most of the time, degraded while wheel 5 is faulty, a safe stop from shortly after 2500 on.
     assert!(
         modes[0] > 2000 && modes[1] > 80 && modes[2] > 400 && modes[3] == 100,
         "{modes:?}"

@@ -1,4 +1,4 @@
-//! Controllers at the other end of a link that lie, chatter or are something else: the host stops in one line that says so.
+//! Controllers at the other end of a link that answer falsely, chatter or are something else: the host stops in one line that says so.
 
 use std::io::{PipeReader, PipeWriter, Read, Write, pipe};
 use std::sync::mpsc;
@@ -14,7 +14,7 @@ use omni_sim::controller::{AnyController, Link};
 use omni_sim::{Error, Simulation};
 
 const N: usize = 7;
-/// The period, counted from 1, in which a lie is told.
+/// The first period, counted from 1, with an altered answer.
 const ALTERED_FROM: u32 = 30;
 
 type Said = FromController<Answer<N>>;
@@ -45,7 +45,7 @@ fn peer(time_out: Duration, act: impl FnOnce(PipeReader, PipeWriter) + Send + 's
     Link::new("firmware", host_in, host_out, time_out)
 }
 
-/// A link to the scenario's controller, of whose answers `lie` makes what is sent.
+/// A link to the scenario's controller, whose answers `change` alters before they are sent.
 fn altered_link(scenario: &Scenario, mut change: impl FnMut(Said, &mut PipeWriter) + Send + 'static) -> Link {
     let (controller, limiter) = (
         scenario.controller::<f32, N>().unwrap(),
@@ -72,7 +72,7 @@ fn altered_link(scenario: &Scenario, mut change: impl FnMut(Said, &mut PipeWrite
     })
 }
 
-/// The same, of answers only, from [`LIE`] on.
+/// The same, of answers only, from [`ALTERED_FROM`] on.
 fn answers(scenario: &Scenario, mut change: impl FnMut(&mut Answer<N>) + Send + 'static) -> Link {
     altered_link(scenario, move |mut said, to| {
         if let FromController::Answer(answer) = &mut said
@@ -80,7 +80,7 @@ fn answers(scenario: &Scenario, mut change: impl FnMut(&mut Answer<N>) + Send + 
         {
             change(answer);
         }
-        let _ = to.write_all(&frame(&said)); // nobody may listen any more
+        let _ = to.write_all(&frame(&said)); // the host may have closed it
     })
 }
 

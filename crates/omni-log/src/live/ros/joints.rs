@@ -11,7 +11,7 @@ use crate::live::requests::COMMAND_HOLDS;
 use crate::ros2::JointState;
 use crate::urdf::{JointInterface, wheel_link};
 
-/// What the wheels are told.
+/// The wheels' commands.
 pub(in crate::live) struct JointCommands {
     interface: JointInterface,
     /// The wheels' joints in the vehicle's order, and turns of a wheel a turn of its actuator.
@@ -22,7 +22,7 @@ pub(in crate::live) struct JointCommands {
 struct Commanded {
     /// Of the actuators \[rad/s or N.m\].
     values: Vec<f64>,
-    /// When each was told: a joint that somebody still commands keeps no other going.
+    /// When each was commanded: a joint with newer commands keeps no other going.
     at: Vec<Option<Instant>>,
 }
 
@@ -42,13 +42,13 @@ impl JointCommands {
         }
     }
 
-    /// Nobody panics while writing; if somebody did, what is there is still whole.
+    /// No thread panics while writing; if one did, what is there is still whole.
     fn commanded(&self) -> MutexGuard<'_, Commanded> {
         self.commanded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a message, or says why not. A joint that is not in it, and one that is told NaN, goes on as it was told before; a message
-    /// of NaN alone tells nothing: a controller that was stopped leaves these behind, and ros2_control goes on sending them.
+    /// Takes a message, or says why not. A joint that is not in it, and one whose command is NaN, keeps its last command; a message
+    /// of NaN alone is no command: a controller that was stopped leaves these behind, and ros2_control goes on sending them.
     pub(super) fn take(&self, message: &JointState, now: Instant) -> Result<(), String> {
         let (field, values) = match self.interface {
             JointInterface::Velocity => ("velocity", &message.velocity),
@@ -92,7 +92,7 @@ impl JointCommands {
         Ok(())
     }
 
-    /// What the actuators are told now: one whose last command is too old rests.
+    /// The actuators' commands now: one whose last command is too old rests.
     fn read(&self, now: Instant, values: &mut [f64]) {
         let mut commanded = self.commanded();
         let Commanded { values: all, at } = &mut *commanded;
@@ -142,7 +142,7 @@ fn of_wheels<const N: usize>(
     }
 }
 
-/// Torques as they are told.
+/// Torques as commanded.
 struct Efforts<const N: usize>(Arc<JointCommands>);
 
 impl<const N: usize> Policy<f64> for Efforts<N> {
@@ -157,7 +157,7 @@ impl<const N: usize> Policy<f64> for Efforts<N> {
     }
 }
 
-/// Velocities as they are told, kept by the loops and the coordination of the scenario.
+/// Velocities as commanded, kept by the loops and the coordination of the scenario.
 struct Velocities<const N: usize> {
     joints: Arc<JointCommands>,
     loops: WheelController<f64, N>,
@@ -218,7 +218,7 @@ mod tests {
         let backwards: Vec<&str> = names.iter().rev().copied().collect();
         let taken = commands.take(&message(&backwards, &[4.0, 3.0, 2.0, 1.0]), start);
         assert_eq!((taken, now(&commands, start)), (Ok(()), vec![1.0, 2.0, 3.0, 4.0]));
-        // One that is left out, and one that is told NaN, go on.
+        // One that is left out, and one whose command is NaN, go on.
         let taken = commands.take(&message(&names[..2], &[f64::NAN, -2.0]), start);
         assert_eq!(
             (taken, now(&commands, start)),
@@ -226,7 +226,7 @@ mod tests {
         );
         let late = start + COMMAND_HOLDS + Duration::from_millis(1);
         assert_eq!(now(&commands, late), [0.0; 4]);
-        // NaN alone tells nothing: it does not prolong what was told.
+        // NaN alone is no command: it does not prolong the last one.
         let kept = start + COMMAND_HOLDS / 2;
         assert_eq!(commands.take(&message(&names, &[2.0; 4]), start), Ok(()));
         assert_eq!(commands.take(&message(&names, &[f64::NAN; 4]), kept), Ok(()));

@@ -52,7 +52,7 @@ impl<const N: usize> Linked<N> {
     }
 
     /// The velocities that a drive worked with: as sent, or, where a reading is missing, the last one that it had. That is of the answer
-    /// before, or was sent in a period whose answer was lost. A wheel that it does not believe, whose velocity it takes for 0, gets no torque.
+    /// before, or was sent in a period whose answer was lost. A faulty wheel, whose velocity it takes for 0, gets no torque.
     fn taken(&self, answer: &Answer<N>) -> Result<[f32; N], String> {
         let wheels = &answer.sample.wheels;
         for (i, said) in wheels.measured.rad_s.iter().enumerate() {
@@ -76,8 +76,8 @@ impl<const N: usize> Linked<N> {
         Ok(wheels.measured.rad_s)
     }
 
-    /// Does what a drive says fit together? It is in an emergency stop for as long as one is pressed; a wheel that it does not believe is
-    /// neither driven nor asked for the motion; it is degraded where a wheel is left out; without a motion it tells none.
+    /// Is what a drive reports consistent? It is in an emergency stop for as long as one is pressed; a faulty wheel is
+    /// neither driven nor asked for the motion; it is degraded where a wheel is left out; without a motion it reports none.
     fn of_a_drive(&self, answer: &Answer<N>, emergency_stop: bool) -> Result<(), String> {
         let (report, active) = (&answer.drive, &answer.sample.wheels.active);
         let mode = report.mode;
@@ -112,7 +112,7 @@ impl<const N: usize> Linked<N> {
     }
 
     /// Does what a drive says follow from what it said last? A safe stop lasts until somebody ends it, and of a link nobody does; the
-    /// pose moves by the motion that its wheels tell.
+    /// pose moves by the motion of its wheels.
     fn after_the_last(&self, answer: &Answer<N>) -> Result<(), String> {
         let (last, now) = (&self.last.drive, &answer.drive);
         if last.mode == SAFE_STOP && now.mode < SAFE_STOP {
@@ -166,7 +166,7 @@ fn ended<const N: usize>(wheels: &omni_core::WheelSample<f32, N>) -> Result<(), 
     }
 }
 
-/// Are the signals of an answer those of a controller that was told what was sent? They go into logs and figures.
+/// Are the signals of an answer those of a controller that got what was sent? They go into logs and figures.
 fn plausible<const N: usize>(
     answer: &Answer<N>,
     measured_rad_s: &[f32; N],
@@ -216,7 +216,7 @@ fn plausible<const N: usize>(
     // A controller that has stopped repeats its last period; a wheel that is let go has 0.
     let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
     for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
-        // A drive judges readings: what it does not believe it replaces.
+        // A drive judges readings: what it rejects it replaces.
         if said != sent && *said != 0.0 && !drives {
             return Err(format!(
                 "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent} (the value sent) or 0",

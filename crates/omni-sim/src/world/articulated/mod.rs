@@ -63,7 +63,7 @@ struct World<const N: usize> {
     state: State,
     tree: Tree<N>,
     contacts: Vec<Contact<N>>,
-    known: Vec<WarmStart>,
+    warm_starts: Vec<WarmStart>,
     actuation: Actuation,
     balance: Balance,
     loads: Vec<Load>,
@@ -92,7 +92,7 @@ struct World<const N: usize> {
 #[derive(Serialize, Deserialize)]
 struct Snapshot {
     state: State,
-    known: Vec<WarmStart>,
+    warm_starts: Vec<WarmStart>,
     actuation: actuation::State,
     balance: Balance,
     stats: SolverStats,
@@ -147,7 +147,7 @@ impl<const N: usize> World<N> {
             stats: SolverStats::default(),
             diverged: false,
             contacts: Vec::new(),
-            known: Vec::new(),
+            warm_starts: Vec::new(),
             bearings: Bearings::default(),
             touches: Vec::new(),
             spins: Vec::new(),
@@ -317,7 +317,7 @@ impl<const N: usize> Plant for World<N> {
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
         state_bytes::to_bytes(&Snapshot {
             state: self.state.clone(),
-            known: self.known.clone(),
+            warm_starts: self.warm_starts.clone(),
             actuation: self.actuation.state().clone(),
             balance: self.balance.clone(),
             stats: self.stats,
@@ -350,7 +350,7 @@ impl<const N: usize> Plant for World<N> {
         self.model = Model::new(&self.scenario, &self.loads);
         self.state = snapshot.state;
         self.tree.update(&self.model, &self.state);
-        self.known = snapshot.known;
+        self.warm_starts = snapshot.warm_starts;
         self.actuation.restore(snapshot.actuation);
         self.balance = snapshot.balance;
         self.stats = snapshot.stats;

@@ -97,6 +97,6 @@ pub trait ExternalPhysics: Send + Sync {
     /// The present state; it has room for every body, hinge and wheel.
     ///
     /// # Errors
-    /// Why it cannot be told.
+    /// Why it cannot be observed.
     fn observe(&mut self, state: &mut ExternalState) -> Result<(), ExternalFailure>;
 }

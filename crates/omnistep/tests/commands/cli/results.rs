@@ -155,7 +155,7 @@ fn without_arguments_it_prints_its_help_and_runs_nothing() {
         help.contains("omnistep compare step ") && help.contains("Commands:"),
         "{help}"
     );
-    // Each command has its line: nobody reads on where help is longer than what a terminal shows.
+    // Each command has its line: help must not be longer than what a terminal shows.
     assert!(help.lines().all(|line| line.chars().count() <= 90), "{help}");
     assert!(help.lines().count() <= 45, "{help}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);

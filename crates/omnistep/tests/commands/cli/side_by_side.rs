@@ -1,4 +1,4 @@
-//! Runs side by side: nobody destroys another's log, nobody tells of a log that is not his.
+//! Runs side by side: none destroys another's log, none reports a log that is not its own.
 
 use std::fs;
 use std::path::Path;

@@ -33,7 +33,7 @@ fn a_flipped_bit_anywhere_in_a_part_is_noticed_and_its_runs_are_missing_again() 
         bad[at] ^= 1 << (at % 8);
         fs::write(&path, &bad).unwrap();
         let place = format!("byte {at} of {}", whole.len());
-        // Of what is no Parquet any more this says nothing: whoever reads it will.
+        // Of what is no Parquet any more this says nothing: its reader will.
         let no_parquet = at < 4 && damage(&path).unwrap().is_none();
         assert!(damage(&path).unwrap().is_some() || no_parquet, "{place}");
         let found = store.read().unwrap();

@@ -116,7 +116,7 @@ fn a_reader_needs_no_lock_while_another_makes_parts_whole() {
             reads
         });
         for _ in 0..100 {
-            // What a worker that was killed leaves, last in the order of names, and whoever comes next.
+            // What a worker that was killed leaves, last in the order of names, and the next worker.
             fs::copy(&part, folder.path().join("left.tmp")).unwrap();
             fs::rename(
                 folder.path().join("left.tmp"),
