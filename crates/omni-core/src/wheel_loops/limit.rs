@@ -60,7 +60,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 } else {
                     &out.requested.n_m
                 };
-                // Only wheels beyond a limit have a say in the factor.
+                // Only wheels beyond a limit count for the factor.
                 let (factor, lasting) = if overloaded == beyond {
                     let factor = reference_factor(requested, &slopes, &out.range, floor);
                     (factor, factor)

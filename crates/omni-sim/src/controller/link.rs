@@ -148,7 +148,7 @@ impl Link {
         ended.unwrap_or_else(|| "the other end has closed it".into())
     }
 
-    /// Why nobody was met.
+    /// Why no peer was met.
     pub(super) fn why_no_peer_was_met(&self) -> String {
         let received = self.received.lock().unwrap_or_else(PoisonError::into_inner);
         if received.count == 0 {

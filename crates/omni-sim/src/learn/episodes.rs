@@ -42,7 +42,7 @@ pub enum Autoreset {
 /// use omni_sim::{config::Scenario, learn::{Autoreset, Episodes, Task}};
 /// let mut episodes = Episodes::new(Task::Drive, &Scenario::load("flat", &[])?, &[], 20, 3, 2)?;
 /// episodes.reset(&[Some(0), Some(1), Some(0)], &[], &[true; 3], || true)?;
-/// let turns = episodes.step(&[0.1; 3 * 7], Autoreset::NextStep, || true)?.expect("nobody stopped it");
+/// let turns = episodes.step(&[0.1; 3 * 7], Autoreset::NextStep, || true)?.expect("not stopped");
 /// assert_eq!(turns[0], turns[2]); // the same seed and action
 /// # Ok::<(), omni_sim::Error>(())
 /// ```

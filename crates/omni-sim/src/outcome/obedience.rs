@@ -344,7 +344,7 @@ mod tests {
         assert!(!found(&[stage(1000, left, left), stage(499, left, right)]).wrong_way);
         assert!(
             !found(&[stage(3000, AHEAD, right)]).wrong_way,
-            "nobody asked for a turn"
+            "no turn was commanded"
         );
         let scenario = flat(&[]);
         let simulation = Simulation::new(&scenario).unwrap();

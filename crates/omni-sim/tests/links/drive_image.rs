@@ -304,7 +304,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
             error.chars().count() <= 300 && error.lines().count() == 1,
             "{error}"
         );
-        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first with a lie
+        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first altered one
     }
 }
 

@@ -111,7 +111,7 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// Does what a drive says follow from what it said last? A safe stop lasts until somebody ends it, and of a link nobody does; the
+    /// Does a drive's report follow from its last one? A safe stop lasts until somebody ends it, and over a link it is never ended; the
     /// pose moves by the motion of its wheels.
     fn after_the_last(&self, answer: &Answer<N>) -> Result<(), String> {
         let (last, now) = (&self.last.drive, &answer.drive);
@@ -213,7 +213,7 @@ fn plausible<const N: usize>(
             "the firmware answers {value} as a part of its pose, allowed: finite"
         ));
     }
-    // A controller that has stopped repeats its last period; a wheel that is let go has 0.
+    // A controller that has stopped repeats its last period; a released wheel has 0.
     let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
     for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
         // A drive judges readings: what it rejects it replaces.
